@@ -1,8 +1,8 @@
 """What the curves of a laboratory tell beside their maximum: scores of the leading principal components.
 
 A curve of five hundred points is one measurement, not five hundred: its points err together. So whole curves are
-compared, each brought onto one grid of shares s of the travel u* at which it reaches 98 % of its maximum (where the
-maximum itself is, noise decides on a flat top),
+compared, each smoothed, from where it passes the preload, brought onto one grid of shares s of the travel u* at which
+it reaches 98 % of its maximum (where the maximum itself is, noise decides on a flat top),
 
     w = (F(s u*)/(F̄ √G), u*/ū),   s = 1/G … 1,
 
@@ -10,15 +10,14 @@ and what counts is how w differs from specimen to specimen. However finely a cur
 
     1  travel   u − F/k: the machine of stiffness k gives way too
     2  beside the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
-    3  scatter   S = m/(m − q + 1) rᵀr/m + n Σ hhᵀ, m = n − 2, where h is what one standard deviation of the machine's
-       compliance, or of the toe of the curves, changes in the mean of w: these move all specimens alike, so they count
-       n times over n
-    4  S φ = λ φ: the leading components that hold 99 % of tr S, q = 3 at most
-    5  score   F̄ (1 + φᵀr), a force: its mean is F̄, its variance F̄² λ
+    3  scatter   S = rᵀr/(n − 1); h is what one standard deviation of the machine's compliance, or of the toe of the
+       curves, changes in the mean of w: these move all specimens alike
+    4  (S + n Σ hhᵀ) φ = λ φ: the space of the leading components that hold 99 % of the trace, q = 3 at most
+    5  in it the directions along which neither S nor Σ hhᵀ varies together, each φ of length one
+    6  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² (φᵀSφ/n + Σ(φᵀh)²)
 
-Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side. That a few
-specimens tell the scatter in q directions widens it by Hotelling's factor: T² = n r̄ᵀS⁻¹r̄ of m degrees of freedom
-follows q m/(m − q + 1) F(q, m − q + 1).
+Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side: S is the
+covariance matrix of 1 + q responses, which n specimens tell (`doe.calibration.misfit`).
 
 Source: T. W. Anderson, An Introduction to Multivariate Statistical Analysis, 3rd ed., Wiley 2003, sections 5.2, 11.3.
 """
@@ -31,7 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.measured.shear_curves import PRELOAD, contact_begins
+from stemcal.measured.shear_curves import PRELOAD, RISE, contact_begins
 
 Array = NDArray[np.float64]
 Curve = tuple[Array, Array]
@@ -41,7 +40,7 @@ FEWEST = 5
 """Specimens without which their scatter is not known well enough."""
 MOST = 3
 _SHARES = np.arange(1, 26) / 25.0
-_HELD, _TOP = 0.99, 0.98
+_HELD, _TOP, _FALLEN = 0.99, 0.98, 0.9
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,9 @@ class CurveModes:
     weights : (modes, G + 1)
         φ.
     scatter : (modes,)
-        Standard deviation of each score, N.
+        Standard deviation of each score over the specimens, N.
+    systematic : (modes,)
+        That of what the machine moves in the score of all of them alike, N.
     specimens : int
         n.
     """
@@ -80,6 +81,7 @@ class CurveModes:
     along_force: tuple[float, ...]
     weights: tuple[tuple[float, ...], ...]
     scatter: tuple[float, ...]
+    systematic: tuple[float, ...]
     specimens: int
 
     @property
@@ -94,8 +96,7 @@ class CurveModes:
 
     def _on_grid(self, travel: Array, force: Array) -> Array:
         """Return w of a curve from where it passes the preload, as measured ones begin."""
-        begin = contact_begins(force, PRELOAD)
-        return on_grid(travel[begin:] - travel[begin], force[begin:], self.force, self.travel)
+        return on_grid(*from_preload(travel, force), self.force, self.travel)
 
     def scores(self, travel: Array, force: Array) -> list[float]:
         """Return the score of each mode of a curve, N."""
@@ -109,16 +110,17 @@ class CurveModes:
 
 def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
     """Return w (G + 1,) of a curve that begins at travel 0."""
-    end = _top(force) + 1
-    way = np.maximum.accumulate(travel[:end])
-    up = np.interp(_SHARES * way[-1], way, force[:end])
-    return np.append(up / (mean_force * np.sqrt(len(_SHARES))), way[-1] / mean_travel)
+    top = _top(force)
+    way = np.maximum.accumulate(travel[: top + 1])
+    end = np.interp(_TOP * force.max(), force[top - 1 : top + 1], way[top - 1 :])
+    up = np.interp(_SHARES * end, way, force[: top + 1])
+    return np.append(up / (mean_force * np.sqrt(len(_SHARES))), end / mean_travel)
 
 
-def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveModes:
-    """Return the components of measured curves that begin where the preload was passed; `FEWEST` of them at least."""
+def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
+    """Return the components of smoothed curves, so many at most; `FEWEST` curves at least."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
-    curves = [_given_way(curve, given) for curve in curves]
+    curves = [from_preload(*_given_way(curve, given)) for curve in curves]
     forces = np.array([float(force.max()) for _, force in curves])
     mean_force = float(forces.mean())
     mean_travel = float(np.mean([travel[_top(force)] for travel, force in curves]))
@@ -134,13 +136,13 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveMode
     compliance_sd = machine.stiffness_sd * given**2
     moves = [grid([_given_way(curve, compliance_sd) for curve in curves])] if compliance_sd else []
     moves += [grid([_without_toe(curve, machine.toe_sd) for curve in curves])] if machine.toe_sd else []
-    most, m = min(MOST, n - FEWEST + 1), n - 2  # mean and slope are told by the same curves
-    scatter = r.T @ r / (m - most + 1) + n * sum(np.outer(h, h) for h in (one.mean(axis=0) - centre for one in moves))
-    values, vectors = np.linalg.eigh(scatter)
+    h = np.array([one.mean(axis=0) - centre for one in moves]).reshape(-1, len(centre))
+    scatter = r.T @ r / (n - 1)
+    values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    count = min(most, int(np.searchsorted(held, _HELD)) + 1)
-    weights = [_upright(vectors[:, j]) for j in range(count)]
+    count = min(most, n - 3, int(np.searchsorted(held, _HELD)) + 1)
+    weights = _apart(vectors[:, :count], scatter, h)
     return CurveModes(
         mean_force,
         mean_travel,
@@ -148,9 +150,50 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine()) -> CurveMode
         tuple(w.std(axis=0, ddof=1).tolist()),
         tuple(along_force.tolist()),
         tuple(tuple(phi.tolist()) for phi in weights),
-        tuple((mean_force * np.sqrt(values[:count])).tolist()),
+        tuple((mean_force * np.sqrt(((weights @ scatter) * weights).sum(axis=1))).tolist()),
+        tuple((mean_force * np.sqrt(np.square(weights @ h.T).sum(axis=1))).tolist()),
         n,
     )
+
+
+def _apart(vectors: Array, scatter: Array, h: Array) -> Array:
+    """Return directions in the space of the vectors along which neither scatter nor h varies together, (modes, G + 1).
+
+    With S = UΛUᵀ in that space, T = UΛ^(−1/2) makes it the unit matrix, which Q of TᵀhᵀhT = QMQᵀ leaves as it is.
+    """
+    values, axes = np.linalg.eigh(vectors.T @ scatter @ vectors)
+    white = vectors @ (axes / np.sqrt(np.maximum(values, 1e-12 * values.max())))[:, ::-1]
+    if len(h):
+        white = white @ np.linalg.eigh(white.T @ h.T @ h @ white)[1][:, ::-1]
+    return np.array([_upright(phi / np.linalg.norm(phi)) for phi in white.T])
+
+
+def smoothed(travel: Array, force: Array) -> Curve:
+    """Return a measured curve until it breaks without the noise of its points, whose largest is no maximum.
+
+    At each point a quadratic through its neighbours within a share of the travel (A. Savitzky and M. J. E. Golay,
+    Anal. Chem. 36 (1964) 1627); at the ends of the curve through those of one side.
+    """
+    from scipy.signal import savgol_filter
+
+    top = int(np.argmax(force))
+    fallen = np.flatnonzero(force[top:] < _FALLEN * force[top])
+    end = top + int(fallen[0]) if len(fallen) else len(force)
+    half = top // len(_SHARES)
+    if half > 1 and end > 2 * half:
+        force = np.append(savgol_filter(force[:end], 2 * half + 1, 2), force[end:])
+    return travel, force
+
+
+def from_preload(travel: Array, force: Array) -> Curve:
+    """Return a curve from where it passes the preload: between two points or, trimmed already, before the first."""
+    begin = contact_begins(force, PRELOAD)
+    first, after = float(force[begin]), float(force[begin + 1])
+    if not first < after or first > RISE * force.max():
+        return travel[begin:] - travel[begin], force[begin:]
+    start = travel[begin] + (PRELOAD - first) / (after - first) * (travel[begin + 1] - travel[begin])
+    later = begin + int(first <= PRELOAD)
+    return np.append(0.0, travel[later:] - start), np.append(PRELOAD, force[later:])
 
 
 def _top(force: Array) -> int:

@@ -20,6 +20,7 @@ from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory import LaboratoryResult, LaboratoryTest, perform
+from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
@@ -86,9 +87,10 @@ class Embedded(OfSpecAlone):
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
+            **({"parting": cutting.PARTING_REVISION} if self.study.failure.kind == "toughness" else {}),
             "tests": [_determining(test) for test in self._tests(request)],
             **({"laboratory": beside} if (beside := self._identities(request)) else {}),
-            **({"curves": asdict(modes)} if (modes := self.study.targets.modes) else {}),
+            **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({"pictured": True} if request.pictured else {}),
         }
 
@@ -99,7 +101,7 @@ class Embedded(OfSpecAlone):
             film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
             results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
             beside = perform_all(self._beside(request)).beside(run_all(self._programs(request), request))
-            scores = _scores(self.study, results)
+            scores = _scores(self.study.targets.modes_at(request.condition), results)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         result = cutting.mean_over_phases(results)
@@ -380,7 +382,7 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisati
     )
 
 
-def _scores(study: Study, results: Sequence[cutting.CuttingResult]) -> dict[str, float]:
+def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) -> dict[str, float]:
     """Return how the curves score on the modes of those that were measured, means over the phases.
 
     Raises
@@ -388,14 +390,13 @@ def _scores(study: Study, results: Sequence[cutting.CuttingResult]) -> dict[str,
     SimulationFailed
         If a force stays below the preload that measured curves begin with.
     """
-    modes = study.targets.modes
     if modes is None:
         return {}
     try:
         each = [modes.scores(result.history.travel, result.history.force_filtered) for result in results]
     except UsageError as error:
         raise SimulationFailed("no_curve", str(error)) from error
-    return dict(zip((named.name for named in named_modes(modes)), np.mean(each, axis=0).tolist(), strict=True))
+    return dict(zip((named.name for named in named_modes([modes])), np.mean(each, axis=0).tolist(), strict=True))
 
 
 def _precision(study: Study) -> Precision:

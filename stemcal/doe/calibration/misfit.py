@@ -23,6 +23,9 @@ So it is with the surfaces: those of a kind share one relative error, pooled by 
 them; a surface of few degrees of freedom that is sharp by luck would else have all the weight. Their lack of fit is
 tested together too: five tests by themselves would find one where there is none in three studies of four.
 
+Several responses of the same specimens have one covariance matrix, told by these: it stands for its p variances, with
+the degrees of freedom of all together, and the residuals tell by how much its weights are off (`Misfit.freedom`).
+
 The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
 with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. Travel and work have parts of their own, each kind its u.
 What all share is not averaged away over the diameters; each factor's degrees of freedom know of it.
@@ -61,7 +64,11 @@ UNEQUAL = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured."""
+    """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured.
+
+    Observations of the same `specimens`, by their name, have one covariance matrix, in which they are uncorrelated.
+    `systematic` is the standard deviation of what moves all specimens alike.
+    """
 
     surface: Surface
     measured: float
@@ -69,6 +76,8 @@ class Observation:
     n: int | None = None
     kind: str = FIRST
     process: GaussianProcess | None = None
+    specimens: str = ""
+    systematic: float = 0.0
 
     @property
     def model(self) -> Surface | GaussianProcess:
@@ -99,7 +108,8 @@ class VarianceSource:
 
     A `shared` one moves all observations of its `kind` together, each by its own standard deviation; it was told by a
     mean square over so many diameters, less the part of each diameter by itself. Where `variance` is pooled, `apart` is
-    what each observation by itself says of it, with its own degrees of freedom `apart_df`.
+    what each observation by itself says of it, with its own degrees of freedom `apart_df`. A `matrix` is the estimated
+    covariance of several responses of the same specimens.
     """
 
     name: str
@@ -110,11 +120,16 @@ class VarianceSource:
     kind: str = FIRST
     apart: Array | None = None
     apart_df: Array | None = None
+    matrix: bool = False
 
     def only(self, kept: Sequence[int]) -> VarianceSource:
-        """Keep some of the observations."""
+        """Keep some of the observations; a matrix of fewer responses is known better."""
         apart, df = (None if part is None else part[list(kept)] for part in (self.apart, self.apart_df))
-        return replace(self, variance=self.variance[list(kept)], apart=apart, apart_df=df)
+        found = replace(self, variance=self.variance[list(kept)], apart=apart, apart_df=df)
+        if not self.matrix:
+            return found
+        more = self.df + float(np.count_nonzero(self.variance) - np.count_nonzero(found.variance))
+        return replace(found, variance=found.variance * self.df / more, df=more)
 
     def parts(self, g: Array) -> tuple[Array, Array]:
         """Return what the source adds to the variance of sums of observations with weights g, (observations, sums).
@@ -300,12 +315,15 @@ class Misfit:
     def only(self, kept: Sequence[int]) -> Misfit:
         """Keep some of the observations, with their weights."""
         scatter: Scatter = "surface" if not self.scale_known and len(kept) <= self.k else self.scatter
+        sources = tuple(source.only(kept) for source in self.sources)
+        told = zip(sources, self.sources, strict=True)
+        better = sum((new.variance - old.variance[list(kept)] for new, old in told if old.matrix), start=0.0)
         return replace(
             self,
             observations=tuple(self.observations[i] for i in kept),
-            variance=self.variance[list(kept)],
+            variance=self.variance[list(kept)] + better,
             scatter=scatter,
-            sources=tuple(source.only(kept) for source in self.sources),
+            sources=sources,
             shared=None if self.shared is None else self.shared[list(kept)],
         )
 
@@ -374,6 +392,7 @@ class Misfit:
         g, by_priors = weighed @ covariance, ((self.told(x) @ covariance) ** 2).sum(axis=0)
         found = [source.parts(g) for source in self.sources]
         self._as_mean_squares(found, g)
+        self._of_matrices(found, x, (slopes * g).sum(axis=1))
         variance = sum((part for part, _ in found), start=by_priors)
         doubt = sum((part for _, part in found), start=np.zeros(self.k))
         taken = sum((replace(source, apart=None).parts(g)[0] for source in self.sources), start=by_priors)
@@ -381,6 +400,21 @@ class Misfit:
         unknown = np.where(by_priors > 0.0, np.inf, self.scale_df)
         df = np.where(known, variance**2 / np.where(known, doubt, 1.0), unknown)
         return np.where(known, variance / np.where(known, taken, 1.0), 1.0), df
+
+    def _of_matrices(self, found: list[tuple[Array, Array]], x: Array, leverage: Array) -> None:
+        """Replace the part of each estimated covariance matrix by what the residuals at x make of it.
+
+        p responses of n specimens weigh k factors; the p − k contrasts that are left say by how much the weights are
+        off: var θ̂ = (ν + D)/(ν + k − 1)·gᵀVg of ν + k − 1 degrees of freedom, ν = n − p, V = (n − 1)/(ν n)·S. Among
+        other observations k is the leverage of these. Source: C. R. Rao, Proc. Fifth Berkeley Symp. 1 (1967) 355.
+        """
+        squares = (self.measured - self.predict(x)[0]) ** 2 / self.variance
+        for i, source in enumerate(self.sources):
+            if source.matrix:
+                share = source.variance / self.variance
+                df = source.df + max(float(share @ leverage) - 1.0, 0.0)
+                variance = found[i][0] * (source.df + float(share @ squares)) / df
+                found[i] = variance, variance**2 / df
 
     def looseness(self, x: Array) -> float:
         """Return the variance of the observations at x over what D takes it for, their mean.
@@ -512,6 +546,11 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         for kind in freedom
     )
     apart = np.where(known & (n > 1), own, variation) * measured**2 / n
+    matrices = _matrices(observations)
+    together = sum((source.variance for source in matrices), start=np.zeros_like(laboratory))
+    laboratory, apart = (np.where(together > 0.0, 0.0, part) for part in (laboratory, apart))
+    df = min(df, *(source.df for source in matrices), np.inf)
+    systematic = np.array([o.systematic for o in observations]) ** 2
     sources = [
         VarianceSource(
             "laboratory",
@@ -521,7 +560,9 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
             apart_df=np.where(known & np.isfinite(df), np.maximum(n - 1, 1), df),
         )
         for kind, df in freedom.items()
+        if not np.all(together[kinds == kind] > 0.0)
     ]
+    sources += [*matrices, *([VarianceSource("machine", systematic, np.inf)] if systematic.any() else [])]
     sources += [
         VarianceSource(
             "surface",
@@ -533,7 +574,24 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         for kind, df in surface_df.items()
         if df  # a saturated surface knows no error
     ]
-    return Misfit(tuple(observations), np.maximum(laboratory + surface, floor), scatter, df, tuple(sources))
+    variance = np.maximum(laboratory + together + systematic + surface, floor)
+    return Misfit(tuple(observations), variance, scatter, df, tuple(sources))
+
+
+def _matrices(observations: Sequence[Observation]) -> list[VarianceSource]:
+    """Return the covariance matrices of specimens of which several responses were measured.
+
+    V = (n − 1)/(n (n − p))·S and ν = n − p: Student's t of ν degrees of freedom in p dimensions has (1 + D/ν)^(−n/2),
+    the likelihood of a mean whose covariance is not known.
+    """
+    found = []
+    for group in dict.fromkeys(o.specimens for o in observations if o.specimens):
+        mine = np.array([o.specimens == group for o in observations])
+        n = min(o.n or 1 for o in observations if o.specimens == group)
+        df = max(n - int(mine.sum()), 1)
+        squares = np.array([(o.sd or 0.0) ** 2 for o in observations])
+        found.append(VarianceSource("laboratory", mine * squares * (n - 1) / (df * n), df, matrix=True))
+    return found
 
 
 def _pooled(variation: Array, freedom: NDArray[np.int_], kinds: NDArray[np.str_]) -> tuple[Array, dict[str, float]]:

@@ -202,9 +202,11 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
         text = caption(Names(), "force", *dotted)
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
-    if (modes := study.targets.modes) is not None and calibrated in curves and records[calibrated].at_solution:
-        text = caption(Names(), "measured curves")
-        plots.append(Plot("measured-curves", "runs", text, partial(measured_band, modes, curves[calibrated])))
+    for condition, modes in study.targets.modes.items():
+        if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
+            text = caption(Names(), "measured curves")
+            name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
+            plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
     hollow = study.specimen.diameter_ratio > 0.0 or "wall_thickness" in study.names
     for label, record in records.items():
         if record.at_solution:

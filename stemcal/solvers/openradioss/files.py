@@ -1,5 +1,7 @@
 """The files of a run of OpenRadioss, and its own ones around a deck: for what its reader of decks does not convert."""
 
+from collections.abc import Iterable
+
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.writer import STEM
 
@@ -13,6 +15,11 @@ STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say
 
 def starter_text(deck: Deck, name: str) -> str:
     """Return the starter's file that includes the deck of a file `name` (run.k) and makes its failure nonlocal."""
+    return starter_around(name, deck.nonlocal_length)
+
+
+def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = ()) -> str:
+    """Return the starter's file around any deck whose stem averages over a length (mm), with `further` lines."""
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
     return "\n".join(
         [
@@ -26,7 +33,8 @@ def starter_text(deck: Deck, name: str) -> str:
             name,
             f"/NONLOCAL/MAT/{STEM}",
             f"#{'LENGTH':>19}{'LE_MAX':>20}",
-            f"{deck.nonlocal_length!r:>20}{0:>20}",
+            f"{nonlocal_length!r:>20}{0:>20}",
+            *further,
             "/END",
             "",
         ]
@@ -35,15 +43,19 @@ def starter_text(deck: Deck, name: str) -> str:
 
 def engine_text(deck: Deck, run: str) -> str:
     """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
-    duration, solver = deck.study.loading.duration, deck.solver
+    return engine_over(run, deck.study.loading.duration, deck.solver.outputs, deck.solver.time_step_safety)
+
+
+def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
+    """Return the engine's file of a run of so many seconds, its outputs, and the share of the stable step it takes."""
     return "\n".join(
         [
             f"/RUN/{run}/1/",
             f"{duration!r}",
             "/TFILE/4",
-            f"{duration / solver.outputs!r}",
+            f"{duration / outputs!r}",
             "/DT",
-            f"{solver.time_step_safety!r} 0",
+            f"{safety!r} 0",
             "/PARITH/OFF",
             "/TH/TITLE",
             "/PRINT/-1000",

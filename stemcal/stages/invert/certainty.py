@@ -31,7 +31,10 @@ _MOVED = 0.25
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured mean at one condition: of the ``force``, or of a further response such as ``travel`` or ``work``."""
+    """A measured mean at one condition: of the ``force``, or of a further response such as ``travel`` or ``work``.
+
+    `specimens` and `systematic` are those of an `Observation`.
+    """
 
     condition: float
     response: str
@@ -39,6 +42,8 @@ class Measured:
     sd: float | None = None
     n: int | None = None
     naming: Naming = CUTTING
+    specimens: str = ""
+    systematic: float = 0.0
 
     @property
     def named(self) -> Named:
@@ -53,8 +58,13 @@ class Measured:
 
 def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:
     """Return what was measured of these responses at one condition."""
-    given = {name: (*target.mean_of(name), target.count_of(name)) for name in responses}
-    return [Measured(target.condition, name, m, sd, n, naming) for name, (m, sd, n) in given.items() if m]
+    found = []
+    for name in responses:
+        mean, sd = target.mean_of(name)
+        if mean:
+            more = (target.specimens_of(name), target.systematic_of(name))
+            found.append(Measured(target.condition, name, mean, sd, target.count_of(name), naming, *more))
+    return found
 
 
 def misfit_over(
@@ -65,7 +75,16 @@ def misfit_over(
     In a joint fit a process takes the place of a surface where it predicts the runs left out clearly better.
     """
     observations = [
-        Observation(surface, mean.value, mean.sd, mean.n, mean.response, better_process(surface) if jointly else None)
+        Observation(
+            surface,
+            mean.value,
+            mean.sd,
+            mean.n,
+            mean.response,
+            better_process(surface) if jointly else None,
+            mean.specimens,
+            mean.systematic,
+        )
         for mean, surface in zip(measured, surfaces, strict=True)
     ]
     return misfit_of(observations, region)

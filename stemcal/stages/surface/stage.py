@@ -16,6 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bounds
+from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
@@ -37,7 +38,7 @@ from stemcal.stages.surface.result import (
 from stemcal.stages.surface.runs import ConditionRun, circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage, repeats_itself
-from stemcal.study.model import CodingEntry, Study
+from stemcal.study.model import CodingEntry, Study, Target
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
@@ -68,8 +69,8 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
 
 
 def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surface) -> tuple[Corrected | None, Surface]:
-    """Return how a surface of coarse runs was corrected by fine ones, and the surface after it."""
-    if design.coarse is None:
+    """Return how a surface was corrected by finer runs, or by those of another solver, and the surface after it."""
+    if not design.fine:
         return None, fit
     fine = fine_runs(work, design, work.study.targets.calibrate_at)
     rows, responses = list(design.fine), [run.outcome.response for run in fine]
@@ -78,6 +79,7 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
     result = Corrected(
         element_size=design.coarse,
+        solver=work.seeing("transfer").study.solver.kind if design.there else None,
         fine_runs=Rows(fine),
         factor=found.factor,
         tilt=tilt if any(tilt.values()) else {},
@@ -170,17 +172,19 @@ def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[
 
 def run_conditions(work: Work, result: SurfaceResult, design: Design) -> list[AtCondition]:
     """Run the design at every diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
-    return [_at_condition(work, target.condition, result, design) for target in work.study.joint_targets]
+    return [_at_condition(work, target, result, design) for target in work.study.joint_targets]
 
 
-def _at_condition(work: Work, condition: float, result: SurfaceResult, design: Design) -> AtCondition:
+def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Design) -> AtCondition:
+    condition, study = target.condition, work.study
+    wanted = [n for n in study.invert.responses if n == FIRST or target.mean_of(n)[0]]
     requests = design.requests(condition)
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
     told_of = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
     runs, fine = weighed(work.study, told_of), fine_runs(work, design, condition)
     with reasons_given(requests, answers):
-        fits = {name: _summary(work.study, result, runs, name, condition, fine) for name in work.study.invert.responses}
+        fits = {name: _summary(study, result, runs, name, condition, fine) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
     return AtCondition(
         condition=condition, runs=Rows(runs), fine_runs=Rows(fine), fit=fits[FIRST], responses=further or None
@@ -188,11 +192,15 @@ def _at_condition(work: Work, condition: float, result: SurfaceResult, design: D
 
 
 def fine_runs(work: Work, design: Design, condition: float) -> list[ConditionRun]:
-    """Return what came of the runs of a coarse design that are made with the study's own elements too."""
+    """Return what came of the runs that correct the surface of a design."""
     requests = design.fine_requests(condition)
+    if not requests:
+        return []
+    there = work.seeing("transfer") if design.there else work
+    times = there.study.replicates if design.there else 0
+    outcomes = merged(there.outcomes(repeated(requests, times)), times)
     return [
-        ConditionRun(run=request.row + 1, outcome=outcome)
-        for request, outcome in zip(requests, work.outcomes(requests) if requests else [], strict=True)
+        ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in zip(requests, outcomes, strict=True)
     ]
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from math import isclose
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema
@@ -60,12 +61,14 @@ class MachineSection(Frozen):
 class Mean(Frozen):
     """The measured mean of a further response, with its standard deviation, in its own unit.
 
-    `n` are the specimens where they are not those of the first response.
+    `n` are the specimens where they are not those of the first response; `systematic` is the standard deviation of what
+    moves them all alike.
     """
 
     value: float
     sd: float | None = None
     n: int | None = None
+    systematic: float = 0.0
 
 
 class Target(Frozen):
@@ -102,6 +105,18 @@ class Target(Frozen):
         own = self.further[response].n if response in self.further else None
         return self.n if own is None else own
 
+    def systematic_of(self, response: str) -> float:
+        """Return the standard deviation of what moves a response of all specimens alike."""
+        return self.further[response].systematic if response in self.further else 0.0
+
+    def specimens_of(self, response: str) -> str:
+        """Return a name for the specimens of a response if their curves tell it, nothing else."""
+        if self.modes is None:
+            return ""
+        own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
+        scored = response in {named.name for named in named_modes([self.modes])}
+        return f"{self.condition:g}" if scored or (own and response == FIRST) else ""
+
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
         """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
         if response in self.further:
@@ -128,26 +143,30 @@ class Targets(Frozen):
     equivalence test."""
 
     @property
-    def modes(self) -> CurveModes | None:
-        """The components of the curves that were measured, if any were."""
-        return next((target.modes for target in self.means if target.modes is not None), None)
+    def modes(self) -> dict[float, CurveModes]:
+        """The components of the curves that were measured, by condition."""
+        return {target.condition: target.modes for target in self.means if target.modes is not None}
+
+    def modes_at(self, condition: float) -> CurveModes | None:
+        """Return the components of the curves that were measured at a condition, if any were."""
+        return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes]) -> Targets:
         """Return the targets with what curves tell, by the place of their entry."""
         means = list(self.means)
         for index, found in modes.items():
             scores = {
-                named.name: Mean(value=found.force, sd=sd, n=found.specimens)
-                for named, sd in zip(named_modes(found), found.scatter, strict=True)
+                named.name: Mean(value=found.force, sd=sd, n=found.specimens, systematic=alike)
+                for named, sd, alike in zip(named_modes([found]), found.scatter, found.systematic, strict=True)
             }
             further = {**means[index].further, **scores}
             means[index] = means[index].model_copy(update={"modes": found, "further": further})
         return self.model_copy(update={"means": tuple(means)})
 
 
-def named_modes(modes: CurveModes | None) -> tuple[Named, ...]:
+def named_modes(modes: Iterable[CurveModes]) -> tuple[Named, ...]:
     """Return the scores of curves as responses of a study."""
-    count = 0 if modes is None else len(modes.weights)
+    count = max((len(one.weights) for one in modes), default=0)
     return tuple(
         Named(f"curve_{j}", f"{which} mode of the curve", f"c{j}", "N")
         for j, which in enumerate(("First", "Second", "Third")[:count], 1)

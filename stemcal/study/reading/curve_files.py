@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.measured.curve_modes import FEWEST, Curve
+from stemcal.measured.curve_modes import FEWEST, Curve, smoothed
 from stemcal.measured.samples import summarise
 from stemcal.measured.shear_curves import read_curves
 from stemcal.study.rules.draft import Finding
@@ -29,7 +29,8 @@ def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]]
             continue  # told by the model
         path: NodePath = ("targets", "forces", index, "curves")
         try:
-            read = [curve for file in _files(patterns, folder) for curve in read_curves(file)]
+            files = _files(patterns, folder)
+            read = [smoothed(curve.travel, curve.force) for file in files for curve in read_curves(file)]
         except UsageError as error:
             wrong.append(Finding(path, str(error), "name files of force over travel, beside the spec"))
             read = []
@@ -37,9 +38,9 @@ def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]]
             message = f"{len(read)} specimens do not tell how curves scatter"
             wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))
         elif read:
-            curves[index] = [(curve.travel, curve.force) for curve in read]
+            curves[index] = read
         if read:
-            forces = summarise([curve.max_force for curve in read])
+            forces = summarise([float(force.max()) for _, force in read])
             sd = {} if forces.sd is None else {"sd": f"{forces.sd:.4g} N"}
             own = {"force": f"{forces.mean:.5g} N", **sd, "n": forces.n}
             filled[index] = entry if "force" in entry else {**entry, **own}

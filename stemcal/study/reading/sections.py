@@ -5,12 +5,13 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isclose
 from pathlib import Path
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 
 from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
 
-from stemcal.measured.curve_modes import modes_of
+from stemcal.measured.curve_modes import MOST, Curve, modes_of
 from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
 from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm, Targets
 from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
@@ -80,8 +81,8 @@ class Sections:
             self.findings += unread
             self.read(name, filled)
             good = self.good.get(name)
-            if curves and _has_means(good) and "machine" in good.__dict__:
-                self.good[name] = good.with_modes({i: modes_of(read, good.machine.known) for i, read in curves.items()})
+            if curves and _has_means(good) and {"machine", "calibrate_at"} <= good.__dict__.keys():
+                self.good[name] = _scored(good, curves)
             return
         targets, wrong = own_targets(given, self.naming)
         self.findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
@@ -124,7 +125,7 @@ class Sections:
     def take_in_tests(self) -> None:
         """Make what is measured in laboratory tests further responses of the study."""
         tests, targets = self.good.get("tests") or (), self.good.get("targets")
-        modes = named_modes(targets.modes if _has_means(targets) else None)
+        modes = named_modes(targets.modes.values() if _has_means(targets) else ())
         if (measured := (*named_responses(tests), *modes)) and self.naming.is_cutting:
             self.naming = Naming(DIAMETER, (FORCE, *measured))
             if _has_means(targets):
@@ -148,6 +149,16 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "tests": Sections.read_tests,
     "transfer": Sections.read_transfer,
 }
+
+
+def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]]) -> Targets:
+    """Return targets with what their curves tell, at other conditions in no more modes than where is calibrated."""
+    at = [i for i in curves if isclose(targets.means[i].condition, targets.calibrate_at)]
+    most, found = MOST, {}
+    for index in [*at, *(i for i in curves if i not in at)]:
+        found[index] = modes_of(curves[index], targets.machine.known, most)
+        most = len(found[index].weights) if index in at else most
+    return targets.with_modes(found)
 
 
 def _has_means(targets: Any) -> TypeGuard[Targets]:

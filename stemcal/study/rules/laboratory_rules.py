@@ -32,16 +32,16 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
-    """Curves are measured once, where the parameters are calibrated, and compared with those of the embedded solver."""
+    """Curves are measured where the parameters are calibrated, and compared with those of the embedded solver."""
     targets = draft.targets
-    curved = [] if targets is None else [(i, target) for i, target in enumerate(targets.means) if target.curves]
-    for index, target in curved:
+    curved = {} if targets is None else {i: one.condition for i, one in enumerate(targets.means) if one.curves}
+    for index in curved:
         path = ("targets", "forces", index, "curves")
         if draft.solver is not None and draft.embedded is None:
             yield Finding(path, f"solver {draft.solver.kind} has no curve to compare", "give the force alone")
-        if targets is not None and not isclose(target.condition, targets.calibrate_at):
-            message = f"curves are compared at {targets.calibrate_at:g} mm, where the parameters are calibrated"
-            yield Finding(path, message, "give the force alone, or calibrate there")
+        if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
+            message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
+            yield Finding(path, message, "give curves there too, or the force alone")
     if curved and draft.transfer is not None:
         message = "curves are compared here alone: parameters cannot be transferred by them"
         yield Finding(("transfer",), message, "leave out one of them", at_key=True)

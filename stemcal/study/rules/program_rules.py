@@ -160,7 +160,7 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
 
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
     """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
-    curved = draft.targets is not None and draft.targets.modes is not None
+    curved = draft.targets is not None and bool(draft.targets.modes)
     if draft.naming.is_cutting or not draft.stem_solver or draft.tests or curved:
         return
     for section, is_own in (

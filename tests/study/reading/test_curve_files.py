@@ -23,9 +23,9 @@ FORCES = (165.0, 172.0, 178.0, 180.0, 186.0, 195.0)
 POWERS = (2.0, 2.4, 1.9, 2.1, 2.6, 2.2)
 
 
-def sheet(force: float, power: float) -> str:
-    u = np.linspace(0.0, 0.7, 200)
-    rows = zip([*u, 0.71], [*(force * (1.0 - (1.0 - u / 0.7) ** power)), 1.0], strict=True)
+def sheet(force: float, power: float, end: float = 0.7) -> str:
+    u = np.linspace(0.0, end, 200)
+    rows = zip([*u, end + 0.01], [*(force * (1.0 - (1.0 - u / end) ** power)), 1.0], strict=True)
     return "Displacement (mm),Load (N)\n" + "".join(f"{travel:.5f},{load:.4f}\n" for travel, load in rows)
 
 
@@ -75,8 +75,7 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
     request = Request("rsm", 0, study.midlevels(), 8.0)
     answer = Embedded(study).solve(request)
     assert answer.ok, answer.message
-    modes, curve = study.targets.modes, answer.details["curve"]
-    assert modes is not None
+    modes, curve = study.targets.modes[8.0], answer.details["curve"]
     again = modes.scores(np.array(curve["travel"]), np.array(curve["force"]))  # of the 200 points that are kept
     assert list(answer.details["responses"].values()) == pytest.approx(again, rel=0.01)
     figure = measured_band(modes, Curve(tuple(curve["travel"]), tuple(curve["force"])))
@@ -95,7 +94,12 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         ("curves: lab/9mm-*.csv", "force: 140 N", "", "lab/9mm-*.csv: there is no such file"),
         ("curves: ../*.csv", "force: 140 N", "", "../*.csv: there is no such file"),
         ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "2 specimens do not tell how curves scatter"),
-        ("curves: lab/8mm-*.csv", "curves: lab/8mm-*.csv", "", "curves are compared at 8 mm"),
+        (
+            "force: 180 N",
+            "curves: lab/8mm-*.csv",
+            "",
+            "no curves are given at 8 mm, where the parameters are calibrated",
+        ),
         ("curves: 3", "force: 140 N", "", "curves"),
         ("curves: lab/8mm-*.csv, modes: 1", "force: 140 N", "", "unknown key 'modes'"),
         ("curves: lab/8mm-*.csv", "force: 140 N", "  machine: {stiffness: 3 mm}\n", "stiffness"),
@@ -108,8 +112,27 @@ def test_what_cannot_be_compared_is_refused(tmp_path: Path, eight: str, seven: s
 
 
 def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
-    known = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm}\n").targets.modes
+    known = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm}\n").targets.modes[8.0]
     unsure = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
-    assert known is not None
-    assert unsure.targets.modes is not None
-    assert sum(np.square(unsure.targets.modes.scatter)) > 1.2 * sum(np.square(known.scatter))
+    assert not any(known.systematic)
+    assert max(unsure.targets.modes[8.0].systematic) > 0.02 * known.force
+    means = [mean.systematic for mean in unsure.targets.means[1].further.values()]
+    assert means == list(unsure.targets.modes[8.0].systematic)
+
+
+def test_each_diameter_has_modes_of_its_own(tmp_path: Path) -> None:
+    """No more than where is calibrated, so that each is a response there; a run is scored by those of its diameter."""
+    (tmp_path / "lab").mkdir()
+    for i, (force, power) in enumerate(zip(FORCES, POWERS, strict=True)):
+        text = sheet(0.7 * force, power, 0.8 + 0.03 * np.sin(5.0 * i))
+        (tmp_path / "lab" / f"7mm-{i}.csv").write_text(text, encoding="utf-8")
+    study = study_in(tmp_path, seven="curves: lab/7mm-*.csv")
+    seven, eight = (study.targets.modes[diameter] for diameter in (7.0, 8.0))
+    assert seven.force == pytest.approx(0.7 * eight.force, rel=1e-3)
+    assert len(seven.weights) == len(eight.weights) == len(study.naming.responses) - 1
+    assert study.targets.means[0].mean_of("curve_1")[0] == pytest.approx(seven.force)
+    assert study.targets.means[0].specimens_of("curve_1") != study.targets.means[1].specimens_of("curve_1")
+    keys = [
+        Embedded(study).identity(Request("validate", 0, study.midlevels(), d))["curves"]["force"] for d in (7.0, 8.0)
+    ]
+    assert keys == [seven.force, eight.force]
