@@ -55,10 +55,10 @@ def cut_plane(law: Cohesion | None, tools: tuple[Tool, ...], mesh: Mesh, size: f
     """
     tool = next((t for t, tool in enumerate(tools) if tool.parts), -1) if law is not None else -1
     law = law or Cohesion(1.0, 1.0)
-    faces = _faces_on_plane(mesh) if tool >= 0 else np.zeros((0, 4), dtype=np.int32)
-    nodes = np.unique(faces)
-    places = np.searchsorted(nodes, faces).astype(np.int32)
-    corners = mesh.nodes[faces][:, :, 1:]
+    faces = _faces_on_plane(mesh) if tool >= 0 else np.zeros((0, 8), dtype=np.int32)
+    nodes = np.unique(faces[:, :4])
+    places = np.searchsorted(nodes, faces[:, :4]).astype(np.int32)
+    corners = mesh.nodes[faces[:, :4]][:, :, 1:]
     whole = np.zeros(len(nodes))
     np.add.at(whole, places, _tributary(corners))
     reach = np.zeros(len(nodes))
@@ -88,6 +88,7 @@ def cut_plane(law: Cohesion | None, tools: tuple[Tool, ...], mesh: Mesh, size: f
         spacing=spacing,
         found=np.full(len(along), -1, dtype=np.int32),
         shape=np.zeros((len(along), 4)),
+        bearing=np.zeros((len(along), 8)),
         stretch=np.ones(len(along)),
         most=np.zeros(len(along)),
         rounding=np.zeros(len(along)),
@@ -110,8 +111,10 @@ def parted_share(cut: CutPlane) -> float:
 
 
 def _faces_on_plane(mesh: Mesh) -> Ints:
-    faces = mesh.hexes[:, FACES].reshape(-1, 4)
-    return np.ascontiguousarray(faces[on_plane(mesh.nodes)[faces].all(axis=1)])
+    """Return the four nodes of every face on the plane and, in their order, the four of the face across (F, 8)."""
+    across = FACES[[1, 0, 3, 2, 5, 4]][:, [0, 3, 2, 1]]
+    faces = mesh.hexes[:, np.concatenate([FACES, across], axis=1)].reshape(-1, 8)
+    return np.ascontiguousarray(faces[on_plane(mesh.nodes)[faces[:, :4]].all(axis=1)])
 
 
 def _tributary(corners: Array) -> Array:

@@ -199,7 +199,8 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     each = [cost(Request("refine", 0, study.midlevels(), condition, True)) for condition in conditions]
     climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
-    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine is not None else []
+    refined = study.refine is not None and study.seen_by("refine") is study
+    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if refined and study.refine else []
     places = [each * (study.mesh.phases + 2 * len(study.mesh.sizes))] if study.mesh is not None else []
     return [*climbs, *refinements, *places]
 
@@ -208,7 +209,7 @@ def _decided_later(study: Study) -> Iterator[Note]:
     """Yield how many runs may come on top, one by one."""
     if study.climb is not None:
         yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
-    if study.refine is not None:
+    if study.refine is not None and study.seen_by("refine") is study:
         yield DecidedLater("refine", study.refine.budget)
     if study.mesh is not None:
         yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
@@ -230,8 +231,13 @@ def _transfer(study: Study, folder: StudyFolder | None) -> _There:
     if study.transfer is None:
         return _There()
     records = [] if folder is None else [folder.peek(key) for key in folder.keys()]  # noqa: SIM118
-    done = sum(record is not None and record["request"]["stage"] == "transfer" for record in records)
-    left = max(0, study.transfer.budget - done)
+    stages, most = {"transfer"}, study.transfer.budget
+    if study.rsm.correct_with is not None:  # the corrected surface, the refinement and the validation too
+        stages |= {"refine", "validate"}
+        most += study.rsm.correct_runs * max(1, len(study.joint_targets)) + len(study.targets.means)
+        most += 0 if study.refine is None else study.refine.budget
+    done = sum(record is not None and record["request"]["stage"] in stages for record in records)
+    left = max(0, most - done)
     there, at = study.seen_by("transfer"), study.calibration_target.condition
     if not left or not isinstance(there.solver, EmbeddedSolver):
         return _There(left)
@@ -258,7 +264,9 @@ def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
     """Return what each stage asks of the solver, as far as it is known now."""
-    stages = [_surface(study, solver, folder), _validate(study, solver, folder)]
+    stages = [_surface(study, solver, folder)]
+    if study.seen_by("validate") is study:
+        stages.append(_validate(study, solver, folder))
     if stage_called("screen").asked_for(study):
         design = screening_design(study, solver)
         stages.insert(0, Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design))
@@ -299,7 +307,7 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [
         request
-        for requested in (design.requests, design.fine_requests)
+        for requested in (design.requests, *([] if design.there else [design.fine_requests]))
         for condition in dict.fromkeys(conditions)
         for request in requested(condition)
     ]

@@ -86,6 +86,7 @@ class Embedded(OfSpecAlone):
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
+            **({"parting": cutting.PARTING_REVISION} if self.study.failure.kind == "toughness" else {}),
             "tests": [_determining(test) for test in self._tests(request)],
             **({"laboratory": beside} if (beside := self._identities(request)) else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),

@@ -58,8 +58,8 @@ class ManySignificant(Note):
 class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
-    Of a program with chance in it they are the design `replicates` times over. With `coarse` elements the runs of the
-    rows `fine` are made with the study's own too.
+    Of a program with chance in it they are the design `replicates` times over. The runs of the rows `fine` correct its
+    surface: made with the study's own elements beside `coarse` ones, or `there`, by the solver of the transfer.
     """
 
     stage: str
@@ -72,6 +72,7 @@ class Design:
     coarse: str | None = None
     phases: int | None = None
     fine: tuple[int, ...] = ()
+    there: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,8 +95,9 @@ class Design:
         ]
 
     def fine_requests(self, condition: float) -> list[Request]:
-        """Return a request per row that is run with the study's own elements beside coarse ones."""
-        return [Request(self.stage, row, self.levels[row], condition) for row in self.fine]
+        """Return a request per row that corrects the surface; those of another solver are of its stage."""
+        stage = "transfer" if self.there else self.stage
+        return [Request(stage, row, self.levels[row], condition) for row in self.fine]
 
     def replicate(self, row: int) -> int:
         """Return which time over a row belongs to, from 1; 0 without chance."""
@@ -156,7 +158,15 @@ def screening_design(study: Study, solver: Solver) -> Design:
 
 
 def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
-    """Return the design of the spec over the named factors, or the rows the solver has."""
+    """Return the design of the spec over the named factors, or the rows the solver has, and what corrects it."""
+    design = _surface_runs(study, solver, names)
+    if study.rsm.correct_with is None:
+        return design
+    fine = _spread_over(design, study.rsm.correct_runs, "correct_runs")
+    return replace(design.repeated(study.replicates), fine=fine, there=True)
+
+
+def _surface_runs(study: Study, solver: Solver, names: Sequence[str]) -> Design:
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
@@ -166,7 +176,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
         once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
         if study.rsm.coarse is not None:
             return _coarsened(once, study.rsm.coarse, solver)
-        return once.repeated(study.replicates)
+        return once if study.rsm.correct_with else once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
 
 
@@ -174,11 +184,16 @@ def _coarsened(design: Design, options: CoarseOptions, solver: Solver) -> Design
     """Return the design with larger elements, over as many places of the mesh, and which of its runs are fine too."""
     if not isinstance(solver, Meshed):
         raise UsageError("rsm.coarse: the solver does not say how it would mesh otherwise; leave it out")
-    if options.fine_runs > len(np.unique(design.coded, axis=0)):
-        raise UsageError(f"rsm.coarse.fine_runs: the design has fewer than {options.fine_runs} different runs")
+    fine = _spread_over(design, options.fine_runs, "coarse.fine_runs")
     phases = solver.phases if solver.phases > 1 else None
-    fine = tuple(spread_runs(design.coded, options.fine_runs))
     return replace(design, coarse=str(options.element_size), phases=phases, fine=fine)
+
+
+def _spread_over(design: Design, count: int, key: str) -> tuple[int, ...]:
+    """Return so many rows that are spread over the design."""
+    if count > len(np.unique(design.coded, axis=0)):
+        raise UsageError(f"rsm.{key}: the design has fewer than {count} different runs")
+    return tuple(spread_runs(design.coded, count))
 
 
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:

@@ -36,6 +36,11 @@ class Work:
     watch: Watch
     solver: Solver
 
+    def seeing(self, stage: str) -> "Work":
+        """Return this work as a stage does it whose solver may be another."""
+        study = self.study.seen_by(stage)
+        return self if study is self.study else replace(self, study=study, solver=make_solver(study))
+
     def result(self, kind: type[R]) -> R:
         """Return the result of a stage before, which is fresh while a stage works."""
         return read_result(self.folder, kind)
@@ -124,7 +129,7 @@ def a_stage(
 
 def needs_simulation(stage: str, study: Study, _solver: Solver) -> None:
     """Refuse a table, which answers only what it holds."""
-    if study.solver.kind == "table":
+    if study.seen_by(stage).solver.kind == "table":
         raise UsageError(f"{stage}: a table answers only what it holds; this needs a solver that can simulate")
 
 

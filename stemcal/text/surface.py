@@ -93,31 +93,31 @@ def _reduction(found: ReductionSteps, names: Names) -> str:
 
 
 def _correction(found: Corrected, names: Names) -> str:
+    elements = "The design was run with elements of {size}, {fine} of its runs with the study's own too."
+    solvers = (
+        "The design was run by the study's own solver, {fine} of its runs by transfer.solver too ({there}): the "
+        "surface is that of {there}, and so are calibration and validation."
+    )
     alone = (
-        "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
-        "corrected by these: {factor:.3f} times the coarse one. They are too few to tell a slope along the factors: "
-        "what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval, "
-        "that of the mean too. Analysis of variance and R² are of the coarse runs."
+        "The surface is corrected by these: {factor:.3f} times that of the design. They are too few to tell a slope "
+        "along the factors: what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is "
+        "in every interval, that of the mean too. Analysis of variance and R² are of the design's runs."
     )
     tilted = (
-        "The design was run with elements of {size}, {fine} of its runs with the study's own too. The surface is "
-        "corrected by these: {factor:.3f} times the coarse one, with a slope per coded unit of {tilt}. What that "
-        "leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval; analysis of variance "
-        "and R² are of the coarse runs."
+        "The surface is corrected by these: {factor:.3f} times that of the design, with a slope per coded unit of "
+        "{tilt}. What that leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval; "
+        "analysis of variance and R² are of the design's runs."
     )
     slopes = (
         names.say("{slope:response +.3g} along {name:factor}", slope=value, name=name)
         for name, value in found.tilt.items()
     )
-    return names.say(
-        tilted if found.tilt else alone,
-        size=found.element_size,
-        fine=len(found.fine_runs),
-        factor=found.factor,
-        tilt=all_of(slopes),
-        sd=found.sd,
-        df=found.df,
+    there = found.solver or ""
+    asked = names.say(solvers if there else elements, size=found.element_size, there=there, fine=len(found.fine_runs))
+    learnt = names.say(
+        tilted if found.tilt else alone, factor=found.factor, tilt=all_of(slopes), sd=found.sd, df=found.df
     )
+    return f"{asked} {learnt}"
 
 
 def shape_name(shape: Shape) -> str:

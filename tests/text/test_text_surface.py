@@ -66,4 +66,4 @@ def test_a_correction_names_its_tilt(results: Any, tilt: dict[str, float]) -> No
 
     coarse = Corrected(element_size="d/10", fine_runs=Rows(()), factor=1.05, tilt=tilt, sd=2.0, df=3)
     said = {one.kind: one.sentence for one in remarks_of(replace(results.surface, coarse=coarse))}["coarse"]
-    assert "1.050 times the coarse one" in said and ("−0.5 N along yield_stress" in said) == bool(tilt)
+    assert "1.050 times that of the design" in said and ("−0.5 N along yield_stress" in said) == bool(tilt)

@@ -69,7 +69,7 @@ def correction_of(surface: Surface, points: Array, coarse: Array, fine: Array) -
     along = [j for j, name in enumerate(surface.names) if name in surface.terms]
     m, k = int(there.sum()), len(along)
     if m < FEWEST:
-        raise RunsFailed(f"rsm.coarse: {m} runs succeeded with both element sizes; the correction needs {FEWEST}")
+        raise RunsFailed(f"rsm: {m} runs succeeded both in the design and beside it; the correction needs {FEWEST}")
     tilted = m >= k + _FOR_A_TILT
     z = np.column_stack([coarse[there], points[there][:, along]] if tilted else [coarse[there]])
     fit = fit_least_squares(z, fine[there])

@@ -95,12 +95,14 @@ class FitSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrected:
-    """How coarse runs were corrected by `fine_runs` with the study's own elements: force = factor·coarse + Σ tilt·x.
+    """How a surface was corrected by `fine_runs`: force = factor·force of the design + Σ tilt·x.
 
-    `tilt` is per coded unit, N; `sd` is what the correction leaves, N, with its degrees of freedom.
+    They were made with the study's own elements, those of the design with coarse ones of `element_size`; or by another
+    `solver`. `tilt` is per coded unit, N; `sd` is what the correction leaves, N, with its degrees of freedom.
     """
 
-    element_size: str
+    element_size: str | None
+    solver: str | None = absent()
     fine_runs: Rows[ConditionRun]
     factor: float
     tilt: dict[str, float]
@@ -133,10 +135,10 @@ class Prediction:
 class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    Where the design was run with coarse elements, `coarse` tells how coefficients and intervals were corrected; the
-    analysis of variance is that of the coarse runs. `anova_of_copies` counts every copy of a deterministic run, as
-    the tables of a paper that is analysed again do; it is there where that is another table. `deterministic` tells that
-    equal inputs are known to give equal answers.
+    Where the design was run with coarse elements, or for another program, `coarse` tells how coefficients and intervals
+    were corrected; the analysis of variance is that of the design's runs. `anova_of_copies` counts every copy of a
+    deterministic run, as the tables of a paper that is analysed again do; it is there where that is another table.
+    `deterministic` tells that equal inputs are known to give equal answers.
     """
 
     name: ClassVar[str] = "rsm"

@@ -68,8 +68,8 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
 
 
 def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surface) -> tuple[Corrected | None, Surface]:
-    """Return how a surface of coarse runs was corrected by fine ones, and the surface after it."""
-    if design.coarse is None:
+    """Return how a surface was corrected by finer runs, or by those of another solver, and the surface after it."""
+    if not design.fine:
         return None, fit
     fine = fine_runs(work, design, work.study.targets.calibrate_at)
     rows, responses = list(design.fine), [run.outcome.response for run in fine]
@@ -78,6 +78,7 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
     result = Corrected(
         element_size=design.coarse,
+        solver=work.seeing("transfer").study.solver.kind if design.there else None,
         fine_runs=Rows(fine),
         factor=found.factor,
         tilt=tilt if any(tilt.values()) else {},
@@ -190,11 +191,13 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
 
 
 def fine_runs(work: Work, design: Design, condition: float) -> list[ConditionRun]:
-    """Return what came of the runs of a coarse design that are made with the study's own elements too."""
+    """Return what came of the runs that correct the surface of a design."""
     requests = design.fine_requests(condition)
+    if not requests:
+        return []
+    outcomes = (work.seeing("transfer") if design.there else work).outcomes(requests)
     return [
-        ConditionRun(run=request.row + 1, outcome=outcome)
-        for request, outcome in zip(requests, work.outcomes(requests) if requests else [], strict=True)
+        ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in zip(requests, outcomes, strict=True)
     ]
 
 

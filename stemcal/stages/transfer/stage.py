@@ -1,7 +1,7 @@
 """The transfer as a stage: the calibrated point run by another program, corrected there, and run at every condition."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import inf
 
 from stemcal.doe.calibration.transfer import Mover, Step, Tried, Way, best_of, ends_of, learnt_of, next_step
@@ -12,7 +12,6 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Belonging, Solver
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
@@ -54,12 +53,11 @@ def transfer(work: Work, head: Head) -> TransferResult:
     study = work.study
     assert study.transfer is not None
     surface, calibrated = work.result(SurfaceResult), work.result(ValidateResult)
-    there = study.seen_by("transfer")
-    solver = make_solver(there)
+    at_target = work.seeing("transfer")
+    there, solver = at_target.study, at_target.solver
     way = way_of(study, study.transfer, surface, calibrated.parameters, _belong_alike(work.solver, solver, study))
     needs_simulation("transfer", there, solver)
-    simulate = replace(work, study=there, solver=solver).simulating("transfer")
-    search = Search(study, study.transfer, way, calibrated, simulate, max(1, there.replicates))
+    search = Search(study, study.transfer, way, calibrated, at_target.simulating("transfer"), max(1, there.replicates))
     search.run()
     if search.stopped == "tolerance":
         search.look_elsewhere()

@@ -42,8 +42,9 @@ from stemcal.study.model import Study, Target
 @a_stage(ValidateResult)
 def validate(work: Work, head: Head) -> ValidateResult:
     """Simulate at every measured condition with the calibrated parameters."""
+    parameters = calibrated_parameters(work.study, work.solver, work.folder)
+    work = work.seeing("validate")
     study, solver = work.study, work.solver
-    parameters = calibrated_parameters(study, solver, work.folder)
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)

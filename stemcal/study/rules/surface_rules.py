@@ -111,6 +111,25 @@ def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
         yield Finding(("refine", "model"), message, "leave it out, or leave rsm.coarse out")
 
 
+def surface_can_be_corrected_there(draft: Draft) -> Iterator[Finding]:
+    """`rsm.correct_with` needs a transfer whose solver can be asked, a quadratic, and nothing that is of one mesh."""
+    if draft.rsm is None or draft.rsm.correct_with is None:
+        return
+    path = ("rsm", "correct_with")
+    if draft.transfer is None:
+        yield Finding(path, "the spec has no section transfer", "add one, or leave it out")
+    elif draft.transfer.solver.kind == "manual":
+        message = "the runs of transfer.solver are entered by hand"
+        yield Finding(path, message, "leave it out: the transfer itself takes such a solver")
+    if draft.rsm.coarse is not None:
+        yield Finding(path, "rsm.coarse corrects the surface too", "leave one of them out")
+    if draft.mesh is not None:
+        yield Finding(path, "the section mesh is about the study's own elements", "leave one of them out")
+    if draft.refine is not None and draft.refine.model != "quadratic":
+        message = "a Gaussian process takes the runs of the design for those of transfer.solver"
+        yield Finding(("refine", "model"), message, "leave it out, or leave rsm.correct_with out")
+
+
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:
     """Weights by mesh phases need phases; blocks need a composite, whose alpha they set, and no comparison."""
     rsm = draft.rsm

@@ -94,7 +94,7 @@ def test_runs_that_failed_are_left_out_and_two_are_too_few() -> None:
     fine[rows[1]] = np.nan
     assert made(coarse, fine, 4).beta == pytest.approx(0.9 * COARSE)
     fine[rows[2]] = np.nan
-    with pytest.raises(RunsFailed, match=r"rsm\.coarse: 2 runs succeeded with both element sizes"):
+    with pytest.raises(RunsFailed, match="rsm: 2 runs succeeded both in the design and beside it"):
         made(coarse, fine, 4)
 
 
