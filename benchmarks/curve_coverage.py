@@ -43,7 +43,7 @@ RUNS = central_composite(3, centre_points=1)
 
 @dataclass(frozen=True)
 class Setting:
-    """A laboratory: specimens, their scatter, noise (N), the machine as known, by how many SD its stiffness is `off`."""
+    """A laboratory: specimens, their scatter, noise (N), what is known of its machine, by how many SD that is `off`."""
 
     specimens: int = 10
     scatter: float = 0.06
