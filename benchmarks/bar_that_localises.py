@@ -267,7 +267,7 @@ def main(program: str = "") -> None:
             length = radioss_length(here)
             rows = {"here": here}
             if program == "openradioss":
-                own = nonlocal_length(1.0, "openradioss")
+                own = nonlocal_length(LENGTH, "openradioss", LENGTH / part) / LENGTH
                 rows |= {
                     f"L {share:.3f}": pulled_there(breadth, LENGTH / part, share) for share in (length / LENGTH, own)
                 }

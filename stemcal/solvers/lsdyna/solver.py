@@ -38,7 +38,7 @@ _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({N
 class LsDyna(OneCommand):
     """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`."""
 
-    revision: ClassVar[int] = 5
+    revision: ClassVar[int] = 6
 
     @property
     def options(self) -> LsDynaSolver:
