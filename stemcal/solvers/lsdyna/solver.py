@@ -90,7 +90,7 @@ class LsDyna(OneCommand):
                 return deck
         raise SimulationFailed("no_deck", f"solver.decks has none for a diameter of {diameter:g} mm")
 
-    def _read(self, folder: Path, ended: Ended) -> Answer:
+    def _read(self, folder: Path, _request: Request, ended: Ended) -> Answer:
         return force_of_finished_run(folder, self.options, self.study.loading, ended)
 
 
