@@ -232,23 +232,27 @@ class Station(NamedTuple):
     bearing: Array
     rounding: Array
     nose_width: float
-    faces: NDArray[np.int32]
+    places: NDArray[np.int32]
+    columns: NDArray[np.int32]
 
 
 class Nodes(NamedTuple):
     x: Array
 
 
-@pytest.mark.parametrize(("width", "share"), [(0.2, 0.1), (1.0, 0.5), (3.0, 0.5)])
-def test_the_rounding_bears_evenly_from_the_plane_to_half_its_width(width: float, share: float) -> None:
-    """Nodes at h bear ∫ x/h dx / b = b/2h over 0 < x < b, a half at most; the line of the edge stays on the plane."""
-    nodes = np.zeros((8, 3))
-    nodes[4:, 0] = 0.5
-    shape = np.array([[0.1, 0.2, 0.3, 0.4]])
-    cut = Station(shape, np.zeros((1, 8)), np.array([0.75]), width, np.arange(8, dtype=np.int32)[None])
+@pytest.mark.parametrize(
+    ("width", "rows"),
+    [(0.2, [0.9, 0.1, 0.0]), (1.0, [0.5, 0.5, 0.0]), (2.0, [0.25, 0.625, 0.125]), (9.0, [1 / 6, 0.5, 1 / 3])],
+)
+def test_the_rounding_bears_evenly_from_the_plane_to_half_its_width(width: float, rows: list[float]) -> None:
+    """Rows at 0, 0.5 and 1.5 mm bear ∫ N dx / b over 0 < x < b, none beyond the last; the line stays on the plane."""
+    nodes = np.zeros((12, 3))
+    nodes[:, 0] = np.tile([0.0, 0.5, 1.5], 4)
+    shape, places = np.array([[0.1, 0.2, 0.3, 0.4]]), np.arange(4, dtype=np.int32)[None]
+    columns = np.arange(12, dtype=np.int32).reshape(4, 3)
+    cut = Station(shape, np.ones((1, 3)), np.array([0.75]), width, places, columns)
     bear.py_func(cut, Nodes(nodes), 0, 0)
-    np.testing.assert_allclose(cut.bearing[0, 4:], 0.75 * share * shape[0], rtol=1e-12)
-    np.testing.assert_allclose(cut.bearing[0].sum(), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(cut.bearing[0], 0.75 * np.array(rows) + [0.25, 0.0, 0.0], rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("nose", [0.0, 1.0])
