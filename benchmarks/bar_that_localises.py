@@ -230,7 +230,7 @@ def histories_asked(elements: int) -> Iterator[str]:
 def pulled_there(breadth: float, size: float, share: float | None = None) -> Pulled:
     """Return what OpenRadioss makes of a bar, with a nonlocal length of `share` ℓ or that of the decks."""
     mesh, rows = bar(breadth, size)
-    length = nonlocal_length(LENGTH, "openradioss") if share is None else share * LENGTH
+    length = nonlocal_length(LENGTH, "openradioss", size) if share is None else share * LENGTH
     options, folder = OpenRadiossSolver(), run_folder(None, {})
     there = installation(options, Path.cwd())
     (folder / DECK).write_text("\n".join(deck_lines(mesh)) + "\n", "utf-8")

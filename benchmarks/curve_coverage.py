@@ -10,7 +10,7 @@ rises with the stiffness a, is as large as the strength b lets it, and ends by t
     hill   b tanh((a u/b)^1.3) (1 + u/4)/(1 + e^((u − 0.9 c)/0.04)), over a maximum and down again
 
 The specimens of a laboratory scatter in a, b, c, with a smooth error of 1 % along each curve and noise at each point,
-on a machine whose give and toe are drawn from what is said to be known of them, or off by one standard deviation. Its
+on a machine whose give and toe are drawn from what is said to be known of them, or a give off by one SD. Its
 curves are scored and fitted as a study's are, on the surfaces of 15 runs. A line tells, of one setting, how often the
 95 % intervals hold the truth, where no range cuts them off; the last lines what becomes of widths if every curve has
 twice the points.
@@ -33,7 +33,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.measured.curve_modes import Curve, Machine, modes_of, smoothed
 from stemcal.measured.shear_curves import PRELOAD, contact_begins
 
-LABORATORIES, POINTS, SMOOTH, WIDTHS = 300, 250, 0.01, 40
+LABORATORIES, FIRST, POINTS, SMOOTH, WIDTHS = 300, 1000, 250, 0.01, 40  # those before the first were looked at
 MIDDLE, HALF_STEP, NAMES = np.array([400.0, 180.0, 1.0]), np.array([40.0, 15.0, 0.1]), ("a", "b", "c")
 STIFFNESS = 1500.0
 MACHINE = Machine(STIFFNESS, 60.0, 0.005)
@@ -43,7 +43,7 @@ RUNS = central_composite(3, centre_points=1)
 
 @dataclass(frozen=True)
 class Setting:
-    """A laboratory: specimens, their scatter, noise (N), what is known of the machine, by how many SD it is `off`."""
+    """A laboratory: specimens, their scatter, noise (N), what is known of its machine, by how many SD that is `off`."""
 
     specimens: int = 10
     scatter: float = 0.06
@@ -63,7 +63,7 @@ SETTINGS = {
     "n = 20": replace(USUAL, specimens=20),
     "machine known": replace(USUAL, machine=Machine(STIFFNESS)),
     "badly known": replace(USUAL, machine=Machine(STIFFNESS, 300.0, 0.02)),
-    "off by one SD": replace(USUAL, off=1.0),
+    "stiffness 1 SD off": replace(USUAL, off=1.0),
     "3 %, 2 N, n = 20": replace(USUAL, scatter=0.03, noise=2.0, specimens=20),
     "10 %, 2 N, n = 20": replace(USUAL, scatter=0.10, noise=2.0, specimens=20),
 }
@@ -107,13 +107,14 @@ class Runs:
 
 
 def laboratory(runs: Runs, setting: Setting, truth: Array, seed: int, every: int = 2) -> list[Curve]:
-    """Return the curves of a laboratory as its machine writes them, `every` point, from where the preload is passed.
+    """Return the curves of a laboratory as its machine writes them, `every` point, smoothed as a study's are.
 
     A stem that is not seated when the preload is passed settles by the toe until the force is twice as large.
     """
     random, machine = np.random.default_rng(seed), setting.machine
-    drawn = random.standard_normal(2) if setting.off is None else np.full(2, setting.off)
-    give = 1.0 / STIFFNESS + machine.stiffness_sd / STIFFNESS**2 * drawn[0]
+    drawn = random.standard_normal(2)
+    off = drawn[0] if setting.off is None else setting.off
+    give = 1.0 / STIFFNESS + machine.stiffness_sd / STIFFNESS**2 * off
     found = []
     for _ in range(setting.specimens):
         own = np.exp(setting.scatter * random.standard_normal(3) - 0.5 * setting.scatter**2)
@@ -124,7 +125,7 @@ def laboratory(runs: Runs, setting: Setting, truth: Array, seed: int, every: int
         settled = machine.toe_sd * drawn[1] * np.clip(force / PRELOAD - 1.0, 0.0, 1.0)
         way = (travel + give * force + settled)[::every]
         force = (force + setting.noise * random.standard_normal(len(force)))[::every]
-        begin = contact_begins(force, PRELOAD)
+        begin = contact_begins(force, 0.0)
         found.append(smoothed(way[begin:] - way[begin], force[begin:]))
     return found
 
@@ -172,7 +173,7 @@ def truth_of(seed: int) -> Array:
 def coverage(runs: Runs, setting: Setting, laboratories: int) -> Array:
     """Return how often the intervals hold the truth, per cent."""
     held = []
-    for seed in range(laboratories):
+    for seed in range(FIRST, FIRST + laboratories):
         coded = truth_of(seed)
         fitted = misfit(runs, setting, laboratory(runs, setting, MIDDLE + HALF_STEP * coded, seed))
         held.append(held_by(fitted, coded))
@@ -182,7 +183,7 @@ def coverage(runs: Runs, setting: Setting, laboratories: int) -> Array:
 def finer(runs: Runs, setting: Setting) -> tuple[Array, Array, Array]:
     """Return widths (half steps), those with twice the points over these, and those of the maximum alone."""
     usual, ratio, alone = [], [], []
-    for seed in range(WIDTHS):
+    for seed in range(FIRST, FIRST + WIDTHS):
         truth = MIDDLE + HALF_STEP * truth_of(seed)
         coarse, fine = (misfit(runs, setting, laboratory(runs, setting, truth, seed, every)) for every in (2, 1))
         usual.append(widths(coarse))

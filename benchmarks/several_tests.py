@@ -64,7 +64,7 @@ def main(laboratories: int, folder: Path) -> None:
     """Print a line for each combination."""
     folder.mkdir(parents=True, exist_ok=True)
     spec = folder / "tests.yaml"
-    spec.write_text(SPEC.read_text("utf-8").replace("\ntargets:\n", FURTHER + "\ntargets:\n"), "utf-8")
+    spec.write_text(spec_text(), "utf-8")
     study = load_study(spec)
     place = StudyFolder(folder)
     surface = fit_response_surface(study, place)
@@ -81,6 +81,11 @@ def main(laboratories: int, folder: Path) -> None:
         held = np.mean([holds(misfit, region, truth) for misfit in drawn], axis=0)
         width = np.mean([widths(misfit, region) for misfit in drawn[: laboratories // 4]], axis=0) * half_steps
         print(told(tests, width, held, foretold.combinations), flush=True)
+
+
+def spec_text() -> str:
+    """Return the study of configs/three-tests.yaml with radial and axial compression beside its tests."""
+    return SPEC.read_text("utf-8").replace("\ntargets:\n", FURTHER + "\ntargets:\n")
 
 
 def laboratory(

@@ -21,7 +21,7 @@ class ThreePointBending:
     span: float
     nose_radius: float = 5.0
     support_radius: float = 5.0
-    PERIODS: ClassVar[float] = 8.0
+    PERIODS: ClassVar[float] = 16.0
     MOMENT: ClassVar[int | None] = 2
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:

@@ -2,7 +2,7 @@
 
 A curve of five hundred points is one measurement, not five hundred: its points err together. So whole curves are
 compared, each smoothed, from where it passes the preload, brought onto one grid of shares s of the travel u* at which
-it reaches 98 % of its maximum (where the maximum itself is, noise decides on a flat top),
+it reaches 95 % of its maximum (where the maximum itself is, noise decides on a flat top),
 
     w = (F(s u*)/(F̄ √G), u*/ū),   s = 1/G … 1,
 
@@ -40,7 +40,7 @@ FEWEST = 5
 """Specimens without which their scatter is not known well enough."""
 MOST = 3
 _SHARES = np.arange(1, 26) / 25.0
-_HELD, _TOP, _FALLEN = 0.99, 0.98, 0.9
+_HELD, _TOP, _FALLEN = 0.99, 0.95, 0.9
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def _apart(vectors: Array, scatter: Array, h: Array) -> Array:
 def smoothed(travel: Array, force: Array) -> Curve:
     """Return a measured curve until it breaks without the noise of its points, whose largest is no maximum.
 
-    At each point a quadratic through its neighbours within a share of the travel (A. Savitzky and M. J. E. Golay,
+    At each point a quadratic through its neighbours within two shares of the travel (A. Savitzky and M. J. E. Golay,
     Anal. Chem. 36 (1964) 1627); at the ends of the curve through those of one side.
     """
     from scipy.signal import savgol_filter
@@ -179,7 +179,7 @@ def smoothed(travel: Array, force: Array) -> Curve:
     top = int(np.argmax(force))
     fallen = np.flatnonzero(force[top:] < _FALLEN * force[top])
     end = top + int(fallen[0]) if len(fallen) else len(force)
-    half = top // len(_SHARES)
+    half = 2 * top // len(_SHARES)
     if half > 1 and end > 2 * half:
         force = np.append(savgol_filter(force[:end], 2 * half + 1, 2), force[end:])
     return travel, force

@@ -126,11 +126,14 @@ class Measurable:
     response: str
     surface: Surface
     variation: float
+    specimens: str = ""
+    systematic: float = 0.0
 
     def measured(self, specimens: int) -> Observation:
         """Return it as measured over so many specimens whose mean is what mid-levels give."""
         value = float(self.surface.beta[0])
-        return Observation(self.surface, value, self.variation * abs(value), specimens, self.response)
+        told = self.response, None, self.specimens, self.systematic
+        return Observation(self.surface, value, self.variation * abs(value), specimens, *told)
 
     def information(self) -> Array:
         """Return what one specimen tells of the factors, coded (k, k): outer product of slopes in standard errors."""
@@ -228,6 +231,7 @@ def _measurable(
     places = [(at, *named) for at in runs for named in _responses(work.study, at) if named[1] not in beyond]
     scatter = {response: _variation(work.study, response) for _, _, response in places}
     typical = next((cv for cv in scatter.values() if cv), ASSUMED_CV)
+    targets = {target.condition: target for target in work.study.targets.means}
     found = [
         Measurable(
             test,
@@ -235,6 +239,7 @@ def _measurable(
             response,
             local_surface(points, [outcome.number(response) for outcome in runs[at]], coding.names),
             scatter[response] or typical,
+            *((target.specimens_of(response), target.systematic_of(response)) if (target := targets.get(at)) else ()),
         )
         for at, test, response in places
     ]
@@ -260,7 +265,7 @@ def _responses(study: Study, condition: float) -> Iterator[tuple[str, str]]:
     """Yield the test and the name of every response that may be measured at a condition."""
     for response in study.invert.responses:
         if not study.test_of(response):
-            stem = study.naming.is_cutting or bool(study.tests)
+            stem = study.naming.is_cutting or bool(study.tests) or bool(study.targets.modes)
             yield (CUTTING if stem else study.naming.named(response).name), response
     for test in study.tests:
         for response in test.means_at(condition) if test.targets else test.told:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import inline
@@ -15,11 +16,8 @@ from stemcal.measured.remarks import LabRemark
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
 from stemcal.measured.shear_curves import CurveOptions
-from stemcal.study.model import LaboratorySection, Study
+from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import RESPONSES
-
-# A piece counts as broken where the force has dropped by this share of its maximum, as in the simulated tests.
-BREAK_DROP = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +66,8 @@ def measure_tests(
             raise UsageError(f"--exclude {one[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
         left_out[name].append(specimen)
     read = {test.name: measure_shear(find_files(folder / test.name), how, None, left_out[test.name]) for test in there}
-    means = Rows(mean for test in there for mean in _means(test, read[test.name]))
+    drop = study.solver.break_drop if isinstance(study.solver, EmbeddedSolver) else 0.5
+    means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))
     return MeasuredTests(
         means,
         tuple(remark for tests in read.values() for remark in tests.remarks()),
@@ -77,13 +76,13 @@ def measure_tests(
     )
 
 
-def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
+def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:
     """Return the mean of each response that the test's targets have, else of what such a test usually tells."""
     wanted = test.measured or (*test.told, *(["force_at_deflection"] if test.deflection else []))
     found = []
     for grade in read.grades:
         pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]
-        told = [_responses(test, piece) for piece in pieces]
+        told = [_responses(test, piece, drop) for piece in pieces]
         for name in wanted:
             if values := [one[name] for one in told if name in one]:
                 mean = TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summarise(values))
@@ -91,22 +90,21 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
     return found
 
 
-def _responses(test: LaboratorySection, piece: TestedSpecimen) -> dict[str, float]:
+def _responses(test: LaboratorySection, piece: TestedSpecimen, drop: float) -> dict[str, float]:
     """Return what the curve of one piece tells until it breaks."""
-    end = break_at(piece.curve.force)
+    end = break_at(piece.curve.force, drop)
     travel, force = piece.curve.travel[:end], piece.curve.force[:end]
     return curve_responses(travel, force, secant(travel, force, test.secant), test.deflection)
 
 
-def break_at(force: NDArray[np.float64]) -> int:
-    """Return how many points of a curve stand before the break: all where the force never drops far.
+def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:
+    """Return how many points of a curve stand before the break, found as in the simulated tests; all if it does not.
 
     >>> break_at(np.array([0.0, 8.0, 10.0, 7.0, 4.0, 6.0])), break_at(np.array([0.0, 1.0, 2.0]))
     (4, 3)
     """
-    peak = int(np.argmax(force))
-    below = np.flatnonzero(force[peak:] < (1.0 - BREAK_DROP) * force[peak])
-    return peak + int(below[0]) if len(below) else len(force)
+    row = break_row(force, np.ones(len(force), dtype=np.int64), drop)
+    return len(force) if row is None else row
 
 
 def _targets(test: LaboratorySection, means: Sequence[TestedMean]) -> list[str]:

@@ -234,7 +234,8 @@ def _transfer(study: Study, folder: StudyFolder | None) -> _There:
     stages, most = {"transfer"}, study.transfer.budget
     if study.rsm.correct_with is not None:  # the corrected surface, the refinement and the validation too
         stages |= {"refine", "validate"}
-        most += study.rsm.correct_runs * max(1, len(study.joint_targets)) + len(study.targets.means)
+        points = study.rsm.correct_runs * max(1, len(study.joint_targets)) + len(study.targets.means)
+        most += points * max(1, study.seen_by("transfer").replicates)
         most += 0 if study.refine is None else study.refine.budget
     done = sum(record is not None and record["request"]["stage"] in stages for record in records)
     left = max(0, most - done)

@@ -11,7 +11,7 @@ import numpy as np
 from stemcal import cutting
 from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
-from stemcal.errors import SimulationFailed, UsageError
+from stemcal.errors import SimulationFailed
 from stemcal.fem import stepper
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
@@ -25,10 +25,9 @@ from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
 from stemcal.solvers.laboratory_runs import doubts, identity, laboratory_test, measured_at, perform_all, seconds
-from stemcal.solvers.measures import kept_curve, kept_rows, work_until
+from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
-from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.types.lengths import Length
 
 # Of the history, what pictures of a run are made from.
@@ -383,20 +382,11 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisati
 
 
 def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) -> dict[str, float]:
-    """Return how the curves score on the modes of those that were measured, means over the phases.
-
-    Raises
-    ------
-    SimulationFailed
-        If a force stays below the preload that measured curves begin with.
-    """
+    """Return how the curves score on the modes of those that were measured, means over the phases."""
     if modes is None:
         return {}
-    try:
-        each = [modes.scores(result.history.travel, result.history.force_filtered) for result in results]
-    except UsageError as error:
-        raise SimulationFailed("no_curve", str(error)) from error
-    return dict(zip((named.name for named in named_modes([modes])), np.mean(each, axis=0).tolist(), strict=True))
+    each = [curve_scores(modes, result.history.travel, result.history.force_filtered) for result in results]
+    return {name: float(np.mean([scores[name] for scores in each])) for name in each[0]}
 
 
 def _precision(study: Study) -> Precision:

@@ -16,7 +16,7 @@ from stemcal.study.model import LaboratorySection, Study
 class TestProgram(Command):
     """A program that answers with the responses of one test, by the names that tests have for them."""
 
-    def _read(self, folder: Path, ended: Ended) -> Answer:
+    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
         return Answer("ok", details={RESPONSES: self._numbers(folder, ended)})
 
 

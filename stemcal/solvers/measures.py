@@ -6,6 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stemcal.errors import SimulationFailed, UsageError
+from stemcal.measured.curve_modes import CurveModes
+from stemcal.study.model.measured_targets import named_modes
+
 Array = NDArray[np.float64]
 
 
@@ -35,6 +39,21 @@ def kept_curve(travel: Array, force: Array, most: int = 200) -> dict[str, list[f
         "travel": [round(float(value), 6) for value in travel[rows]],
         "force": [round(float(value), 4) for value in force[rows]],
     }
+
+
+def curve_scores(modes: CurveModes, travel: Array, force: Array) -> dict[str, float]:
+    """Return the score of a simulated curve (mm, N) on each mode of those measured, by the name of the response.
+
+    Raises
+    ------
+    SimulationFailed
+        If the force stays below the preload that measured curves begin with.
+    """
+    try:
+        found = modes.scores(travel, force)
+    except UsageError as error:
+        raise SimulationFailed("no_curve", str(error)) from error
+    return {named.name: score for named, score in zip(named_modes([modes]), found, strict=True)}
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:

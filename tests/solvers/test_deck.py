@@ -32,6 +32,7 @@ from stemcal.solvers.deck.writer import stem_material
 from stemcal.solvers.embedded import shear_test
 from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.study.reading import load_study
+from stemcal.study.types.lengths import Length
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STUDY = load_study(CONFIGS / "wild-chrysanthemum.yaml")
@@ -382,6 +383,7 @@ def test_lengths_stand_in_each_programs_own_words() -> None:
     spread, length = 8.0 / 9.5, 8.0 / 4.5
     assert (plain.nose, plain.nonlocal_length) == (0.1, 0.0)
     assert dyna.nonlocal_length == pytest.approx(2.5**0.5 * length, rel=1e-12)
+    assert radioss.nonlocal_length == pytest.approx(length - 0.25, rel=1e-12)
     assert radioss.nose == dyna.nose == pytest.approx(nose_radius(spread), rel=1e-12)
     text = deck_text(dyna)
     card = text[text.index("*MAT_NONLOCAL\n") :].splitlines()
@@ -395,10 +397,30 @@ def test_lengths_stand_in_each_programs_own_words() -> None:
     assert engine_text(radioss, "run").splitlines()[:2] == ["/RUN/run/1/", "0.5"]
 
 
+def test_deck_tells_that_elements_are_too_coarse_for_its_nose() -> None:
+    """0.6 of d/9.5 at 8 mm is 0.505 mm: the study's d/16 is just not longer."""
+    coarser = STUDY.solver.model_copy(update={"element_size": Length.of("d/12")})
+    for solver, told in ((STUDY.solver, False), (coarser, True)):
+        notes = carrying("openradioss", study=STUDY.model_copy(update={"solver": solver})).notes
+        assert any("on elements of at most 0.51 mm" in note for note in notes) == told
+
+
+def test_openradioss_averages_a_row_of_elements_alike_on_every_mesh() -> None:
+    """Linear elements with one point: Σ h (m mᵀ + L² s sᵀ) U = Σ h m ε; the mean in a row that alone strains by u/h."""
+    for size in (0.05, 0.2, 0.5):
+        length, count = nonlocal_length(1.0, "openradioss", size), 2 * round(15.0 / size) + 1
+        left, right = np.eye(count, count + 1), np.eye(count, count + 1, 1)
+        mean, slope = 0.5 * (left + right), (right - left) / size
+        strain = (np.arange(count) == count // 2) / size
+        nodes = np.linalg.solve(mean.T @ mean + length**2 * slope.T @ slope, mean.T @ strain)
+        assert (mean @ nodes)[count // 2] == pytest.approx(0.5, rel=1e-9)
+    assert nonlocal_length(1.0, "openradioss", 2.5) == 0.0
+
+
 def test_weight_of_ls_dyna_has_the_second_moment_of_a_ball() -> None:
     """The mean of r² over (1 + (r/L)⁸)⁻², which is to be 3/2 ℓ²."""
     r = np.linspace(0.0, 6.0, 200_001)
-    weight = (1.0 + (r / nonlocal_length(1.0, "lsdyna")) ** 8) ** -2 * r**2
+    weight = (1.0 + (r / nonlocal_length(1.0, "lsdyna", 0.1)) ** 8) ** -2 * r**2
     assert np.trapezoid(weight * r**2, r) / np.trapezoid(weight, r) == pytest.approx(1.5, rel=1e-6)
 
 
@@ -418,18 +440,23 @@ def test_nonlocal_deck_has_mass_by_its_density_and_tools_that_are_held() -> None
 
 
 def test_deck_as_the_embedded_solver_computes_it() -> None:
-    nose = nose_radius(8.0 / 9.5)
-    cases = (None, 0.0, 0.1, 0.25), ("openradioss", 1.15 * 8.0 / 4.5, nose, 0.5), ("lsdyna", 8.0 / 4.5, nose, 0.5)
-    for program, length, edge, penalty in cases:
-        study = as_embedded(carrying(program))
-        test = shear_test(study, {}, 8.0)
-        assert (test.material.internal_length, test.blade.edge_spread) == (pytest.approx(length), 0.0)
-        assert test.contact.penalty == penalty
-        assert test.blade.edge_radius == edge
-        assert test.blade.thickness == max(2.3, 2.02 * edge)
-        assert build(test).tools[0].radius == edge
+    """With the study's own lengths where the deck has them in a program's words, without any where it has none."""
+    for program, length, spread in (None, 0.0, 0.0), ("openradioss", 8 / 4.5, 8 / 9.5), ("lsdyna", 8 / 4.5, 8 / 9.5):
+        test = shear_test(as_embedded(carrying(program)), {}, 8.0)
+        assert (test.material.internal_length, test.blade.edge_spread) == pytest.approx((length, spread))
+        assert (test.contact.penalty, test.blade.edge_radius, test.blade.thickness) == (0.25, 0.1, 2.3)
+        assert build(test).tools[0].radius == 0.1
         assert (test.material.hardening_parameter, test.material.strain_rate_c) == (1.0, 0.0)
         assert (test.material.density, test.material.yield_stress) == (1.1e-9, 17.96)
+
+
+def test_a_nose_stands_a_quarter_of_an_element_beside_a_row_of_nodes() -> None:
+    sharp, blunt = (carrying(program).parts for program in (None, "openradioss"))
+    for parts, beside in ((sharp, 0.0), (blunt, 0.125)):
+        lowest = parts.blade.nodes[np.argmin(parts.blade.nodes[:, 2])]
+        assert lowest[0] == pytest.approx(beside, abs=1e-12)
+        assert np.abs(parts.stem.nodes[:, 0]).min() == 0.0
+        assert parts.supports.nodes[:, 0].sum() == pytest.approx(0.0, abs=1e-6)
 
 
 def test_rate_of_plastic_strain_is_for_ls_dyna_alone() -> None:

@@ -130,6 +130,21 @@ def test_what_is_finished_is_fresh_and_another_program_there_makes_the_surface_s
     assert now["rsm"] == now["validate"] == now["transfer"] == "stale"
 
 
+def test_a_program_there_with_chance_in_it_makes_each_run_several_times(tmp_path: Path) -> None:
+    """Three replicates with a scatter of 1 %: the correction takes their means."""
+    path = spec(tmp_path)
+    before, there = path.read_text("utf-8").split("transfer:")
+    chance = there.replace(", there]", ', there, "{{seed}}"]').replace("budget: 6", "budget: 18")
+    chance = chance.replace("kind: command,", "kind: command, deterministic: false, replicates: 3,")
+    path.write_text(f"{before}transfer:{chance}", encoding="utf-8")
+    program = path.with_name("program.py")
+    drawn = 'json.dump({"force": (1.0 + (0.01 * (int(sys.argv[5]) % 3 - 1) if there else 0.0)) * force'
+    program.write_text(program.read_text("utf-8").replace('json.dump({"force": force', drawn), encoding="utf-8")
+    run(path, "run")
+    assert all(len(one["replicates"]["values"]) == 3 for one in stage(path, "rsm")["coarse"]["fine_runs"])
+    assert stage(path, "rsm")["coarse"]["factor"] == pytest.approx(1.5, rel=0.02)
+
+
 def test_the_refinement_runs_there(tmp_path: Path) -> None:
     """16 b² more there, which no factor and no slope has: the refinement ends within its tolerance all the same."""
     path = spec(tmp_path, more=f"{TRANSFER}\nrefine: {{tolerance_percent: 0.2, budget: 6}}")

@@ -70,7 +70,7 @@ def test_openradioss_parts_the_bar_alike(breadth: float, parts: int) -> None:
     there = BARS.pulled_there(breadth, size, BARS.radioss_length(here))
     for told in ("neck", "zone", "elongation", "work"):
         assert getattr(there, told) == pytest.approx(getattr(here, told), rel=0.05), told
-    length = BARS.nonlocal_length(BARS.LENGTH, "openradioss")
+    length = BARS.nonlocal_length(BARS.LENGTH, "openradioss", size)
     foretold = BARS.radioss_mean(here, length)
     assert BARS.pulled_there(breadth, size).zone == pytest.approx(
         2.0 * size * float(foretold.sum()) / float(foretold.max()), rel=0.05

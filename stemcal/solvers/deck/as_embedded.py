@@ -1,11 +1,8 @@
 """What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
 
-from stemcal.solvers.deck.equivalents import own_length
 from stemcal.solvers.deck.model import Deck
 from stemcal.study.model import PARAMETERS, EmbeddedSolver, HourglassSection, Study
 from stemcal.study.types.lengths import Length
-
-_LEAST_BODY = 2.02  # thickness of a blade over the radius of its edge: a wider nose has a thicker body
 
 
 def as_embedded(deck: Deck) -> Study:
@@ -14,18 +11,14 @@ def as_embedded(deck: Deck) -> Study:
     Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
     """
     study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
-    program = deck.form.lengths
-    lengths = {"internal_length": Length(own_length(deck.nonlocal_length, program) if program else 0.0)}
-    # under a nose nodes of either side bear on the faces of the other, here those of the stem alone
-    stiffer = {"penalty": min(1.0, 2.0 * study.contact.penalty)} if program else {}
-    thickness = max(study.blade.thickness, _LEAST_BODY * deck.nose)
-    edge = {"edge_radius": deck.nose, "edge_spread": Length(0.0), "thickness": thickness}
+    # a nose and a program's nonlocal length stand for the study's own lengths; without them there are none
+    lengths = {} if deck.form.lengths else {"internal_length": Length(0.0)}
+    edge = {} if deck.form.lengths else {"edge_spread": Length(0.0)}
     return study.model_copy(
         update={
             "factors": (),
             "material": study.material.model_copy(update=values | lengths),
             "blade": study.blade.model_copy(update=edge),
-            "contact": study.contact.model_copy(update=stiffer),
             "solver": _solver(deck, "cowper_symonds" if deck.material["c"] > 0.0 else "none"),
         }
     )

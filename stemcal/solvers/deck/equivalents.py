@@ -16,11 +16,10 @@ from stemcal.study.model import DeckSolver, EmbeddedSolver
 
 Array = NDArray[np.float64]
 
-# OpenRadioss's R_len over ℓ: by two stems of 8 mm with d/16. By second moments it would be ½: 2R² of R² ∇²ε̄ = ε̄ − ε
-# against ½ℓ² of exp(−r²/ℓ²); with 0.68 ℓ stems part at 0.87 of the force.
-_RADIOSS_LENGTH = 0.86
-# With 1.15 ℓ the embedded solver parts a stem under a nose at the force of OpenRadioss, with d/16 and d/20 to 6 %.
-_RADIOSS_HERE = 1.15 / _RADIOSS_LENGTH
+# OpenRadioss's 2L + h over ℓ on elements of length h. Of a zone of one row of them its mean is 1/(2L + h) of what the
+# zone elongates (ε̄ − L² ∇²ε̄ = ε, ε̄ the mean of an element's nodes), the mean by exp(−r²/ℓ²) 1/(ℓ √π). Bars that neck
+# part alike with 1.7 (benchmarks/bar_that_localises.py), stems of 8 mm under a nose with 2.
+_RADIOSS_LENGTH = 2.0
 # LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
 # The radius of a nose over the distance within which a sharp edge bears: with it the force of both is alike.
@@ -52,14 +51,12 @@ def nose_radius(spread: float) -> float:
     return _NOSE * spread
 
 
-def nonlocal_length(length: float, program: str) -> float:
-    """Return what LS-DYNA or OpenRadioss calls the length (mm) over which they average as ℓ (mm) does here."""
-    return length * (_RADIOSS_LENGTH if program == "openradioss" else _DYNA_LENGTH)
+def nonlocal_length(length: float, program: str, size: float) -> float:
+    """Return what LS-DYNA or OpenRadioss calls the length (mm) over which they average as ℓ (mm) does here.
 
-
-def own_length(length: float, program: str) -> float:
-    """Return the ℓ (mm) with which the embedded solver averages as a program does over what that calls the length."""
-    return length * _RADIOSS_HERE if program == "openradioss" else length / _DYNA_LENGTH
+    OpenRadioss's is shorter on elements (mm) that are longer, since they average too; 0 where they alone do.
+    """
+    return max(0.5 * (_RADIOSS_LENGTH * length - size), 0.0) if program == "openradioss" else length * _DYNA_LENGTH
 
 
 def shortest(mesh: Mesh) -> float:

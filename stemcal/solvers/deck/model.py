@@ -8,6 +8,8 @@ from functools import cached_property
 from math import pi
 from typing import Any
 
+import numpy as np
+
 from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, rate_filter, stem_mesh
 from stemcal.errors import UsageError
 from stemcal.fem.contact import POINTS_PER_FACE
@@ -28,6 +30,11 @@ from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, OpenRadi
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
+# How far a nose stands beside the row of nodes that the edge is over, in elements. Its force goes up and down with the
+# nodes that it holds, by 5 % to either side as over a row and over the middle between two; a quarter is half way.
+_NOSE_BESIDE = 0.25
+# Longer elements than this share of `edge_spread` are too coarse for the nose: the stem parts at more force.
+_RESOLVED = 0.6
 # What the stem's card calls the parameters, in their order.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
@@ -140,7 +147,8 @@ class Deck:
     @property
     def nonlocal_length(self) -> float:
         """The length of the program's own card of nonlocal failure, mm; 0 for none."""
-        return nonlocal_length(self.internal_length, self.form.lengths) if self.form.lengths else 0.0
+        program = self.form.lengths
+        return nonlocal_length(self.internal_length, program, self._element_size) if program else 0.0
 
     @cached_property
     def density_factor(self) -> float:
@@ -181,12 +189,11 @@ class Deck:
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + study.loading.gap, how.element_size
         rests_at = 0.5 * supports.clearance + supports.fillet_radius
-        length = min(b.length, _BLADE_OVER_STEM * diameter)
-        return Parts(
-            stem_mesh(stem, how, rests_at),
-            blade_mesh(blade, length, lowest, size, study.loading.stroke, POINTS_PER_FACE if self.is_sharp else None),
-            supports_mesh(supports, stem, size),
-        )
+        length, stroke = min(b.length, _BLADE_OVER_STEM * diameter), study.loading.stroke
+        edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
+        if not self.is_sharp:
+            edge = edge.moved(edge.nodes + np.array([_NOSE_BESIDE * size, 0.0, 0.0]))
+        return Parts(stem_mesh(stem, how, rests_at), edge, supports_mesh(supports, stem, size))
 
     @cached_property
     def notes(self) -> list[str]:
@@ -216,6 +223,10 @@ class Deck:
         return {**kept, **{name: getattr(solver, name) for name in names}}
 
     @property
+    def _element_size(self) -> float:
+        return self.solver.element_size.at(self.diameter)
+
+    @property
     def _rate_law(self) -> str:
         solver = self.solver
         return solver.rate_law if isinstance(solver, EmbeddedSolver | OpenRadiossSolver) else "cowper_symonds"
@@ -233,9 +244,11 @@ class Deck:
         if self.form.lengths is None:
             yield f"there is no card for {' and '.join(given)}, so the force belongs to this mesh"
         else:
+            most = _RESOLVED * self.edge_spread
+            coarse = f", on elements of at most {most:.2g} mm" if self._element_size > most else ""
             yield (
                 f"{' and '.join(given)} stand as a nose of radius {self.nose:.3g} mm and a nonlocal length of "
-                f"{self.nonlocal_length:.3g} mm, which come near, not to the same force"
+                f"{self.nonlocal_length:.3g} mm, which come near, not to the same force{coarse}"
             )
         if self.form.lengths == "lsdyna" and self.internal_length > 0.0:
             yield "*MAT_NONLOCAL takes history variable 1 for the plastic strain; no LS-DYNA was at hand to see that"

@@ -38,7 +38,7 @@ _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({N
 class LsDyna(OneCommand):
     """Answers requests by LS-DYNA; see `study.outside.LsDynaSolver`."""
 
-    revision: ClassVar[int] = 5
+    revision: ClassVar[int] = 6
 
     @property
     def options(self) -> LsDynaSolver:
@@ -90,7 +90,7 @@ class LsDyna(OneCommand):
                 return deck
         raise SimulationFailed("no_deck", f"solver.decks has none for a diameter of {diameter:g} mm")
 
-    def _read(self, folder: Path, ended: Ended) -> Answer:
+    def _read(self, folder: Path, _request: Request, ended: Ended) -> Answer:
         return force_of_finished_run(folder, self.options, self.study.loading, ended)
 
 

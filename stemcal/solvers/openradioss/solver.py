@@ -56,7 +56,7 @@ class _Step(NamedTuple):
 class OpenRadioss(Program):
     """Answers requests by OpenRadioss; see `study.outside.OpenRadiossSolver`."""
 
-    revision: ClassVar[int] = 5
+    revision: ClassVar[int] = 6
 
     @property
     def options(self) -> OpenRadiossSolver:

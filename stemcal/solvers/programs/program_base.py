@@ -3,7 +3,7 @@
 import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -79,6 +79,7 @@ class Program(ABC):
             "inputs": self.inputs.identity(),
             **self._determining(request),
             "levels": dict(request.levels),
+            **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({} if self.naming.condition is None else {"condition": request.condition}),
             **({"replicate": request.replicate} if request.replicate else {}),
         }
@@ -136,14 +137,14 @@ class OneCommand(Program):
         values = self._values(request)
         filled = [fill(argument.encode(), values).decode() for argument in arguments]
         command = [executable(program, self.study.source.parent), *filled]
-        return run_in(folder, command, self.options, lambda ended: self._read(folder, ended))
+        return run_in(folder, command, self.options, lambda ended: self._read(folder, request, ended))
 
     @abstractmethod
     def _values(self, request: Request) -> Mapping[str, str]:
         """Return what stands for each placeholder of the command."""
 
     @abstractmethod
-    def _read(self, folder: Path, ended: Ended) -> Answer:
+    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
         """Return the answer that a program has left; raise `NoResult` if there is none."""
 
 

@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from stemcal.files.encodings import lenient
 from stemcal.files.plain import MIB, read_plain
@@ -13,8 +13,10 @@ from stemcal.solvers.fortran import number_of
 from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.helper_process import run_in_helper
 from stemcal.solvers.programs.rcforc import contact_force
-from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
+from stemcal.solvers.programs.reductions import Array, NoResult, Series, plotted, reduce_series
 from stemcal.study.model import ResultReader
+
+T = TypeVar("T")
 
 MAX_BYTES = 200 * MIB
 LONGEST_LINE = 10_000
@@ -33,14 +35,21 @@ def read_number(result: ResultReader, folder: Path) -> float:
     return result.scale * reduce_series(series, result.reduction, result.at, result.over)
 
 
-def read_number_within(seconds: float, result: ResultReader, folder: Path) -> float:
-    """Return what `read_number` does, in so many seconds; raise `NoResult` (``timeout``) if it takes longer.
+def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
+    """Return what the numbers of a result are plotted along, and these; raise `NoResult` as `read_number` does."""
+    series = READERS[result.kind](read_text(folder, result.file), result)
+    along, numbers = plotted(series)
+    return along, result.scale * numbers
+
+
+def read_within(seconds: float, read: Callable[[ResultReader, Path], T], result: ResultReader, folder: Path) -> T:
+    """Return what is read in so many seconds; raise `NoResult` (``timeout``) if it takes longer.
 
     What is small and of linear effort is read here, the rest in a process that can be ended.
     """
     if is_small(folder / result.file) and result.kind != "regex":
-        return read_number(result, folder)
-    return run_in_helper(seconds, read_number, result, folder)
+        return read(result, folder)
+    return run_in_helper(seconds, read, result, folder)
 
 
 def is_small(file: Path) -> bool:

@@ -42,14 +42,25 @@ def reduce_series(
     NoResult
         If the series is empty, holds NaN, or does not reach where it is asked for.
     """
+    y = _finite(series)
+    if reduction in _ALONE:
+        return float(_ALONE[reduction](y))
+    return _along(_abscissa(series, y.size), y, reduction, at, over)
+
+
+def plotted(series: Series) -> tuple[Array, Array]:
+    """Return what a series is plotted along, and its numbers; raise `NoResult` as `reduce_series` does."""
+    y = _finite(series)
+    return _abscissa(series, y.size), y
+
+
+def _finite(series: Series) -> Array:
     y = np.asarray(series.y, dtype=float)
     if y.size == 0:
         raise NoResult("no_result", "the result holds no numbers")
     if not np.isfinite(y).all():
         raise NoResult("nan", f"number {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}")
-    if reduction in _ALONE:
-        return float(_ALONE[reduction](y))
-    return _along(_abscissa(series, y.size), y, reduction, at, over)
+    return y
 
 
 _ALONE: dict[str, Callable[[Array], float]] = {

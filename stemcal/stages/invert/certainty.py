@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import hypot, isfinite
 from typing import Literal
 
 import numpy as np
@@ -44,6 +44,11 @@ class Measured:
     naming: Naming = CUTTING
     specimens: str = ""
     systematic: float = 0.0
+
+    @property
+    def spread(self) -> float | None:
+        """The standard deviation of n specimens by themselves that would leave the mean as uncertain."""
+        return None if self.sd is None else hypot(self.sd, (self.n or 1) ** 0.5 * self.systematic)
 
     @property
     def named(self) -> Named:

@@ -16,6 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bounds
+from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
@@ -195,7 +196,9 @@ def fine_runs(work: Work, design: Design, condition: float) -> list[ConditionRun
     requests = design.fine_requests(condition)
     if not requests:
         return []
-    outcomes = (work.seeing("transfer") if design.there else work).outcomes(requests)
+    there = work.seeing("transfer") if design.there else work
+    times = there.study.replicates if design.there else 0
+    outcomes = merged(there.outcomes(repeated(requests, times)), times)
     return [
         ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in zip(requests, outcomes, strict=True)
     ]

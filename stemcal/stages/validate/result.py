@@ -69,11 +69,11 @@ class FurtherRow:
         `by_chance` is the scatter of the simulated value, if it is a mean over replicates.
         """
         named, error = mean.named, error_percent(mean.value, simulated)
-        row = cls(named.name, named.unit, mean.value, mean.sd, simulated, error, judged=mean.leads)
-        if not mean.leads or mean.sd is None or mean.n is None:
+        row = cls(named.name, named.unit, mean.value, mean.spread, simulated, error, judged=mean.leads)
+        if not mean.leads or mean.spread is None or mean.n is None:
             return row
         scatter = None if by_chance is None else (by_chance.share, by_chance.df)
-        measured = Sample(mean.value, mean.sd, mean.n)
+        measured = Sample(mean.value, mean.spread, mean.n)
         found = compare_with_simulated(measured, simulated, margin_percent, scatter)
         return replace(
             row,

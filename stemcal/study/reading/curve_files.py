@@ -7,11 +7,12 @@ from typing import Any
 from stemcal.errors import UsageError
 from stemcal.measured.curve_modes import FEWEST, Curve, smoothed
 from stemcal.measured.samples import summarise
-from stemcal.measured.shear_curves import read_curves
+from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
 
 _MOST_FILES = 1000
+_WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
 
 
 def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]], list[Finding]]:
@@ -30,7 +31,7 @@ def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]]
         path: NodePath = ("targets", "forces", index, "curves")
         try:
             files = _files(patterns, folder)
-            read = [smoothed(curve.travel, curve.force) for file in files for curve in read_curves(file)]
+            read = [smoothed(curve.travel, curve.force) for file in files for curve in read_curves(file, _WHOLE)]
         except UsageError as error:
             wrong.append(Finding(path, str(error), "name files of force over travel, beside the spec"))
             read = []

@@ -123,8 +123,8 @@ def _draft(data: Any, sections: Sections) -> Draft:
 def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
     """Return a finding with the path that the spec writes, under its own names."""
     as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
-    tests = isinstance(data, dict) and "tests" in data  # targets are then written as for cutting
-    path = finding.path if tests else as_in_spec(finding.path, naming, as_list)
+    own = isinstance(data, dict) and not data.keys().isdisjoint(("responses", "conditions"))
+    path = as_in_spec(finding.path, naming, as_list) if own else finding.path  # else written as for cutting
     invert = data.get("invert") if isinstance(data, dict) else None
     if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
         path = ("invert", "conditions", *path[2:])

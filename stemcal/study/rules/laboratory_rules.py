@@ -4,10 +4,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.study.model import LaboratorySection
+from stemcal.study.model import CommandSolver, LaboratorySection
 from stemcal.study.model.laboratory_tests import RESPONSES
 from stemcal.study.rules.draft import Draft, Finding
-from stemcal.study.rules.program_rules import placeholders_are_known, reduction_has_what_it_needs, run_files_differ
+from stemcal.study.rules.program_rules import (
+    has_abscissa,
+    placeholders_are_known,
+    reduction_has_what_it_needs,
+    run_files_differ,
+)
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
 
@@ -32,12 +37,17 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
-    """Curves are measured where the parameters are calibrated, and compared with those of the embedded solver."""
+    """Curves are measured where the parameters are calibrated, and the solver has a curve to compare."""
     targets = draft.targets
     curved = {} if targets is None else {i: one.condition for i, one in enumerate(targets.means) if one.curves}
     for index in curved:
         path = ("targets", "forces", index, "curves")
-        if draft.solver is not None and draft.embedded is None:
+        if isinstance(draft.solver, CommandSolver):
+            result = draft.solver.result
+            if result is None or result.reduction != "max" or not has_abscissa(result):
+                message = "needs a result that is the largest force along the travel in mm"
+                yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
+        elif draft.solver is not None and draft.embedded is None:
             yield Finding(path, f"solver {draft.solver.kind} has no curve to compare", "give the force alone")
         if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"

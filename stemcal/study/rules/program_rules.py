@@ -5,6 +5,7 @@ from pathlib import Path
 
 from stemcal.naming import CUTTING, DIAMETER, FORCE
 from stemcal.study import model
+from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import NodePath
@@ -132,7 +133,7 @@ def _reduction(result: model.ResultReader, path: NodePath) -> Iterator[Finding]:
         yield Finding(path, "reduction at needs a place", "add at: 2.5")
     if result.reduction == "mean_over" and (result.over is None or result.over[0] > result.over[1]):
         yield Finding(path, "reduction mean_over needs a range", "add over: [0, 1]")
-    along = _has_abscissa(result)
+    along = has_abscissa(result)
     if result.reduction in ("at", "mean_over", "work") and not along:
         remedy = "add a group (?P<x>…)" if result.kind == "regex" else "add along: NAME"
         yield Finding(path, f"reduction {result.reduction} needs what it is plotted along", remedy)
@@ -144,7 +145,8 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
         return
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
-        names = [FORCE.name, *(n.name for n in draft.naming.further if n not in CUTTING.further)]
+        scores = () if draft.targets is None else named_modes(draft.targets.modes.values())
+        names = [FORCE.name, *(n.name for n in draft.naming.further if n not in (*CUTTING.further, *scores))]
     if draft.solver.result is None and not draft.solver.results:
         yield Finding(("solver",), "'result' is missing", "add a line result: …")
     elif draft.solver.result is not None and len(names) > 1:
@@ -172,7 +174,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
             yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
 
 
-def _has_abscissa(result: model.ResultReader) -> bool:
+def has_abscissa(result: model.ResultReader) -> bool:
     """Whether a reader knows what its numbers are plotted along; named readers do."""
     if isinstance(result, model.RegexResult):
         return "(?P<x>" in result.pattern

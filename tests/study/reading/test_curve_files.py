@@ -11,6 +11,7 @@ import pytest
 from stemcal.errors import SpecError
 from stemcal.report.figures.curves import measured_band
 from stemcal.report.records import Curve
+from stemcal.solvers.command import Command
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
@@ -136,3 +137,51 @@ def test_each_diameter_has_modes_of_its_own(tmp_path: Path) -> None:
         Embedded(study).identity(Request("validate", 0, study.midlevels(), d))["curves"]["force"] for d in (7.0, 8.0)
     ]
     assert keys == [seven.force, eight.force]
+
+
+PROGRAM = """
+import sys
+force, power = float(sys.argv[1]), float(sys.argv[2])
+rows = [(0.7 * i / 400, force * (1.0 - (1.0 - i / 400) ** power)) for i in range(401)]
+open("out.csv", "w").write("travel,load\\n" + "".join(f"{u},{f / 1000.0}\\n" for u, f in [*rows, (0.71, 1.0)]))
+"""
+OF_A_PROGRAM = """
+schema_version: 1
+name: own
+factors:
+  - {name: strength, unit: N, low: 150, high: 210}
+  - {name: power, low: 1.8, high: 2.7}
+solver:
+  kind: command
+  command: [python, shear.py, "{{strength}}", "{{power}}", "{{diameter}}"]
+  files: [shear.py]
+  result: {kind: csv, file: out.csv, column: load, RESULT scale: 1000}
+targets:
+  calibrate_at: 8 mm
+  forces:
+    - {diameter: 8 mm, curves: lab/8mm-*.csv}
+"""
+
+
+def of_a_program(folder: Path, result: str) -> Study:
+    study_in(folder)
+    (folder / "shear.py").write_text(PROGRAM, encoding="utf-8")
+    (folder / "own.yaml").write_text(OF_A_PROGRAM.replace("RESULT", result), encoding="utf-8")
+    return load_study(folder / "own.yaml")
+
+
+def test_the_curve_of_a_program_is_scored_too(tmp_path: Path) -> None:
+    """Of the same formula as the specimens' curves, in kN: a specimen's parameters have the specimen's scores."""
+    study = of_a_program(tmp_path, "along: travel, reduction: max,")
+    answer = Command(study, tmp_path / "runs").solve(Request("rsm", 0, {"strength": 186.0, "power": 2.6}, 8.0))
+    assert answer.ok, answer.message
+    assert answer.response == pytest.approx(186.0)
+    modes = study.targets.modes[8.0]
+    travel, force = np.loadtxt(tmp_path / "lab" / "8mm-4.csv", delimiter=",", skiprows=1).T
+    assert list(answer.details["responses"].values()) == pytest.approx(modes.scores(travel, force), rel=2e-3)
+    assert max(answer.details["curve"]["force"]) == pytest.approx(186.0)
+
+
+def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r"own.yaml:15:32: targets.forces\[1\].curves: needs a result"):
+        of_a_program(tmp_path, "")

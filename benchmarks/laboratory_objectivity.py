@@ -1,0 +1,69 @@
+"""Do the virtual tests beside cutting depend on their mesh?
+
+python benchmarks/laboratory_objectivity.py [test ...]
+
+The tests of configs/three-tests.yaml and those that benchmarks/several_tests.py adds (bending, pull, squeeze, crush),
+at the known material. For each response a line tells, in per cent: the standard deviation over eight places of the mesh
+(the full piece turned by quarters of an element, its middle over nodes or over elements), the test's own elements
+against half as large ones, and the quarter against the full piece. Some minutes on one core, most of it for bending.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from several_tests import TRUTH, spec_text
+
+from stemcal.laboratory import LaboratoryTest, perform
+from stemcal.solvers.embedded import shear_test
+from stemcal.solvers.laboratory_runs import laboratory_test
+from stemcal.study.reading import load_study
+
+TURNS, MIDDLE = (0.0, 0.25, 0.5, 0.75), ("nodes", "elements")
+
+
+def main(names: list[str]) -> None:
+    """Print the lines of each test."""
+    with TemporaryDirectory() as folder:
+        spec = Path(folder) / "tests.yaml"
+        spec.write_text(spec_text(), "utf-8")
+        study = load_study(spec)
+    sheared = shear_test(study, TRUTH, 8.0)
+    for section in study.tests:
+        if not names or section.name in names:
+            test = laboratory_test(section, sheared)
+            own = answers(test)
+            full = [answers(test, symmetry="none", turn=turn, edge_over=over) for turn, over in product(TURNS, MIDDLE)]
+            finer = answers(test, element_size=0.5 * test.discretisation.element_size, through_wall=finer_wall(test))
+            for name in own:
+                places = np.array([one[name] for one in full])
+                spread = 100.0 * places.std(ddof=1) / places.mean()
+                halved, mirrored = (100.0 * (own[name] / other[name] - 1.0) for other in (finer, full[0]))
+                measured = "measured" if name in section.measured else ""
+                print(
+                    f"{section.name:8s} {name:13s} {own[name]:8.2f}  places {spread:.2f}  h/2 {halved:+.2f}"
+                    f"  quarter {mirrored:+.4f}  {measured}",
+                    flush=True,
+                )
+
+
+def answers(test: LaboratoryTest, **changed: Any) -> Mapping[str, float]:
+    """Return the responses of a test with its mesh changed."""
+    return perform(replace(test, discretisation=replace(test.discretisation, **changed))).responses
+
+
+def finer_wall(test: LaboratoryTest) -> int | None:
+    """Return twice the elements through the wall, if their number is given."""
+    layers = test.discretisation.through_wall
+    return None if layers is None else 2 * layers
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
