@@ -227,10 +227,10 @@ def histories_asked(elements: int) -> Iterator[str]:
     yield from (f"{number:10d}" for number in range(1, elements + 1))
 
 
-def pulled_there(breadth: float, size: float, share: float | None = None) -> Pulled:
-    """Return what OpenRadioss makes of a bar, with a nonlocal length of `share` ℓ or that of the decks."""
+def pulled_there(breadth: float, size: float, share: float) -> Pulled:
+    """Return what OpenRadioss makes of a bar, with a nonlocal length of `share` ℓ."""
     mesh, rows = bar(breadth, size)
-    length = nonlocal_length(LENGTH, "openradioss", size) if share is None else share * LENGTH
+    length = share * LENGTH
     options, folder = OpenRadiossSolver(), run_folder(None, {})
     there = installation(options, Path.cwd())
     (folder / DECK).write_text("\n".join(deck_lines(mesh)) + "\n", "utf-8")
@@ -267,8 +267,9 @@ def main(program: str = "") -> None:
             length = radioss_length(here)
             rows = {"here": here}
             if program == "openradioss":
+                own = nonlocal_length(LENGTH, "openradioss", LENGTH / part) / LENGTH
                 rows |= {
-                    f"L {share or 0.0:.3f}": pulled_there(breadth, LENGTH / part, share) for share in (length, None)
+                    f"L {share:.3f}": pulled_there(breadth, LENGTH / part, share) for share in (length / LENGTH, own)
                 }
             for name, found in rows.items():
                 told = f"{found.neck:9.3f}{found.zone:8.3f}{found.elongation:12.5f}{found.work:9.4f}"

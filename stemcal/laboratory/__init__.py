@@ -1,4 +1,4 @@
-"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests.
+"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests, shear.
 
 Each kind has its own module; mesh, contact, integration, curve and doubts are those of the virtual shear test.
 """
@@ -17,6 +17,7 @@ from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import build, rounded
+from stemcal.laboratory.double_shear import DoubleShear
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
@@ -26,6 +27,7 @@ from stemcal.run_warnings import MaximumNotPassed, RunWarning, StrokeTooShort
 __all__ = [
     "REVISION",
     "Axial",
+    "DoubleShear",
     "Kind",
     "LaboratoryResult",
     "LaboratoryTest",

@@ -15,7 +15,15 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration
 from stemcal.files.typed import to_json
-from stemcal.laboratory import Axial, Kind, LaboratoryResult, LaboratoryTest, RadialCompression, ThreePointBending
+from stemcal.laboratory import (
+    Axial,
+    DoubleShear,
+    Kind,
+    LaboratoryResult,
+    LaboratoryTest,
+    RadialCompression,
+    ThreePointBending,
+)
 from stemcal.laboratory.build import integration
 from stemcal.run_warnings import MaximumNotPassed, RunWarning
 from stemcal.solvers.measures import kept_curve
@@ -75,6 +83,8 @@ def _kind(section: LaboratorySection, diameter: float) -> Kind:
         return ThreePointBending(section.span.at(diameter), section.nose_radius, section.support_radius)
     if section.kind == "radial-compression":
         return RadialCompression()
+    if section.kind == "double-shear":
+        return DoubleShear(section.plate.at(diameter), section.gap.at(diameter))
     return Axial("tension" if section.kind == "axial-tension" else "compression", section.ends)
 
 

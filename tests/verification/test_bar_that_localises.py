@@ -67,11 +67,11 @@ def test_length_for_openradioss_lies_between_the_limits() -> None:
 def test_openradioss_parts_the_bar_alike(breadth: float, parts: int) -> None:
     """With the length worked out neck, zone, elongation and work agree; with that of decks the zone is as foretold."""
     here, size = pulled(breadth, parts), BARS.LENGTH / parts
-    there = BARS.pulled_there(breadth, size, BARS.radioss_length(here))
+    there = BARS.pulled_there(breadth, size, BARS.radioss_length(here) / BARS.LENGTH)
     for told in ("neck", "zone", "elongation", "work"):
         assert getattr(there, told) == pytest.approx(getattr(here, told), rel=0.05), told
-    length = BARS.nonlocal_length(BARS.LENGTH, "openradioss", size)
-    foretold = BARS.radioss_mean(here, length)
-    assert BARS.pulled_there(breadth, size).zone == pytest.approx(
+    own = BARS.nonlocal_length(BARS.LENGTH, "openradioss", size) / BARS.LENGTH
+    foretold = BARS.radioss_mean(here, own * BARS.LENGTH)
+    assert BARS.pulled_there(breadth, size, own).zone == pytest.approx(
         2.0 * size * float(foretold.sum()) / float(foretold.max()), rel=0.05
     )

@@ -13,7 +13,9 @@ from stemcal.study.model.solver_options import HourglassCoefficient, ThroughWall
 from stemcal.study.types.field_types import ColumnName, Quantity, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
-TestKind = Literal["three-point-bending", "radial-compression", "axial-compression", "axial-tension", "other"]
+TestKind = Literal[
+    "three-point-bending", "radial-compression", "axial-compression", "axial-tension", "double-shear", "other"
+]
 Force = Annotated[float, Quantity("force", above=0)]
 Stiffness = Annotated[float, Quantity("toughness", above=0)]  # force per length, whatever it is of
 StiffnessScatter = Annotated[float, Quantity("toughness", at_least=0)]
@@ -32,7 +34,7 @@ RESPONSES = {
 USUAL = ("slope", "maximum_force", "work")
 # Those that do not depend on whether the maximum was passed.
 BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
-_SMALL, _COARSE, _PLATE = Length(divisor=12.0), Length(divisor=8.0), Length(divisor=48.0)
+_SMALL, _COARSE, _PLATE, _GAP = (Length(divisor=parts) for parts in (12.0, 8.0, 48.0, 10.0))
 
 
 class LaboratoryMeans(Frozen):
@@ -83,13 +85,13 @@ class LaboratorySection(Frozen):
     name: ColumnName
     """Name in tables, files and `simulate --test`."""
     kind: TestKind
-    """What is done: a nose between two rollers, plates across the stem, or ends that move along its axis; `other` what
-    the program under `solver` alone knows."""
+    """What is done: a nose between two rollers, plates across the stem, ends that move along its axis, or three plates
+    with holes that shear it; `other` what the program under `solver` alone knows."""
     solver: CommandSolver | None = None
     """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
     by response, `slope: {kind: …}`; beside it only `name`, `kind` and `targets` are given."""
     length: StemLength | None = None
-    """Length of the piece; by default 1.2 times the span in bending, else twice the diameter."""
+    """Length of the piece; by default 1.2 times the span in bending, three diameters in double shear, else two."""
     span: StemLength | None = None
     """Distance between the axes of the supports, in bending."""
     nose_radius: Size = 5.0
@@ -98,6 +100,10 @@ class LaboratorySection(Frozen):
     """Radius of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
     """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change."""
+    plate: StemLength = Length(divisor=1.0)
+    """Thickness of the middle plate, in double shear."""
+    gap: StemLength = _GAP
+    """Between the middle plate and those beside it, in double shear."""
     stroke: StemLength | None = None
     """How far the machine moves."""
     speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
@@ -107,8 +113,8 @@ class LaboratorySection(Frozen):
     deflection: Size | None = None
     """Travel at which `force_at_deflection` is taken."""
     element_size: StemLength | None = None
-    """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/48, their width at the
-    plates, and four times that elsewhere."""
+    """Length of the elements: d/12 in bending, d/8 in axial tests and double shear; in radial compression, d/48, their
+    width at the plates, and four times that elsewhere."""
     elements_through_wall: ThroughWall = None
     """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`."""
     hourglass: HourglassCoefficient = 0.03
@@ -132,7 +138,8 @@ class LaboratorySection(Frozen):
         """Return the length of the piece at a stem diameter, mm."""
         if self.length is not None:
             return self.length.at(diameter)
-        return 2.0 * diameter if self.span is None else 1.2 * self.span.at(diameter)
+        usual = (3.0 if self.kind == "double-shear" else 2.0) * diameter
+        return usual if self.span is None else 1.2 * self.span.at(diameter)
 
     @property
     def told(self) -> tuple[str, ...]:

@@ -141,6 +141,10 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
         if test.span is not None and length <= test.span.at(thickest):
             message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
             yield Finding((*path, "length"), message, "take a longer piece")
+        between = test.plate.at(thickest) + 2.0 * test.gap.at(thickest)
+        if test.kind == "double-shear" and length <= between:
+            message = f"the piece is {length:g} mm long, middle plate and gaps {between:g} mm"
+            yield Finding((*path, "length"), message, "take a longer piece")
         room = thickest if test.kind == "radial-compression" else length
         if stroke >= 0.5 * room:
             message = f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm"
