@@ -117,6 +117,11 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     return np.append(up / (mean_force * np.sqrt(len(_SHARES))), end / mean_travel)
 
 
+def most_modes(specimens: int) -> int:
+    """Return how many components the curves of so many specimens may have: with the maximum they stay below n − 1."""
+    return min(MOST, specimens - 3) if specimens >= FEWEST else 0
+
+
 def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
     """Return the components of smoothed curves, so many at most; `FEWEST` curves at least."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
@@ -141,7 +146,7 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = 
     values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    count = min(most, n - 3, int(np.searchsorted(held, _HELD)) + 1)
+    count = min(most, most_modes(n), int(np.searchsorted(held, _HELD)) + 1)
     weights = _apart(vectors[:, :count], scatter, h)
     return CurveModes(
         mean_force,
