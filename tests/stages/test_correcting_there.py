@@ -8,12 +8,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
 from stemcal.errors import SpecError
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import plan
+from stemcal.solvers import make_solver
+from stemcal.stages.fresh import read_fresh
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 
 # Here F = 100 + 20 a + 10 b + 3 a² + a b at 8 mm, a and b coded by the ranges; there 1.5 times that, and 6 a more.
@@ -143,6 +148,30 @@ def test_a_program_there_with_chance_in_it_makes_each_run_several_times(tmp_path
     run(path, "run")
     assert all(len(one["replicates"]["values"]) == 3 for one in stage(path, "rsm")["coarse"]["fine_runs"])
     assert stage(path, "rsm")["coarse"]["factor"] == pytest.approx(1.5, rel=0.02)
+
+
+def test_a_program_here_with_chance_in_it_is_corrected_from_the_means_of_its_replicates(tmp_path: Path) -> None:
+    """Three replicates with a scatter of 10 %: factor and slopes are those of a least-squares fit to the means."""
+    path = spec(tmp_path)
+    here = path.read_text("utf-8").replace(", here]", ', here, "{{seed}}"]')
+    chance = here.replace("\nsolver: {kind: command,", "\nsolver: {kind: command, deterministic: false, replicates: 3,")
+    path.write_text(chance, encoding="utf-8")
+    program = path.with_name("program.py")
+    drawn = 'json.dump({"force": (1.0 if there else 1.0 + 0.1 * (int(sys.argv[5]) % 7 - 3) / 3.0) * force'
+    program.write_text(program.read_text("utf-8").replace('json.dump({"force": force', drawn), encoding="utf-8")
+    run(path, "rsm")
+    surface = stage(path, "rsm")
+    design, fine = surface["design"]["runs"], surface["coarse"]["fine_runs"]
+    rows, points = [one["run"] - 1 for one in fine], len(design) // 3
+    means = [np.mean([again["response"] for again in design[row::points]]) for row in rows]
+    z = np.column_stack([means, [list(design[row]["coded"].values()) for row in rows]])
+    factor, *tilt = np.linalg.lstsq(z, np.array([one["response"] for one in fine]))[0]
+    assert np.ptp([again["response"] for again in design[0::points]]) > 1.0  # else there was no chance in it
+    assert surface["coarse"]["factor"] == pytest.approx(factor)
+    assert list(surface["coarse"]["tilt"].values()) == pytest.approx(tilt)
+    study = load_study(path)
+    read = read_fresh(study, make_solver(study), StudyFolder(tmp_path / "out"), SurfaceResult)
+    assert read.fitted.beta == pytest.approx(read.beta)  # fitted again from its file, as by the inversion
 
 
 def test_the_refinement_runs_there(tmp_path: Path) -> None:
