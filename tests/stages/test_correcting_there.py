@@ -15,10 +15,11 @@ from typer.testing import CliRunner
 from stemcal.cli.app import app
 from stemcal.errors import SpecError
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.plan import plan
+from stemcal.overview.plan import InAnotherProgram, plan
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 # Here F = 100 + 20 a + 10 b + 3 a² + a b at 8 mm, a and b coded by the ranges; there 1.5 times that, and 6 a more.
@@ -188,10 +189,35 @@ def test_the_refinement_runs_there(tmp_path: Path) -> None:
 
 def test_plan_counts_the_runs_there_apart(tmp_path: Path) -> None:
     """Nine rows here; there six of the design, three conditions, and at most six of the transfer."""
-    found = plan(load_study(spec(tmp_path)))
-    assert [one.stage for one in found.stages] == ["rsm"]
-    (there,) = [note for note in found.notes if type(note).__name__ == "InAnotherProgram"]
-    assert there.there == 6 + 3 + 6  # type: ignore[attr-defined]
+    study = load_study(spec(tmp_path))
+    assert [one.stage for one in plan(study).stages] == ["rsm"] and runs_there(study) == 6 + 3 + 6
+
+
+def runs_there(study: Study, folder: StudyFolder | None = None) -> int:
+    """Return how many runs `plan` counts in the other program."""
+    (found,) = [note for note in plan(study, folder).notes if isinstance(note, InAnotherProgram)]
+    return found.there
+
+
+def test_plan_counts_every_diameter_point_and_replicate_there(tmp_path: Path) -> None:
+    """Six of the design at 7, 9 and, where it is calibrated, 8 mm, three conditions, five of `refine`: three times."""
+    solver = "{SOLVER_there}".replace("{SOLVER", "{deterministic: false, replicates: 3, SOLVER")
+    more = f"{TRANSFER.replace('{SOLVER_there}', solver)}\nrefine: {{budget: 5}}\ninvert: {{diameters: [7 mm, 9 mm]}}"
+    path = spec(tmp_path, more=more)
+    there = path.read_text("utf-8").replace(", there]", ', there, "{{seed}}"]')
+    path.write_text(there, encoding="utf-8")
+    assert runs_there(load_study(path)) == 3 * (3 * 6 + 3 + 5) + 6
+
+
+def test_plan_takes_no_runs_here_for_runs_there(tmp_path: Path) -> None:
+    """A study validated by its own solver has all runs there still before it; then the six of the transfer at most."""
+    path, folder = spec(tmp_path, "centre_points: 5", more=""), StudyFolder(tmp_path / "out")
+    path.write_text(path.read_text("utf-8").replace("160 N", "120 N"), encoding="utf-8")
+    run(path, "run")
+    assert sum(record["request"]["stage"] == "validate" for record in map(folder.peek, folder.keys()) if record) == 3
+    assert runs_there(load_study(spec(tmp_path)), folder) == 6 + 3 + 6
+    run(path, "run")
+    assert started(path).count("there") == 6 + 3 and runs_there(load_study(path), folder) == 6
 
 
 @pytest.mark.parametrize(
