@@ -1,6 +1,6 @@
 """The force over added mass and over the speed of the blade, with and without a rate law.
 
-python benchmarks/rate_and_speed.py mass       mass scaling 1e4, 1e3, 1e2, 10, and the true mass (a quarter of an hour)
+python benchmarks/rate_and_speed.py mass       mass scaling 1e4, 1e3, 1e2, 10, true mass; 50 to 200 mm/min (an hour)
 python benchmarks/rate_and_speed.py field      0.5, 1, 5 m/s at the true mass, four element sizes
 python benchmarks/rate_and_speed.py machine    50 to 200 mm/min, and what of it is the law's own effect
 python benchmarks/rate_and_speed.py filter     a third of, and three times, the travel over which the rate is smoothed
@@ -10,6 +10,7 @@ The centre of the design, 8 mm, 1.17 mm of travel; without a name the last three
 
 from __future__ import annotations
 
+import itertools
 import sys
 from dataclasses import replace
 
@@ -22,6 +23,7 @@ from stemcal.study.reading import load_study
 
 LAWS = ("none", "paper", "cowper_symonds")
 STROKE = 1.17  # mm
+SPEEDS = (50.0, 100.0, 200.0)  # of testing machines, mm/min
 
 
 def at(speed: float, law: str, divisor: int = 16) -> ShearTest:
@@ -51,17 +53,16 @@ def told(name: str, test: ShearTest) -> None:
 
 
 def mass() -> None:
-    """Print the force with less and less mass added."""
-    for law in LAWS[1:]:
-        for scaling in (1.0e4, 1.0e3, 1.0e2, 10.0, 1.0):
-            test = at(100.0 / 60.0, law)
-            how = test.discretisation.integration
-            step = 40.0e-6 * (scaling / 1.0e4) ** 0.5
-            integration = replace(how, mass_scaling=scaling, time_step=step if scaling > 1.0 else None)
-            told(
-                f"{law}, mass scaling {scaling:g}",
-                replace(test, discretisation=replace(test.discretisation, integration=integration)),
-            )
+    """Print the force with less and less mass added, at each speed of a testing machine."""
+    for speed, law, scaling in itertools.product(SPEEDS, LAWS[1:], (1.0e4, 1.0e3, 1.0e2, 10.0, 1.0)):
+        told(f"{law}, {speed:g} mm/min, mass scaling {scaling:g}", weighing(at(speed / 60.0, law), scaling))
+
+
+def weighing(test: ShearTest, scaling: float) -> ShearTest:
+    """Return a test with so many times the stem's mass, and the time step that goes with it."""
+    step = 40.0e-6 * (scaling / 1.0e4) ** 0.5
+    how = replace(test.discretisation.integration, mass_scaling=scaling, time_step=step if scaling > 1.0 else None)
+    return replace(test, discretisation=replace(test.discretisation, integration=how))
 
 
 def field() -> None:
@@ -78,7 +79,7 @@ def machine() -> None:
     A law of ε̇/C knows no speed but by the rate, which goes with it: k times the speed is C/k but for inertia.
     """
     for law in LAWS:
-        for speed in (50.0, 100.0, 200.0):
+        for speed in SPEEDS:
             told(f"{law}, {speed:g} mm/min", at(speed / 60.0, law))
             if law == "cowper_symonds" and speed != 100.0:
                 same = at(100.0 / 60.0, law)

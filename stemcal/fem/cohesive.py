@@ -55,10 +55,11 @@ def cut_plane(law: Cohesion | None, tools: tuple[Tool, ...], mesh: Mesh, size: f
     """
     tool = next((t for t, tool in enumerate(tools) if tool.parts), -1) if law is not None else -1
     law = law or Cohesion(1.0, 1.0)
-    faces = _faces_on_plane(mesh) if tool >= 0 else np.zeros((0, 8), dtype=np.int32)
-    nodes = np.unique(faces[:, :4])
-    places = np.searchsorted(nodes, faces[:, :4]).astype(np.int32)
-    corners = mesh.nodes[faces[:, :4]][:, :, 1:]
+    faces = _faces_on_plane(mesh) if tool >= 0 else np.zeros((0, 4), dtype=np.int32)
+    nodes = np.unique(faces)
+    columns = _columns(mesh, nodes, 0.5 * law.nose_width)
+    places = np.searchsorted(nodes, faces).astype(np.int32)
+    corners = mesh.nodes[faces][:, :, 1:]
     whole = np.zeros(len(nodes))
     np.add.at(whole, places, _tributary(corners))
     reach = np.zeros(len(nodes))
@@ -81,6 +82,7 @@ def cut_plane(law: Cohesion | None, tools: tuple[Tool, ...], mesh: Mesh, size: f
         widest=np.zeros(len(nodes)),
         reach=reach,
         pull=np.zeros(len(nodes)),
+        columns=columns,
         faces=faces,
         places=places,
         before=corners,
@@ -88,7 +90,7 @@ def cut_plane(law: Cohesion | None, tools: tuple[Tool, ...], mesh: Mesh, size: f
         spacing=spacing,
         found=np.full(len(along), -1, dtype=np.int32),
         shape=np.zeros((len(along), 4)),
-        bearing=np.zeros((len(along), 8)),
+        bearing=np.zeros((len(along), columns.shape[1])),
         stretch=np.ones(len(along)),
         most=np.zeros(len(along)),
         rounding=np.zeros(len(along)),
@@ -111,10 +113,23 @@ def parted_share(cut: CutPlane) -> float:
 
 
 def _faces_on_plane(mesh: Mesh) -> Ints:
-    """Return the four nodes of every face on the plane and, in their order, the four of the face across (F, 8)."""
-    across = FACES[[1, 0, 3, 2, 5, 4]][:, [0, 3, 2, 1]]
-    faces = mesh.hexes[:, np.concatenate([FACES, across], axis=1)].reshape(-1, 8)
-    return np.ascontiguousarray(faces[on_plane(mesh.nodes)[faces[:, :4]].all(axis=1)])
+    faces = mesh.hexes[:, FACES].reshape(-1, 4)
+    return np.ascontiguousarray(faces[on_plane(mesh.nodes)[faces].all(axis=1)])
+
+
+def _columns(mesh: Mesh, nodes: Ints, wide: float) -> Ints:
+    """Return nodes of the plane and those next to them along x (P, R), as many as lie within `wide` and one more.
+
+    The mesh is layers of the same nodes along x.
+    """
+    if len(nodes) == 0:
+        return np.zeros((0, 2), dtype=np.int32)
+    layers = np.unique(np.round(mesh.nodes[:, 0], 9))
+    rows = min(max(int(np.searchsorted(layers, wide)) + 1, 2), len(layers))
+    y, z = np.round(mesh.nodes[:, 1:], 9).T
+    columns = np.lexsort((mesh.nodes[:, 0], z, y)).reshape(-1, len(layers))[:, :rows]
+    columns = columns[np.argsort(columns[:, 0])]
+    return np.ascontiguousarray(columns[np.searchsorted(columns[:, 0], nodes)], dtype=np.int32)
 
 
 def _tributary(corners: Array) -> Array:

@@ -59,14 +59,15 @@ class CutPlane(NamedTuple):
     widest: Array  # (P,) the largest opening so far, changes
     reach: Array  # (P,) a node this far above the edge has been passed altogether
     pull: Array  # (P,) force along x, changes
-    faces: Ints  # (F, 8) their nodes, and those next to them along x
-    places: Ints  # (F, 4) where the first four stand in `nodes`
+    columns: Ints  # (P, R) each of them and those next to it along x, as far as the rounding bears
+    faces: Ints  # (F, 4) their nodes
+    places: Ints  # (F, 4) where those stand in `nodes`
     before: Array  # (F, 4, 2) y and z of the corners before the test
     along: Array  # (S,) y of the stations
     spacing: float
     found: Ints  # (S,) the face that each station lies in, −1 none, changes
     shape: Array  # (S, 4) shape functions there, changes
-    bearing: Array  # (S, 8) which share of the edge's force each node of the face bears there, changes
+    bearing: Array  # (S, R) which share of the edge's force each row of the columns bears there, changes
     stretch: Array  # (S,) area before the test over area now, there, changes
     most: Array  # (S,) the largest force of each, changes
     rounding: Array  # (S,) which share of that is F_nose, changes
@@ -86,9 +87,9 @@ def part(
     """Add to `body.pushes` what holds the plane together and what parts it; all other forces must be there."""
     speed, tip = tools.speed[cut.tool], tools.height[cut.tool]
     find_touching(cut, tools, candidates, body, tip)
+    foresee(cut, body, kick)
     for s in range(cut.along.shape[0]):
         find_station(cut, body, s, tip)
-    foresee(cut, body, kick)
     take_up(cut, body, kick)
     for _ in range(_SWEEPS):
         pressed, held = press_edge(cut, body, speed, kick, dt), hold_plane(cut, body, kick, dt)
@@ -148,11 +149,8 @@ def find_touching(cut: Floats, tools: Floats, candidates: Floats, body: Floats, 
 def foresee(cut: Floats, body: Floats, kick: float) -> None:
     """Set the velocities that nodes of the plane, at edge and flanks would have after the kick without these laws."""
     for p in range(cut.nodes.shape[0]):
-        foresee_node(cut, body, cut.nodes[p], kick)
-    for s in range(cut.along.shape[0]):
-        if cut.found[s] >= 0:
-            for k in range(4, 8):
-                foresee_node(cut, body, cut.faces[cut.found[s], k], kick)
+        for r in range(cut.columns.shape[1]):
+            foresee_node(cut, body, cut.columns[p, r], kick)
     for m in range(cut.many[0]):
         foresee_node(cut, body, cut.touching[m], kick)
 
@@ -249,17 +247,26 @@ def lies_in(cut: Floats, body: Floats, s: int, face: int, tip: float) -> bool:
 
 @inlined
 def bear(cut: Floats, body: Floats, s: int, face: int) -> None:
-    """Share the edge's force at a station among the nodes of its face and those next to them.
+    """Share the edge's force at a station among the rows of nodes along x.
 
-    The edge is a line on the plane. The rounding bears evenly from the plane to half its width b, of which the nodes at
-    a distance h get b/2h, at most half.
+    The edge is a line on the plane; the rounding bears evenly from there to half its width, which gives each row the
+    integral of its shape function.
     """
-    apart, wide = 0.0, 0.5 * cut.nose_width
-    for k in range(4):
-        apart += cut.shape[s, k] * (body.x[cut.faces[face, k + 4], 0] - body.x[cut.faces[face, k], 0])
-    beside = 0.5 * cut.rounding[s] * wide / max(apart, wide) if cut.rounding[s] > 0.0 else 0.0
-    for k in range(4):
-        cut.bearing[s, k], cut.bearing[s, k + 4] = (1.0 - beside) * cut.shape[s, k], beside * cut.shape[s, k]
+    rows, near, left = cut.bearing[s], 0.0, 0.5 * cut.nose_width
+    rows[:] = 0.0
+    for r in range(rows.shape[0]):
+        far = 0.0
+        for k in range(4):
+            far += cut.shape[s, k] * body.x[cut.columns[cut.places[face, k], r], 0]
+        if r > 0 and far > near:
+            borne = min(far - near, left)
+            further = 0.5 * borne * borne / (far - near)
+            rows[r - 1], rows[r], left = rows[r - 1] + borne - further, further, left - borne
+        near = far
+    total = rows.sum()
+    if total > 0.0:
+        rows[:] *= cut.rounding[s] / total
+    rows[0] += 1.0 - rows.sum()
 
 
 @inlined
@@ -283,16 +290,20 @@ def jacobian(fy: Floats, fz: Floats, xi: float, eta: float) -> float:
 @inlined
 def press_station(cut: Floats, body: Floats, s: int, force: float, kick: float) -> None:
     """Let the edge at a station press down what bears it."""
-    for k in range(8):
-        impart(cut, body, cut.faces[cut.found[s], k], 2, -force * cut.bearing[s, k], kick)
+    for k in range(4):
+        column = cut.columns[cut.places[cut.found[s], k]]
+        for r in range(column.shape[0]):
+            impart(cut, body, column[r], 2, -force * cut.shape[s, k] * cut.bearing[s, r], kick)
 
 
 @inlined
 def slip_of(cut: Floats, s: int, speed: float) -> float:
     """Return how fast the material at a station rises against the edge, mm/s."""
     rate = -speed
-    for k in range(8):
-        rate += cut.bearing[s, k] * cut.velocity[cut.faces[cut.found[s], k], 2]
+    for k in range(4):
+        column = cut.columns[cut.places[cut.found[s], k]]
+        for r in range(column.shape[0]):
+            rate += cut.shape[s, k] * cut.bearing[s, r] * cut.velocity[column[r], 2]
     return rate
 
 
@@ -307,8 +318,10 @@ def press_edge(cut: Floats, body: Floats, speed: float, kick: float, dt: float) 
         if cut.found[s] < 0:
             continue
         give = 0.0
-        for k in range(8):
-            give += kick * cut.bearing[s, k] ** 2 * body.inverse_mass[cut.faces[cut.found[s], k]]
+        for k in range(4):
+            column = cut.columns[cut.places[cut.found[s], k]]
+            for r in range(column.shape[0]):
+                give += kick * (cut.shape[s, k] * cut.bearing[s, r]) ** 2 * body.inverse_mass[column[r]]
         old = cut.force[s]
         new = min(max(old + (slip_of(cut, s, speed) - cut.behind[s] / dt) / give, 0.0), cut.most[s])
         if new != old:
@@ -430,10 +443,13 @@ def hand_over(cut: Floats, tools: Floats, body: Floats) -> None:
             push(body.pushes, COHESION * count + t, cut.nodes[p], 0, cut.pull[p])
     for s in range(cut.along.shape[0]):
         if cut.found[s] >= 0 and cut.force[s] > 0.0:
-            for k in range(8):
-                n, force, share = cut.faces[cut.found[s], k], cut.bearing[s, k] * cut.force[s], cut.rounding[s]
-                push(body.pushes, EDGE * count + t, n, 2, -(1.0 - share) * force)
-                push(body.pushes, SURFACE * count + t, n, 2, -share * force)
+            share = cut.rounding[s]
+            for k in range(4):
+                column = cut.columns[cut.places[cut.found[s], k]]
+                for r in range(column.shape[0]):
+                    force = cut.shape[s, k] * cut.bearing[s, r] * cut.force[s]
+                    push(body.pushes, EDGE * count + t, column[r], 2, -(1.0 - share) * force)
+                    push(body.pushes, SURFACE * count + t, column[r], 2, -share * force)
             tools.force[t, 2] += cut.force[s]
     for m in range(cut.many[0]):
         n = cut.touching[m]

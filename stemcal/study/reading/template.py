@@ -31,7 +31,7 @@ def template(name: str = "my-study", crop: str | None = None) -> str:
         "OF": _about(known),
         "ELASTIC_MODULUS": _range(known.elastic_modulus if known else Range(800, 1200, "")),
         "YIELD_STRESS": _range((known.yield_stress if known else None) or Range(10, 20, "")),
-        "AROUND": _AROUND_A_CROP if known else "2",
+        **(_MESH_OF_A_CROP if known else _MESH),
     }
     text = _commented(_TEXT)
     for key, value in written.items():
@@ -125,7 +125,13 @@ def _prefix(line: str) -> str:
     return before if before.endswith("# ") else f"{before}# "
 
 
-_AROUND_A_CROP = "1  # wider ones are too soft where the stem does not break: its force is then a stiffness"
+_MESH = {"PENALTY": "0.25", "COARSENING": "6", "AROUND": "2"}
+# Many a crop's stem does not break within the stroke: its force is a stiffness, and feels how the supports give way.
+_MESH_OF_A_CROP = {
+    "PENALTY": "0.75  # softer supports make a stem that does not break too soft",
+    "COARSENING": "2  # longer ones over the supports are too soft where the stem does not break",
+    "AROUND": "1",
+}
 
 _TEXT = """\
 # stemcal study: one file says everything. `stemcal check` names every mistake in it with its line, `stemcal plan` says
@@ -220,7 +226,7 @@ contact:
   static_friction: 0.15
   dynamic_friction: 0.10
   decay: 0 s/mm
-  penalty: 0.25
+  penalty: @PENALTY@
   damping: 0.5
 
 solver:
@@ -229,7 +235,7 @@ solver:
   symmetry: quarter
   element_size: d/16
   edge_over: nodes
-  coarsening: 6
+  coarsening: @COARSENING@
   coarsening_around: @AROUND@
   hourglass:
     form: stiffness
