@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.errors import UsageError
 from stemcal.measured.shear_curves import PRELOAD, RISE, contact_begins
 
 Array = NDArray[np.float64]
@@ -109,8 +110,10 @@ class CurveModes:
 
 
 def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
-    """Return w (G + 1,) of a curve that begins at travel 0."""
+    """Return w (G + 1,) of a curve that begins at travel 0; raise `UsageError` if it has no rise."""
     top = _top(force)
+    if top == 0:
+        raise UsageError("the force has no rise to compare: its first point is at 95 % of its maximum")
     way = np.maximum.accumulate(travel[: top + 1])
     end = np.interp(_TOP * force.max(), force[top - 1 : top + 1], way[top - 1 :])
     up = np.interp(_SHARES * end, way, force[: top + 1])
@@ -199,7 +202,7 @@ def from_preload(travel: Array, force: Array) -> Curve:
     at most.
     """
     begin = contact_begins(force, PRELOAD)
-    first, after = float(force[begin]), float(force[begin + 1])
+    first, after = float(force[begin]), float(force[begin : begin + 2][-1])
     if not first < after or first > RISE * force.max():
         return travel[begin:] - travel[begin], force[begin:]
     steps = max((PRELOAD - first) / (after - first), -1.0)

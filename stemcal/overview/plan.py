@@ -1,6 +1,6 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs can find."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -230,16 +230,14 @@ def _transfer(study: Study, folder: StudyFolder | None) -> _There:
     """Return what the transfer still takes at most; only the embedded solver tells how long."""
     if study.transfer is None:
         return _There()
-    records = [] if folder is None else [folder.peek(key) for key in folder.keys()]  # noqa: SIM118
-    stages, most = {"transfer"}, study.transfer.budget
+    stages, most, there = {"transfer"}, study.transfer.budget, study.seen_by("transfer")
     if study.rsm.correct_with is not None:  # the corrected surface, the refinement and the validation too
         stages |= {"refine", "validate"}
-        points = study.rsm.correct_runs * max(1, len(study.joint_targets)) + len(study.targets.means)
-        most += points * max(1, study.seen_by("transfer").replicates)
-        most += 0 if study.refine is None else study.refine.budget
-    done = sum(record is not None and record["request"]["stage"] in stages for record in records)
-    left = max(0, most - done)
-    there, at = study.seen_by("transfer"), study.calibration_target.condition
+        conditions = {study.targets.calibrate_at, *(target.condition for target in study.joint_targets)}
+        points = study.rsm.correct_runs * len(conditions) + len(study.targets.means)
+        points += 0 if study.refine is None else study.refine.budget
+        most += points * max(1, there.replicates)
+    left, at = max(0, most - _recorded(stages, there, folder)), study.calibration_target.condition
     if not left or not isinstance(there.solver, EmbeddedSolver):
         return _There(left)
     cost = costs_of(make_solver(there), folder, Request("plan", 0, there.midlevels(), at)).of
@@ -254,6 +252,18 @@ def _transfer(study: Study, folder: StudyFolder | None) -> _There:
     after = others[: left - searched]
     before = others[: left - searched - len(after)]
     return _There(left, [*([own] for _ in range(searched)), *(part for part in (after, before) if part)])
+
+
+def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None) -> int:
+    """Count the records of some stages that are of this study's solver, not of another that made such runs before."""
+    if folder is None:
+        return 0
+    solver, found = make_solver(study), 0
+    for key in folder.keys():  # noqa: SIM118
+        record = folder.peek(key)
+        if record is not None and record["request"]["stage"] in stages:
+            found += record_key(solver, Request(**record["request"])) == key
+    return found
 
 
 def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note]:

@@ -383,9 +383,8 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisati
 
 def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) -> dict[str, float]:
     """Return how the curves score on the modes of those that were measured, means over the phases."""
-    if modes is None:
-        return {}
-    each = [curve_scores(modes, result.history.travel, result.history.force_filtered) for result in results]
+    curves = [(result.history, result.break_travel) for result in results]
+    each = [curve_scores(modes, curve.travel, curve.force_filtered, broke) for curve, broke in curves]
     return {name: float(np.mean([scores[name] for scores in each])) for name in each[0]}
 
 

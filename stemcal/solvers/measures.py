@@ -41,16 +41,21 @@ def kept_curve(travel: Array, force: Array, most: int = 200) -> dict[str, list[f
     }
 
 
-def curve_scores(modes: CurveModes, travel: Array, force: Array) -> dict[str, float]:
+def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: float | None = None) -> dict[str, float]:
     """Return the score of a simulated curve (mm, N) on each mode of those measured, by the name of the response.
+
+    What follows the travel at which the stem `broke` (mm) counts for nothing. Without modes there are no scores.
 
     Raises
     ------
     SimulationFailed
-        If the force stays below the preload that measured curves begin with.
+        If the force stays below the preload that measured curves begin with, or has no rise.
     """
+    if modes is None:
+        return {}
+    end = len(travel) if broke is None else int(np.searchsorted(travel, broke))
     try:
-        found = modes.scores(travel, force)
+        found = modes.scores(travel[:end], force[:end])
     except UsageError as error:
         raise SimulationFailed("no_curve", str(error)) from error
     return {named.name: score for named, score in zip(named_modes([modes]), found, strict=True)}

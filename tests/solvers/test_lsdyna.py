@@ -13,9 +13,10 @@ import pytest
 
 from stemcal import workflow
 from stemcal.cutting.result import moving_mean
-from stemcal.errors import SpecError, UsageError
+from stemcal.errors import SimulationFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.measured.curve_modes import CurveModes, modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.lsdyna import LsDyna
 from stemcal.solvers.lsdyna.mat003 import FIELDS, find_material, replaced
@@ -274,6 +275,54 @@ def test_peak_is_that_before_the_stem_breaks() -> None:
     assert (broken.details["deleted_elements"], broken.details["deleted_in_all"]) == (0, 2)
     assert peak_answer(contact, unfiltered, LoadingSection()).response == 150.0
     assert peak_answer(contact, unfiltered, LoadingSection(), failed=[5.5]).response == 150.0
+
+
+# ---- measured curves
+
+END, SPECIMENS = 0.5, ((165.0, 2.0), (172.0, 2.4), (178.0, 1.9), (180.0, 2.1), (186.0, 2.6), (195.0, 2.2))
+
+
+def measured() -> CurveModes:
+    u = np.linspace(0.0, END, 400)
+    return modes_of([(u, force * (1.0 - (1.0 - u / END) ** power)) for force, power in SPECIMENS])
+
+
+def test_curve_is_scored_as_it_is_filtered(tmp_path: Path) -> None:
+    """The stand-in's triangle by hand, at 100/60 mm/s, a mean of three; unfiltered it is another curve."""
+    study, modes = study_of(tmp_path / "spec"), measured()
+    curved = study.model_copy(update={"targets": study.targets.with_modes({0: modes})})
+    solver = LsDyna(curved, tmp_path / "work")
+    answer = solver.solve(REQUEST)
+    share = np.linspace(0, 1, 101)
+    travel, triangle = 100 / 60 * 0.5 * share, 179.6 * 2 * np.minimum(share, 1 - share)
+    scores = list(answer.details["responses"].values())
+    assert scores == pytest.approx(modes.scores(travel, moving_mean(triangle, 2)), rel=1e-4)
+    assert scores != pytest.approx(modes.scores(travel, triangle), rel=1e-4)
+    assert "responses" not in LsDyna(study, tmp_path / "work").solve(REQUEST).details
+    assert solver.identity(REQUEST) != LsDyna(study).identity(REQUEST)
+
+
+def test_curve_ends_where_the_stem_breaks() -> None:
+    """A specimen's curve has the specimen's scores, whatever the released stem does to the blade afterwards."""
+    modes, unfiltered, loading = measured(), DeckSolver(filter_window=0.0), LoadingSection()
+    u = np.linspace(0.0, END, 400)
+    force = 186.0 * (1.0 - (1.0 - u / END) ** 2.6)
+    contact = ContactForce((u + loading.gap) / loading.speed, force)
+    swings = np.concatenate([force, [20.0, 10.0, 400.0, 5.0]])
+    after = ContactForce((np.append(u, END + 0.01 * np.arange(1, 5)) + loading.gap) / loading.speed, swings)
+    known = pytest.approx(modes.scores(u, force), rel=1e-9)
+    whole = peak_answer(contact, unfiltered, loading, modes=modes)
+    broken = peak_answer(after, unfiltered, loading, [float(contact.time[-1])], modes=modes)
+    assert broken.response == whole.response == pytest.approx(186.0)
+    assert list(whole.details["responses"].values()) == known
+    assert list(broken.details["responses"].values()) == known
+
+
+def test_force_without_a_rise_has_no_curve() -> None:
+    falling = ContactForce(np.arange(5.0), np.array([100.0, 80.0, 60.0, 40.0, 20.0]))
+    with pytest.raises(SimulationFailed, match="no rise") as caught:
+        peak_answer(falling, DeckSolver(filter_window=0.0), LoadingSection(), modes=measured())
+    assert caught.value.reason == "no_curve"
 
 
 # ---- at check time

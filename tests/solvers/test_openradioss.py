@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import sys
 from pathlib import Path
@@ -13,7 +14,9 @@ from typer.testing import CliRunner, Result
 
 from stemcal.cli import doctor
 from stemcal.cli.app import app
+from stemcal.cutting.result import moving_mean
 from stemcal.errors import UsageError
+from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.openradioss import OpenRadioss
@@ -106,6 +109,21 @@ def test_first_deck_has_a_force_and_a_warning_that_nothing_is_deleted(tmp_path: 
     assert answer.response == pytest.approx(193.4367, abs=1e-4)
     assert answer.details["warnings"][0] == {"kind": "nothing_deleted"}
     assert "deleted_in_all" not in answer.details
+
+
+def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
+    """That of the table's −(FNZ + FTZ), the mean over 11 rows, to the row before the break at 0.46 to 0.50 mm."""
+    u = np.linspace(0.0, 0.5, 100)
+    modes = modes_of([(u, force * (1.0 - (1.0 - 2.0 * u) ** (force / 60.0))) for force in (115, 122, 125, 131, 140.0)])
+    study = study_of(tmp_path / "spec")
+    study = study.model_copy(update={"targets": study.targets.with_modes({0: modes})})
+    answer = OpenRadioss(study, tmp_path / "work").solve(REQUEST)
+    table = gzip.decompress((STAND_IN.with_name("openradioss") / "mat024" / "runT01.csv.gz").read_bytes()).decode()
+    contact = contact_force(table, 1)
+    travel, filtered = study.loading.speed * contact.time - study.loading.gap, moving_mean(contact.force, 10)
+    before = travel < answer.details["break_travel"]
+    assert filtered[before].max() == pytest.approx(125.9459, abs=1e-4)
+    assert list(answer.details["responses"].values()) == pytest.approx(modes.scores(travel[before], filtered[before]))
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,18 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
 from stemcal.errors import SpecError
-from stemcal.overview.plan import plan
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.overview.plan import InAnotherProgram, plan
+from stemcal.solvers import make_solver
+from stemcal.stages.fresh import read_fresh
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 # Here F = 100 + 20 a + 10 b + 3 a² + a b at 8 mm, a and b coded by the ranges; there 1.5 times that, and 6 a more.
@@ -145,6 +151,30 @@ def test_a_program_there_with_chance_in_it_makes_each_run_several_times(tmp_path
     assert stage(path, "rsm")["coarse"]["factor"] == pytest.approx(1.5, rel=0.02)
 
 
+def test_a_program_here_with_chance_in_it_is_corrected_from_the_means_of_its_replicates(tmp_path: Path) -> None:
+    """Three replicates with a scatter of 10 %: factor and slopes are those of a least-squares fit to the means."""
+    path = spec(tmp_path)
+    here = path.read_text("utf-8").replace(", here]", ', here, "{{seed}}"]')
+    chance = here.replace("\nsolver: {kind: command,", "\nsolver: {kind: command, deterministic: false, replicates: 3,")
+    path.write_text(chance, encoding="utf-8")
+    program = path.with_name("program.py")
+    drawn = 'json.dump({"force": (1.0 if there else 1.0 + 0.1 * (int(sys.argv[5]) % 7 - 3) / 3.0) * force'
+    program.write_text(program.read_text("utf-8").replace('json.dump({"force": force', drawn), encoding="utf-8")
+    run(path, "rsm")
+    surface = stage(path, "rsm")
+    design, fine = surface["design"]["runs"], surface["coarse"]["fine_runs"]
+    rows, points = [one["run"] - 1 for one in fine], len(design) // 3
+    means = [np.mean([again["response"] for again in design[row::points]]) for row in rows]
+    z = np.column_stack([means, [list(design[row]["coded"].values()) for row in rows]])
+    factor, *tilt = np.linalg.lstsq(z, np.array([one["response"] for one in fine]))[0]
+    assert np.ptp([again["response"] for again in design[0::points]]) > 1.0  # else there was no chance in it
+    assert surface["coarse"]["factor"] == pytest.approx(factor)
+    assert list(surface["coarse"]["tilt"].values()) == pytest.approx(tilt)
+    study = load_study(path)
+    read = read_fresh(study, make_solver(study), StudyFolder(tmp_path / "out"), SurfaceResult)
+    assert read.fitted.beta == pytest.approx(read.beta)  # fitted again from its file, as by the inversion
+
+
 def test_the_refinement_runs_there(tmp_path: Path) -> None:
     """16 b² more there, which no factor and no slope has: the refinement ends within its tolerance all the same."""
     path = spec(tmp_path, more=f"{TRANSFER}\nrefine: {{tolerance_percent: 0.2, budget: 6}}")
@@ -159,10 +189,35 @@ def test_the_refinement_runs_there(tmp_path: Path) -> None:
 
 def test_plan_counts_the_runs_there_apart(tmp_path: Path) -> None:
     """Nine rows here; there six of the design, three conditions, and at most six of the transfer."""
-    found = plan(load_study(spec(tmp_path)))
-    assert [one.stage for one in found.stages] == ["rsm"]
-    (there,) = [note for note in found.notes if type(note).__name__ == "InAnotherProgram"]
-    assert there.there == 6 + 3 + 6  # type: ignore[attr-defined]
+    study = load_study(spec(tmp_path))
+    assert [one.stage for one in plan(study).stages] == ["rsm"] and runs_there(study) == 6 + 3 + 6
+
+
+def runs_there(study: Study, folder: StudyFolder | None = None) -> int:
+    """Return how many runs `plan` counts in the other program."""
+    (found,) = [note for note in plan(study, folder).notes if isinstance(note, InAnotherProgram)]
+    return found.there
+
+
+def test_plan_counts_every_diameter_point_and_replicate_there(tmp_path: Path) -> None:
+    """Six of the design at 7, 9 and, where it is calibrated, 8 mm, three conditions, five of `refine`: three times."""
+    solver = "{SOLVER_there}".replace("{SOLVER", "{deterministic: false, replicates: 3, SOLVER")
+    more = f"{TRANSFER.replace('{SOLVER_there}', solver)}\nrefine: {{budget: 5}}\ninvert: {{diameters: [7 mm, 9 mm]}}"
+    path = spec(tmp_path, more=more)
+    there = path.read_text("utf-8").replace(", there]", ', there, "{{seed}}"]')
+    path.write_text(there, encoding="utf-8")
+    assert runs_there(load_study(path)) == 3 * (3 * 6 + 3 + 5) + 6
+
+
+def test_plan_takes_no_runs_here_for_runs_there(tmp_path: Path) -> None:
+    """A study validated by its own solver has all runs there still before it; then the six of the transfer at most."""
+    path, folder = spec(tmp_path, "centre_points: 5", more=""), StudyFolder(tmp_path / "out")
+    path.write_text(path.read_text("utf-8").replace("160 N", "120 N"), encoding="utf-8")
+    run(path, "run")
+    assert sum(record["request"]["stage"] == "validate" for record in map(folder.peek, folder.keys()) if record) == 3
+    assert runs_there(load_study(spec(tmp_path)), folder) == 6 + 3 + 6
+    run(path, "run")
+    assert started(path).count("there") == 6 + 3 and runs_there(load_study(path), folder) == 6
 
 
 @pytest.mark.parametrize(

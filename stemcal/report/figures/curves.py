@@ -35,16 +35,22 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (),
 
 def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
     """Draw a curve as a line until the stem has broken and dotted from there."""
-    end = len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
+    end = _until_broken(curve)
     axes.plot(curve.travel[:end], curve.force[:end], **style)
     after = slice(max(end - 1, 0), None)
     axes.plot(curve.travel[after], curve.force[after], **{**style, "label": None, "linestyle": ":"})
 
 
+def _until_broken(curve: Curve) -> int:
+    """Return how many points of a curve stand before the stem has broken."""
+    return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
+
+
 def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
     """Return the measured curves' mean and scatter with the simulated one; below, by how many SD it is off where."""
     travel, mean, sd = modes.band
-    force = modes.at_shares(np.array(simulated.travel), np.array(simulated.force))
+    end = _until_broken(simulated)
+    force = modes.at_shares(np.array(simulated.travel[:end]), np.array(simulated.force[:end]))
     with new_figure() as figure:
         axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         axes.fill_between(travel, mean - 2.0 * sd, mean + 2.0 * sd, color=FAINT, alpha=0.4, label="measured, ± 2 SD")

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from stemcal.errors import SimulationFailed
 from stemcal.files.encodings import lenient
 from stemcal.files.plain import open_plain
+from stemcal.measured.curve_modes import CurveModes
 from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.fortran import NUMBER, number_of
@@ -90,14 +91,21 @@ class LsDyna(OneCommand):
                 return deck
         raise SimulationFailed("no_deck", f"solver.decks has none for a diameter of {diameter:g} mm")
 
-    def _read(self, folder: Path, _request: Request, ended: Ended) -> Answer:
-        return force_of_finished_run(folder, self.options, self.study.loading, ended)
+    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
+        modes = self.study.targets.modes_at(request.condition)
+        return force_of_finished_run(folder, self.options, self.study.loading, ended, modes)
 
 
 def force_of_finished_run(
-    folder: Path, options: LsDynaSolver, loading: LoadingSection, ended: Ended | None = None
+    folder: Path,
+    options: LsDynaSolver,
+    loading: LoadingSection,
+    ended: Ended | None = None,
+    modes: CurveModes | None = None,
 ) -> Answer:
     """Return the peak force of a finished run by what LS-DYNA has left in its folder, and printed where that is known.
+
+    Its curve is scored on the `modes` of those that were measured.
 
     Raises
     ------
@@ -109,7 +117,7 @@ def force_of_finished_run(
     asked = folder, options.interface, options.component
     left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
     contact = _contact(*asked) if is_small(folder / FILE) else run_in_helper(left, _contact, *asked)
-    return peak_answer(contact, options, loading, _failed_elements(folder, printed))
+    return peak_answer(contact, options, loading, _failed_elements(folder, printed), modes=modes)
 
 
 def _contact(folder: Path, interface: int, component: str) -> ContactForce:

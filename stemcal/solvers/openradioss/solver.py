@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
+from stemcal.measured.curve_modes import CurveModes
 from stemcal.outputs import write_output
 from stemcal.run_warnings import NothingDeleted
 from stemcal.solvers.deck import Deck, deck_text
@@ -98,7 +99,8 @@ class OpenRadioss(Program):
     def _run(self, folder: Path, request: Request) -> Answer:
         deck = self._deck(request)
         given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
-        read = partial(force_of_run, folder, self.options, self.study.loading)
+        modes = self.study.targets.modes_at(request.condition)
+        read = partial(force_of_run, folder, self.options, self.study.loading, modes=modes)
         return run_programs(
             folder, self._installation(), self.options, given, partial(_starter_ran, folder, deck), read
         )
@@ -144,15 +146,24 @@ def run_programs(
 
 
 def force_of_run(
-    folder: Path, options: OpenRadiossSolver, loading: LoadingSection, ended: Ended | None = None, run: str = "run"
+    folder: Path,
+    options: OpenRadiossSolver,
+    loading: LoadingSection,
+    ended: Ended | None = None,
+    run: str = "run",
+    modes: CurveModes | None = None,
 ) -> Answer:
-    """Return the peak force of a finished run of this name, by what its programs have left in `folder`."""
+    """Return the peak force of a finished run of this name, by what its programs have left in `folder`.
+
+    Its curve is scored on the `modes` of those that were measured.
+    """
     table, listing = f"{run}T01.csv", text_left(folder, f"{run}_0000.out")
     left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
     asked = folder, table, options.interface
     contact = _contact(*asked) if is_small(folder / table) else run_in_helper(left, _contact, *asked)
     gone = deleted_elements(read_text(folder, f"{run}_0001.out"), text_left(folder, OUTPUT))
-    return peak_answer(contact, options, loading, gone, [] if deletes_elements(listing) else [NothingDeleted()])
+    warnings = [] if deletes_elements(listing) else [NothingDeleted()]
+    return peak_answer(contact, options, loading, gone, warnings, modes)
 
 
 def _contact(folder: Path, table: str, interface: int) -> ContactForce:

@@ -8,11 +8,12 @@ import numpy as np
 from stemcal.cutting.result import break_row, moving_mean
 from stemcal.cutting.stroke import stroke_end
 from stemcal.files.typed import to_json
+from stemcal.measured.curve_modes import CurveModes
 from stemcal.run_warnings import RunWarning
-from stemcal.solvers.measures import kept_curve
+from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.solvers.protocol import Answer
+from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.study.model import DeckSolver, LoadingSection
 
 
@@ -22,6 +23,7 @@ def peak_answer(
     loading: LoadingSection,
     failed: Sequence[float] = (),
     warnings: Sequence[RunWarning] = (),
+    modes: CurveModes | None = None,
 ) -> Answer:
     """Return the peak of the filtered force until the stem breaks, as the embedded solver reports it.
 
@@ -31,6 +33,8 @@ def peak_answer(
         When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
     warnings : sequence of RunWarning
         What else is to be known before the answer is used.
+    modes : CurveModes, optional
+        Those of the measured curves, which the filtered force until then is scored on.
     """
     time, force = contact.time, options.scale * contact.force
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
@@ -41,17 +45,20 @@ def peak_answer(
     if filtered[peak] <= 0.0:
         raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
     travel = loading.speed * time - loading.gap
+    broke = None if broken is None else float(travel[broken])
+    scores = curve_scores(modes, travel, filtered, broke)
     end = stroke_end(travel, force, filtered, rows, broken)
     details: dict[str, Any] = {
         "peak_force": float(filtered[peak]),
         "peak_force_raw": float(force[:broken].max()),
         "peak_time": float(time[peak]),
         "peak_travel": float(travel[peak]),
-        **({} if broken is None else {"break_travel": float(travel[broken])}),
+        **({} if broke is None else {"break_travel": broke}),
         **({"deleted_elements": int(deleted[peak]), "deleted_in_all": len(failed)} if failed else {}),
         "stroke_was_enough": end.was_enough,
         "stroke_end": end.kind,
         "warnings": to_json([*warnings, *end.warnings]),
         "curve": kept_curve(travel, filtered),
+        **({RESPONSES: scores} if scores else {}),
     }
     return Answer("ok", response=float(filtered[peak]), details=details)

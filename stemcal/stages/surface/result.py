@@ -33,7 +33,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import half_spaces
 from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
-from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
+from stemcal.stages.surface.runs import Answered, ConditionRun, at_points, circumstances
 from stemcal.stages.surface.shape import RidgeRow, Shape
 from stemcal.study.model import Study
 
@@ -227,7 +227,8 @@ class SurfaceResult(StageResult):
         runs = self.design.runs
         rows = [run.run - 1 for run in fine]
         points = [[runs[i].coded[name] for name in self.names] for i in rows]
-        coarse = [answered[i].outcome.number(response) for i in rows]
+        times = len({run.replicate for run in runs})
+        coarse = [outcome.number(response) for outcome in at_points(answered, rows, times)]
         values = [run.outcome.number(response) for run in fine] + [value for _, value in further]
         new = np.array([x for x, _ in further], dtype=float).reshape(len(further), len(self.names))
         return correction_of(

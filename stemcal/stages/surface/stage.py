@@ -35,7 +35,7 @@ from stemcal.stages.surface.result import (
     region_in,
     told_by,
 )
-from stemcal.stages.surface.runs import ConditionRun, circumstances, pure_error_of, weighed
+from stemcal.stages.surface.runs import ConditionRun, at_points, circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study, Target
@@ -74,8 +74,8 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
         return None, fit
     fine = fine_runs(work, design, work.study.targets.calibrate_at)
     rows, responses = list(design.fine), [run.outcome.response for run in fine]
-    coarse = np.array([runs[i].response for i in rows], dtype=float)
-    found = correction_of(fit, design.coded[rows], coarse, np.array(responses, dtype=float))
+    coarse = [outcome.response for outcome in at_points(runs, rows, design.replicates)]
+    found = correction_of(fit, design.coded[rows], np.array(coarse, dtype=float), np.array(responses, dtype=float))
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
     result = Corrected(
         element_size=design.coarse,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.study.model import CommandSolver, LaboratorySection
+from stemcal.study.model import CommandSolver, DeckSolver, EmbeddedSolver, LaboratorySection
 from stemcal.study.model.laboratory_tests import RESPONSES
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.program_rules import (
@@ -47,7 +47,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
             if result is None or result.reduction != "max" or not has_abscissa(result):
                 message = "needs a result that is the largest force along the travel in mm"
                 yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
-        elif draft.solver is not None and draft.embedded is None:
+        elif not isinstance(draft.solver, EmbeddedSolver | DeckSolver | None):
             yield Finding(path, f"solver {draft.solver.kind} has no curve to compare", "give the force alone")
         if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"

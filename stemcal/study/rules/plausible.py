@@ -47,7 +47,7 @@ _LEAST_SCATTER = 1e-4  # of a mean
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _speed, _mesh, _swing, _curve), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work, _climb), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _materials, _growth, _factors, _agreement)
     return [finding for of in found for finding in of(study)]
 
@@ -179,14 +179,24 @@ def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float
     return study.loading.speed * math.sqrt(stiffness * mass), 2.0 * math.pi * math.sqrt(mass / stiffness)
 
 
-def _curve(study: Study) -> Iterator[Finding]:
+def _path_and_work(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.invert.responses]
     measured = study.mesh is not None and study.mesh.sizes
     if fitted and not measured and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: elements two thirds as long give up to a tenth less"
-        yield Finding(("invert", "responses"), message, "add mesh: {sizes: [d/24]}, which puts that into their scatter")
+        sizes = "add mesh: {sizes: [d/24]}, which puts that into their scatter"
+        alone = f"fit the force alone, or leave rsm.correct_with out and {sizes}"
+        yield Finding(("invert", "responses"), message, sizes if study.rsm.correct_with is None else alone)
+
+
+def _climb(study: Study) -> Iterator[Finding]:
+    """Question a climb in one model to the target of another."""
+    if study.climb is not None and study.rsm.correct_with is not None:
+        message = "it goes to where the study's own solver has the target, the surface is that of transfer.solver"
+        remedy = "leave it out unless their forces are alike, and choose ranges that hold the target there"
+        yield Finding(("climb",), message, remedy)
 
 
 def _conditions(study: Study) -> list[float]:

@@ -121,6 +121,9 @@ def surface_can_be_corrected_there(draft: Draft) -> Iterator[Finding]:
     elif draft.transfer.solver.kind == "manual":
         message = "the runs of transfer.solver are entered by hand"
         yield Finding(path, message, "leave it out: the transfer itself takes such a solver")
+    elif draft.naming.is_cutting and draft.transfer.solver.kind != "embedded" and _beside_force(draft):
+        message = f"transfer.solver ({draft.transfer.solver.kind}) answers with a force only"
+        yield Finding(("invert", "responses"), message, "remove it, or leave rsm.correct_with out")
     if draft.rsm.coarse is not None:
         yield Finding(path, "rsm.coarse corrects the surface too", "leave one of them out")
     if draft.mesh is not None:
@@ -128,6 +131,10 @@ def surface_can_be_corrected_there(draft: Draft) -> Iterator[Finding]:
     if draft.refine is not None and draft.refine.model != "quadratic":
         message = "a Gaussian process takes the runs of the design for those of transfer.solver"
         yield Finding(("refine", "model"), message, "leave it out, or leave rsm.correct_with out")
+
+
+def _beside_force(draft: Draft) -> bool:
+    return draft.invert is not None and len(draft.invert.responses) > 1
 
 
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:

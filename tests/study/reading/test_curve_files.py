@@ -11,8 +11,10 @@ import pytest
 from stemcal.errors import SpecError
 from stemcal.report.figures.curves import measured_band
 from stemcal.report.records import Curve
+from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
 from stemcal.solvers.embedded import Embedded
+from stemcal.solvers.measures import curve_scores
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
 from stemcal.study.model import Study
@@ -79,8 +81,12 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
     modes, curve = study.targets.modes[8.0], answer.details["curve"]
     again = modes.scores(np.array(curve["travel"]), np.array(curve["force"]))  # of the 200 points that are kept
     assert list(answer.details["responses"].values()) == pytest.approx(again, rel=0.01)
-    figure = measured_band(modes, Curve(tuple(curve["travel"]), tuple(curve["force"])))
-    assert len(figure.axes) == 2
+    whole = tuple(curve["travel"]), tuple(curve["force"])
+    end = whole[0][-1]
+    swings = Curve((*whole[0], end + 0.1), (*whole[1], 500.0), broke=end)  # what the released stem does counts nowhere
+    drawn = [measured_band(modes, one).axes[0].lines[1].get_ydata() for one in (Curve(*whole), swings)]
+    assert np.array_equal(*drawn)
+    assert curve_scores(modes, *map(np.array, (swings.travel, swings.force)), end + 0.05)["curve_1"] == again[0]
     before = inputs_of(study, None, None, "screen")  # type: ignore[arg-type]
     assert "curves" in before
     (tmp_path / "lab" / "8mm-6.csv").write_text(sheet(200.0, 2.0), encoding="utf-8")
@@ -180,6 +186,46 @@ def test_the_curve_of_a_program_is_scored_too(tmp_path: Path) -> None:
     travel, force = np.loadtxt(tmp_path / "lab" / "8mm-4.csv", delimiter=",", skiprows=1).T
     assert list(answer.details["responses"].values()) == pytest.approx(modes.scores(travel, force), rel=2e-3)
     assert max(answer.details["curve"]["force"]) == pytest.approx(186.0)
+
+
+OF_DECKS = {
+    "lsdyna": 'command: [ls-dyna, "i={{deck}}"], element_size: 2 mm',
+    "openradioss": "element_size: 2 mm, rate_law: cowper_symonds",
+    "manual": "",
+}
+
+
+def of_decks(folder: Path, kind: str, more: str = "") -> Study:
+    study_in(folder)
+    text = (folder / "study.yaml").read_text(encoding="utf-8")
+    begin, end = text.index("solver:"), text.index("targets:")
+    solver = f"solver: {{kind: {kind}, {OF_DECKS[kind]}}}\n"
+    (folder / "deck.yaml").write_text(text[:begin] + solver + text[end:] + more, encoding="utf-8")
+    return load_study(folder / "deck.yaml")
+
+
+@pytest.mark.parametrize("kind", ["lsdyna", "openradioss"])
+def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) -> None:
+    study = of_decks(tmp_path, kind)
+    assert study.invert.responses[:2] == ("response", "curve_1")
+    assert "curves" in make_solver(study).identity(Request("rsm", 0, study.midlevels(), 8.0))
+    with pytest.raises(SpecError, match="transfer: curves are compared here alone"):
+        of_decks(tmp_path, kind, "transfer: {solver: {kind: embedded}}\n")
+
+
+@pytest.mark.parametrize("kind", ["lsdyna", "openradioss"])
+def test_parameters_are_not_transferred_by_curves(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(SpecError, match="transfer: curves are compared here alone"):
+        study_in(tmp_path)
+        text = (tmp_path / "study.yaml").read_text(encoding="utf-8")
+        there = f"transfer: {{solver: {{kind: {kind}, {OF_DECKS[kind]}}}}}\n"
+        (tmp_path / "study.yaml").write_text(text + there, encoding="utf-8")
+        load_study(tmp_path / "study.yaml")
+
+
+def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match="solver manual has no curve to compare"):
+        of_decks(tmp_path, "manual")
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
