@@ -120,6 +120,11 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     return np.append(up / (mean_force * np.sqrt(len(_SHARES))), end / mean_travel)
 
 
+def most_modes(specimens: int) -> int:
+    """Return how many components the curves of so many specimens may have: with the maximum they stay below n − 1."""
+    return min(MOST, specimens - 3) if specimens >= FEWEST else 0
+
+
 def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
     """Return the components of smoothed curves, so many at most; `FEWEST` curves at least."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
@@ -144,7 +149,7 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = 
     values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    count = min(most, n - 3, int(np.searchsorted(held, _HELD)) + 1)
+    count = min(most, most_modes(n), int(np.searchsorted(held, _HELD)) + 1)
     weights = _apart(vectors[:, :count], scatter, h)
     return CurveModes(
         mean_force,
@@ -174,27 +179,34 @@ def _apart(vectors: Array, scatter: Array, h: Array) -> Array:
 def smoothed(travel: Array, force: Array) -> Curve:
     """Return a measured curve until it breaks without the noise of its points, whose largest is no maximum.
 
-    At each point a quadratic through its neighbours within two shares of the travel (A. Savitzky and M. J. E. Golay,
-    Anal. Chem. 36 (1964) 1627); at the ends of the curve through those of one side.
+    At each point a quadratic through its neighbours (A. Savitzky and M. J. E. Golay, Anal. Chem. 36 (1964) 1627), on
+    either side two of 25 shares of the rows from contact to the maximum; at the ends of these through those of one
+    side. The way through the air stays as it is: the curve has a corner at its end.
     """
     from scipy.signal import savgol_filter
 
+    begin = contact_begins(force, PRELOAD)
+    # in the air a sensor may read a little above zero
+    begin = contact_begins(force, min(PRELOAD, float(np.median(force[: begin + 1]))))
     top = int(np.argmax(force))
     fallen = np.flatnonzero(force[top:] < _FALLEN * force[top])
     end = top + int(fallen[0]) if len(fallen) else len(force)
-    half = 2 * top // len(_SHARES)
-    if half > 1 and end > 2 * half:
-        force = np.append(savgol_filter(force[:end], 2 * half + 1, 2), force[end:])
+    half = 2 * (top - begin) // len(_SHARES)
+    if half > 1 and end - begin > 2 * half:
+        force = np.concatenate([force[:begin], savgol_filter(force[begin:end], 2 * half + 1, 2), force[end:]])
     return travel, force
 
 
 def from_preload(travel: Array, force: Array) -> Curve:
-    """Return a curve from where it passes the preload: between two points or, trimmed already, before the first."""
+    """Return a curve from where it passes the preload: between two points or, trimmed already, a step before the first
+    at most.
+    """
     begin = contact_begins(force, PRELOAD)
     first, after = float(force[begin]), float(force[begin : begin + 2][-1])
     if not first < after or first > RISE * force.max():
         return travel[begin:] - travel[begin], force[begin:]
-    start = travel[begin] + (PRELOAD - first) / (after - first) * (travel[begin + 1] - travel[begin])
+    steps = max((PRELOAD - first) / (after - first), -1.0)
+    start = travel[begin] + steps * (travel[begin + 1] - travel[begin])
     later = begin + int(first <= PRELOAD)
     return np.append(0.0, travel[later:] - start), np.append(PRELOAD, force[later:])
 

@@ -6,7 +6,7 @@ measured just what mid-levels give, with the scatter of the targets, the paramet
 tests as the calibration fits them, so the intervals are of its kind and end where the ranges end.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -21,6 +21,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
+from stemcal.measured.curve_modes import CurveModes, most_modes
 from stemcal.notes import Note
 from stemcal.overview.plan import surface_names
 from stemcal.run_warnings import MaximumNotPassed
@@ -32,6 +33,7 @@ from stemcal.stages.surface.result import region_in
 from stemcal.stages.work import Work, needs_simulation
 from stemcal.study.model import LaboratoryMeans, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
+from stemcal.study.model.measured_targets import named_modes
 
 CUTTING = "cutting"
 SPECIMENS = (5, 10, 20)
@@ -130,9 +132,9 @@ class Measurable:
     systematic: float = 0.0
 
     def measured(self, specimens: int) -> Observation:
-        """Return it as measured over so many specimens whose mean is what mid-levels give."""
+        """Return it as measured over so many specimens whose mean is what mid-levels give; by itself without modes."""
         value = float(self.surface.beta[0])
-        told = self.response, None, self.specimens, self.systematic
+        told = self.response, None, self.specimens if most_modes(specimens) else "", self.systematic
         return Observation(self.surface, value, self.variation * abs(value), specimens, *told)
 
     def information(self) -> Array:
@@ -305,9 +307,16 @@ def _subsets(found: Sequence[Measurable], calibrate_at: float) -> list[list[Meas
     ]
 
 
+def told_by(found: Sequence[Measurable], modes: Iterable[CurveModes], specimens: int) -> list[Measurable]:
+    """Return what so many specimens tell: of their curves no more modes than a laboratory of so many would find."""
+    beyond = {named.name for named in named_modes(modes)[most_modes(specimens) :]}
+    return [one for one in found if one.response not in beyond]
+
+
 def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurable], specimens: int) -> Combination:
     """Return what a combination would tell, by the profiles of the fit to it."""
-    misfit = misfit_of([one.measured(specimens) for one in found], region)
+    kept = told_by(found, study.targets.modes.values(), specimens)
+    misfit = misfit_of([one.measured(specimens) for one in kept], region)
     misfit = misfit.with_priors(priors_of(study, coding), region)
     without_posterior = study.model_copy(update={"invert": study.invert.model_copy(update={"posterior": False})})
     known = certainty_of(without_posterior, coding, misfit, region, "joint", np.zeros(region.k))

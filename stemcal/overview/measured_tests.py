@@ -98,13 +98,17 @@ def _responses(test: LaboratorySection, piece: TestedSpecimen, drop: float) -> d
 
 
 def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:
-    """Return how many points of a curve stand before the break, found as in the simulated tests; all if it does not.
+    """Return how many points of a curve stand before the break, by the rule of the simulated tests; all if it does not.
+
+    Of a real piece no one counts what has failed. So the rule is applied behind the maximum: a piece that settles on
+    its rollers before is not broken.
 
     >>> break_at(np.array([0.0, 8.0, 10.0, 7.0, 4.0, 6.0])), break_at(np.array([0.0, 1.0, 2.0]))
     (4, 3)
     """
-    row = break_row(force, np.ones(len(force), dtype=np.int64), drop)
-    return len(force) if row is None else row
+    peak = int(np.argmax(force))
+    row = break_row(force[peak:], np.ones(len(force) - peak, dtype=np.int64), drop)
+    return len(force) if row is None else peak + row
 
 
 def _targets(test: LaboratorySection, means: Sequence[TestedMean]) -> list[str]:

@@ -10,10 +10,12 @@ from fakes import TWO_FACTORS, FakeSolver
 from scipy.stats import t as student
 
 import stemcal
+from stemcal.doe.calibration.misfit import misfit_of
 from stemcal.doe.designs.d_optimal import d_optimal_shares
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.identify import Identified, central_differences, identify, local_surface
+from stemcal.measured.curve_modes import CurveModes
+from stemcal.overview.identify import Identified, Measurable, central_differences, identify, local_surface, told_by
 from stemcal.runs.answer import ignore
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -125,6 +127,21 @@ def test_what_only_a_sum_tells_leaves_both_free_along_their_difference(found: Id
     assert all(one.free for one in alone.parameters)
     assert alone.loosest["yield_stress"] / 5.0 == pytest.approx(-alone.loosest["failure_strain"] / 0.02, rel=1e-6)
     assert not found.combinations[1].loosest
+
+
+@pytest.mark.parametrize(("specimens", "kept"), [(4, 0), (5, 2), (6, 3), (20, 3)])
+def test_few_specimens_are_foretold_with_few_modes(specimens: int, kept: int) -> None:
+    """A laboratory of five finds two; of fewer it has the maximum by itself."""
+    parts = np.zeros(26)
+    modes = CurveModes(100.0, 0.5, *(tuple(parts),) * 3, (tuple(parts),) * 3, (6.0,) * 3, (0.0,) * 3, 20)
+    points = central_differences(2)
+    names = ("force", "curve_1", "curve_2", "curve_3")
+    surfaces = [local_surface(points, 100.0 + points @ [a, 10.0], ("x", "y")) for a in (9.0, 7.0, -5.0, 3.0)]
+    found = [Measurable("cutting", 8.0, name, s, 0.1, "8") for name, s in zip(names, surfaces, strict=True)]
+    told = [one.measured(specimens) for one in told_by(found, [modes], specimens)]
+    assert [one.kind for one in told] == list(names[: 1 + kept])
+    (laboratory,) = (source for source in misfit_of(told).sources if source.name == "laboratory")
+    assert (laboratory.matrix, laboratory.df) == (kept > 0, specimens - 1 - kept)
 
 
 def test_runs_and_levels_are_told(found: Identified) -> None:

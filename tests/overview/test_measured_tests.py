@@ -9,13 +9,14 @@ import json
 from pathlib import Path
 from statistics import fmean, stdev
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.measured.shear_curves import CurveOptions
-from stemcal.overview.measured_tests import measure_tests
+from stemcal.overview.measured_tests import break_at, measure_tests
 from stemcal.study.reading import load_study
 from stemcal.study.reading.amend import with_test_targets
 
@@ -56,6 +57,12 @@ def test_means_of_what_the_targets_have_already(lab: Path) -> None:
     assert found.targets["pull"][0] == (
         "{diameter: 8 mm, maximum_force: 630 N, maximum_force_sd: 26.46 N, work: 496.7 mJ, work_sd: 41.25 mJ, n: 3}"
     )
+
+
+def test_a_piece_that_settles_before_its_maximum_is_not_broken() -> None:
+    """It gives way from 30 to 12 N on its rollers, and breaks behind 200 N; by a smaller drop a row earlier."""
+    force = np.array([4.0, 30.0, 12.0, 60.0, 120.0, 200.0, 190.0, 60.0])
+    assert [break_at(force, drop) for drop in (0.5, 0.04, 1.0)] == [7, 6, 8]
 
 
 def test_without_targets_what_such_a_test_usually_tells(lab: Path) -> None:

@@ -582,13 +582,15 @@ def _matrices(observations: Sequence[Observation]) -> list[VarianceSource]:
     """Return the covariance matrices of specimens of which several responses were measured.
 
     V = (n − 1)/(n (n − p))·S and ν = n − p: Student's t of ν degrees of freedom in p dimensions has (1 + D/ν)^(−n/2),
-    the likelihood of a mean whose covariance is not known.
+    the likelihood of a mean whose covariance is not known. Raises `UsageError` where n is not above p.
     """
     found = []
     for group in dict.fromkeys(o.specimens for o in observations if o.specimens):
         mine = np.array([o.specimens == group for o in observations])
         n = min(o.n or 1 for o in observations if o.specimens == group)
-        df = max(n - int(mine.sum()), 1)
+        df = n - (p := int(mine.sum()))
+        if df < 1:
+            raise UsageError(f"joint fit: {n} specimens do not tell how {p} responses vary together; {p + 1} do")
         squares = np.array([(o.sd or 0.0) ** 2 for o in observations])
         found.append(VarianceSource("laboratory", mine * squares * (n - 1) / (df * n), df, matrix=True))
     return found

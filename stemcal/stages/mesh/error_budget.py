@@ -10,7 +10,7 @@ import numpy as np
 
 from stemcal.doe.calibration.joint_fit import fit_jointly
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
-from stemcal.doe.calibration.misfit import Misfit, best_fit
+from stemcal.doe.calibration.misfit import Misfit, VarianceSource, best_fit
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import t_quantile
@@ -97,9 +97,14 @@ class Carried:
             )
             for i, mean in enumerate(self.means)
             if mean.response == FIRST
-            for source in self.misfit.sources
-            if source.variance[i] > 0.0 or source.name == "laboratory"
+            for source in self._sources_at(i)
         ]
+
+    def _sources_at(self, i: int) -> list[VarianceSource]:
+        """Return the sources of an observation's error; one of the laboratory is among them even without a part."""
+        here = [source for source in self.misfit.sources if source.variance[i] > 0.0]
+        laboratory = [source for source in self.misfit.sources if source.name == "laboratory"]
+        return here if any(source in here for source in laboratory) else [*laboratory[:1], *here]
 
 
 def _ranges(misfit: Misfit, region: Region, names: Sequence[str]) -> dict[str, Interval]:

@@ -16,6 +16,7 @@ from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.surface import fit_surface
+from stemcal.errors import UsageError
 
 REGION = Region(np.full(2, -20.0), np.full(2, 20.0), None)
 RUNS = central_composite(2, centre_points=1)
@@ -80,3 +81,9 @@ def test_specimens_that_are_not_the_same_keep_their_scatter_apart() -> None:
     assert [(source.df, source.matrix) for source in sources] == [(29.0, False), (N - 2, True)]
     np.testing.assert_allclose(sources[0].variance, [81.0 / 30, 0.0, 0.0])
     np.testing.assert_allclose(sources[1].variance, [0.0, *[36.0 * 8 / (7 * N)] * 2])
+
+
+def test_as_many_responses_as_specimens_are_refused() -> None:
+    surfaces = [fit_surface(RUNS, 100.0 + RUNS @ row, ("x", "y")) for row in J[:3]]
+    with pytest.raises(UsageError, match="3 specimens do not tell how 3 responses vary together; 4 do"):
+        misfit_of([Observation(s, 100.0, 6.0, 3, f"r{i}", None, "8") for i, s in enumerate(surfaces)])
