@@ -464,7 +464,7 @@ def coarse_rows() -> None:
                 coarse, rows = term_columns(design) @ beta, spread_runs(design, count)
                 surface = fit_surface(design, coarse, [f"x{j}" for j in range(k)])
                 fine = factor * coarse + design @ tilt
-                found = corrected(surface, correction_of(surface, design[rows], coarse[rows], fine[rows]))
+                found = corrected(surface, correction_of(surface, design[rows], coarse[rows], fine[rows], "fine_runs"))
                 points = within_region(design, np.inf, 40, random)
                 true = factor * (term_columns(points) @ beta) + points @ tilt
                 ends = found.mean_interval(points) + np.array([-1e-6, 1e-6])  # what is exact is so but for rounding

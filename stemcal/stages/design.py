@@ -75,6 +75,11 @@ class Design:
     there: bool = False
 
     @property
+    def counts_fine(self) -> str:
+        """The key of the spec that says how many rows are `fine`."""
+        return "rsm.correct_runs" if self.there else "rsm.coarse.fine_runs"
+
+    @property
     def names(self) -> tuple[str, ...]:
         """The factors that vary."""
         return self.coding.names

@@ -95,8 +95,8 @@ def _reduction(found: ReductionSteps, names: Names) -> str:
 def _correction(found: Corrected, names: Names) -> str:
     elements = "The design was run with elements of {size}, {fine} of its runs with the study's own too."
     solvers = (
-        "The design was run by the study's own solver, {fine} of its runs in {there:program} too. The surface is that "
-        "of {there:program}, and so are calibration and validation."
+        "The design was run by the study's own solver, {fine} of its runs by that of `transfer`, {there:program}, too. "
+        "The surface is that of {there:program}, and so are calibration and validation."
     )
     alone = (
         "The surface is corrected by these: {factor:.3f} times that of the design. They are too few to tell a slope "

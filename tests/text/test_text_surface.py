@@ -68,5 +68,5 @@ def test_a_correction_names_its_tilt(results: Any, tilt: dict[str, float]) -> No
     said = {one.kind: one.sentence for one in remarks_of(replace(results.surface, coarse=coarse))}["coarse"]
     there = replace(coarse, element_size=None, solver="openradioss")
     said_there = {one.kind: one.sentence for one in remarks_of(replace(results.surface, coarse=there))}["coarse"]
-    assert "0 of its runs in OpenRadioss too. The surface is that of OpenRadioss" in said_there
+    assert "0 of its runs by that of `transfer`, OpenRadioss, too. The surface is that of OpenRadioss" in said_there
     assert "1.050 times that of the design" in said and ("−0.5 N along yield_stress" in said) == bool(tilt)

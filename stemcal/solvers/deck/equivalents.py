@@ -54,7 +54,8 @@ def nose_radius(spread: float) -> float:
 def nonlocal_length(length: float, program: str, size: float) -> float:
     """Return what LS-DYNA or OpenRadioss calls the length (mm) over which they average as ℓ (mm) does here.
 
-    OpenRadioss's is shorter on elements (mm) that are longer, since they average too; 0 where they alone do.
+    OpenRadioss's is shorter on elements (mm) that are longer, since they average too; 0 where they alone do. `size` is
+    that of the spec, of which rows under an edge have some 0.9 to 0.95.
     """
     return max(0.5 * (_RADIOSS_LENGTH * length - size), 0.0) if program == "openradioss" else length * _DYNA_LENGTH
 

@@ -236,6 +236,7 @@ class SurfaceResult(StageResult):
             np.vstack([np.array(points), new]),
             np.array([*coarse, *surface.predict(new)]),
             np.array(values),
+            "rsm.coarse.fine_runs" if self.coarse is None or self.coarse.solver is None else "rsm.correct_runs",
         )
 
     def _fitted_to(self, answered: Sequence[Answered], further: Further, response: str) -> Surface:

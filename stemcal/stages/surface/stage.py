@@ -75,7 +75,13 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
     fine = fine_runs(work, design, work.study.targets.calibrate_at)
     rows, responses = list(design.fine), [run.outcome.response for run in fine]
     coarse = [outcome.response for outcome in at_points(runs, rows, design.replicates)]
-    found = correction_of(fit, design.coded[rows], np.array(coarse, dtype=float), np.array(responses, dtype=float))
+    found = correction_of(
+        fit,
+        design.coded[rows],
+        np.array(coarse, dtype=float),
+        np.array(responses, dtype=float),
+        design.counts_fine,
+    )
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
     result = Corrected(
         element_size=design.coarse,

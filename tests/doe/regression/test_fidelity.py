@@ -19,7 +19,7 @@ COARSE = np.array([120.0, 20.0, 8.0, -3.0, 2.0, 1.5])
 
 def made(coarse: Array, fine: Array, count: int, design: Array = CODED) -> Surface:
     surface, rows = fit_surface(design, coarse, ["a", "b"]), spread_runs(design, count)
-    return corrected(surface, correction_of(surface, design[rows], coarse[rows], fine[rows]))
+    return corrected(surface, correction_of(surface, design[rows], coarse[rows], fine[rows], "rsm.correct_runs"))
 
 
 def test_a_factor_and_a_tilt_are_found_exactly() -> None:
@@ -94,7 +94,7 @@ def test_runs_that_failed_are_left_out_and_two_are_too_few() -> None:
     fine[rows[1]] = np.nan
     assert made(coarse, fine, 4).beta == pytest.approx(0.9 * COARSE)
     fine[rows[2]] = np.nan
-    with pytest.raises(RunsFailed, match="rsm: 2 runs succeeded both in the design and beside it"):
+    with pytest.raises(RunsFailed, match=r"^rsm\.correct_runs: of 4 points 2 succeeded .* or raise rsm\.correct_runs$"):
         made(coarse, fine, 4)
 
 
