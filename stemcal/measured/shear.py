@@ -282,7 +282,7 @@ def _specimen(
     if diameter is None:
         raise UsageError(
             f"{path}: its diameter is unknown; put it into the name (7mm-1.csv), over its columns (7.1 mm), into a "
-            "line above the data (Diameter: 7.02 mm) or into an index file (--index)"
+            "line above the data (Diameter: 7.02 mm) or, for measure shear, into an index file (--index)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))

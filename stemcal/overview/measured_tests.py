@@ -57,7 +57,11 @@ def measure_tests(
     """
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
-        names = ", ".join(test.name for test in study.tests) or "none"
+        if not study.tests:
+            raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
+        if not folder.is_dir():
+            raise UsageError(f"{folder}: there is no such folder; name the one that has a folder for each test")
+        names = ", ".join(test.name for test in study.tests)
         raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {names}")
     left_out: dict[str, list[str]] = {test.name: [] for test in there}
     for one in exclude:

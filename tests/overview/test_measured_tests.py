@@ -114,6 +114,10 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
     study = load_study(THREE)
     with pytest.raises(UsageError, match=r"no folder of a test in it; the tests of three-tests: bending, pull"):
         measure_tests(study, lab / "pull")
+    with pytest.raises(UsageError, match=r"there is no such folder; name the one that has a folder for each"):
+        measure_tests(study, lab / "nowhere")
+    with pytest.raises(UsageError, match=r"smoke has no section tests; add one, or use stemcal measure shear"):
+        measure_tests(load_study(THREE.with_name("smoke.yaml")), lab)
     with pytest.raises(UsageError, match=r"write TEST/SPECIMEN, as in pull/8mm-1"):
         measure_tests(study, lab, exclude=["8mm-1"])
     with pytest.raises(UsageError, match=r"no such specimen"):
