@@ -15,6 +15,7 @@ from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.composite import central_composite
+from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import UsageError
 
@@ -26,10 +27,11 @@ SD = np.array([9.0, 6.0, 7.0, 4.0])
 N = 9
 
 
-def fitted(responses: int, **more: float) -> Misfit:
+def fitted(responses: int, systematic: Array = np.zeros((0, 4))) -> Misfit:
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ J[i], ("x", "y")) for i in range(responses)]
     rows = zip(surfaces, MEASURED, SD, strict=False)
-    return misfit_of([Observation(s, m, sd, N, f"r{i}", None, "8", **more) for i, (s, m, sd) in enumerate(rows)])
+    alike = [{f"m{k}": u[i] for k, u in enumerate(systematic)} for i in range(responses)]
+    return misfit_of([Observation(*row, N, f"r{i}", None, "8", alike[i]) for i, row in enumerate(rows)])
 
 
 @pytest.mark.parametrize("p", [2, 3, 4])
@@ -66,7 +68,7 @@ def test_the_posterior_is_that_of_an_unknown_covariance() -> None:
 
 def test_what_moves_all_specimens_alike_is_not_averaged_away() -> None:
     """With p = k and an error of all alike far above the scatter: ± 1.96 of it, whatever n."""
-    misfit = fitted(2, systematic=50.0)
+    misfit = fitted(2, 50.0 * np.eye(4))
     half = 1.96 * 50.0 * np.sqrt(np.diag(np.linalg.inv(J[:2].T @ J[:2])))
     found = profiles_of(misfit, REGION, best_fit(misfit, REGION))
     np.testing.assert_allclose([0.5 * (one.high - one.low) for one in found], half, rtol=0.01)
