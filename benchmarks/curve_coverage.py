@@ -9,7 +9,7 @@ rises with the stiffness a, is as large as the strength b lets it, and ends by t
     flat   b (1 − (1 − u/e)^(a e/b)) until it breaks at u = e = 0.7 c, where it no longer rises
     hill   b tanh((a u/b)^1.3) (1 + u/4)/(1 + e^((u − 0.9 c)/0.04)), over a maximum and down again
 
-At another diameter than 8 mm a and c change as the diameter does, b as its square. The specimens of a laboratory scatter
+At another diameter than 8 mm a and c change as the diameter does, b as its square. A laboratory's specimens scatter
 in a, b, c, with a smooth error of 1 % along each curve and noise at each point, on a machine whose give and toe are
 drawn from what is said to be known of them, or a give off by one SD, the same at all diameters. Its curves are scored
 and fitted as a study's are, on the surfaces of 15 runs. A line tells, of one setting, how often the 95 % intervals hold
@@ -44,7 +44,7 @@ RUNS = central_composite(3, centre_points=1)
 
 @dataclass(frozen=True)
 class Setting:
-    """A laboratory: its specimens, their scatter, noise (N), what is known of its machine, by how many SD it is `off`."""
+    """A laboratory: specimens, their scatter, noise (N), what is known of its machine, by how many SD it is `off`."""
 
     specimens: int = 10
     scatter: float = 0.06

@@ -428,15 +428,19 @@ class Misfit:
         """Replace the part of each estimated covariance matrix by what the residuals at x make of it.
 
         p responses of n specimens weigh k factors; the p − k contrasts that are left say by how much the weights are
-        off: var θ̂ = (ν + D)/(ν + k − 1)·gᵀVg of ν + k − 1 degrees of freedom, ν = n − p, V = (n − 1)/(ν n)·S. Among
-        other observations k is the leverage of these. Source: C. R. Rao, Proc. Fifth Berkeley Symp. 1 (1967) 355.
+        off: var θ̂ = (ν + D)/f·gᵀVg of f = ν + k − 1 degrees of freedom, ν = n − p, V = (n − 1)/(ν n)·S. Among other
+        observations these have a leverage h in place of k, and those that scatter little by luck get too much weight:
+        (1 + 2(1 − h/k)/f) times as much, to first order, for k = p = 1 as Meier has it. Sources: C. R. Rao, Proc. Fifth
+        Berkeley Symp. 1 (1967) 355; P. Meier, Biometrics 9 (1953) 59.
         """
         squares = (self.measured - self.predict(x)[0]) ** 2 / self.whole_variance
+        rank = np.linalg.matrix_rank(self.information(x))
         for i, source in enumerate(self.sources):
             if source.matrix:
                 share = source.variance / self.whole_variance
-                df = source.df + max(float(share @ leverage) - 1.0, 0.0)
-                variance = found[i][0] * (source.df + float(share @ squares)) / df
+                df = max(source.df + float(share @ leverage) - 1.0, 1.0)
+                others = max(1.0 - float(leverage[source.variance > 0.0].sum()) / rank, 0.0)
+                variance = found[i][0] * (source.df + float(share @ squares)) / df * (1.0 + 2.0 * others / df)
                 found[i] = variance, variance**2 / df
 
     def looseness(self, x: Array) -> float:
