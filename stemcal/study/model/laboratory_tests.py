@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from stemcal.naming import FIRST, Named
+from stemcal.naming import FIRST, Named, capital
 from stemcal.study.model.frozen import Frozen, Share, Size
 from stemcal.study.model.measured_targets import Mean, Targets, Work
 from stemcal.study.model.program_options import CommandSolver
@@ -173,7 +173,7 @@ def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
         for response in test.measured:
             symbol, unit, words = RESPONSES[response]
             label = f"{test.name.replace('_', ' ')} {words}"
-            found.append(Named(test.called(response), label[:1].upper() + label[1:], symbol, unit))
+            found.append(Named(test.called(response), capital(label), symbol, unit))
     return tuple(found)
 
 

@@ -39,7 +39,7 @@ from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshO
 from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
-from stemcal.words import did_you_mean
+from stemcal.words import counted, did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
@@ -185,10 +185,11 @@ class Study(StudyForm):
         return self._hands
 
     def __repr__(self) -> str:
-        return (
-            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.means)} measured "
-            f"{self.naming.response.plural}, solver {self.solver.kind}"
-        )
+        first, means = self.naming.response, self.targets.means
+        counts = {one: sum(mean.mean_of(one.name)[0] is not None for mean in means) for one in self.naming.others}
+        others = [f", {count} {one.noun if count == 1 else one.plural}" for one, count in counts.items() if count]
+        measured = f"{len(means)} measured {first.noun if len(means) == 1 else first.plural}{''.join(others)}"
+        return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__
 
