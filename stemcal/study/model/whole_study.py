@@ -261,6 +261,14 @@ class Study(StudyForm):
             sections["failure"] = self.failure.model_copy(update=cut)
         return self.model_copy(update=sections) if sections else self
 
+    def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
+        """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
+        loading = self.loading
+        speed = test.speed if "speed" in test.model_fields_set else loading.speed
+        travel = loading.gap + (test.stroke_at(diameter) or loading.stroke)
+        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
+        return self.model_copy(update={**test.in_place_of(self), "loading": moved})
+
     def seen_by(self, stage: str) -> Study:
         """Return the study as a stage simulates it: the transfer with the solver and the test of its own.
 
