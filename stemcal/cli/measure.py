@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stemcal.cli.console import note, say, say_json, say_tables, warn
+from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.options import AsJson, Quiet
 from stemcal.errors import UsageError
 from stemcal.files.encodings import decode
@@ -313,7 +313,7 @@ def _show(
         say_json(content)
     else:
         say_tables(*found)
-        say(*([section] if section else []))
+        say_whole(*([section] if section else []))
     if synthetic:
         warn("the files are marked as synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:

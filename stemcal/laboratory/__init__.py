@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
 from stemcal.cutting.result import BreakWatch, break_row, evaluate, filter_rows, force_history, travel_at
@@ -20,7 +21,7 @@ from stemcal.laboratory.build import build, rounded
 from stemcal.laboratory.double_shear import DoubleShear
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
-from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
+from stemcal.laboratory.result import Asked, Gauges, LaboratoryResult, curve_responses, responses_of, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.run_warnings import MaximumNotPassed, RunWarning, StrokeTooShort
 
@@ -35,6 +36,7 @@ __all__ = [
     "ThreePointBending",
     "build",
     "curve_responses",
+    "cut",
     "perform",
     "secant",
 ]
@@ -78,6 +80,21 @@ def perform(
     responses, r2 = responses_of(test, curve, deflection, result, broken)
     shape = shape_of(model, history, how.symmetry)
     more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
+    return LaboratoryResult(**{**vars(result), **more})
+
+
+def cut(
+    test: ShearTest,
+    asked: Asked,
+    watch: Callable[[float, float], None] | None = None,
+    inspect: Inspect | None = None,
+) -> LaboratoryResult:
+    """Run a virtual shear test as one of the laboratory's, whose responses it gives; the rest as in `perform`."""
+    result = shear(test, watch, inspect)
+    curve = result.history
+    broken = None if result.break_travel is None else int(np.searchsorted(curve.travel, result.break_travel))
+    responses, r2 = responses_of(asked, curve, None, result, broken)
+    more = {"responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
     return LaboratoryResult(**{**vars(result), **more})
 
 

@@ -10,8 +10,9 @@ from stemcal.measured.samples import summarise
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import counted
 
-_MOST_FILES = 1000
+_MOST_FILES, _MOST_NAMES = 1000, 10
 _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
 
 
@@ -36,7 +37,7 @@ def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]]
             wrong.append(Finding(path, str(error), "name files of force over travel, beside the spec"))
             read = []
         if 0 < len(read) < FEWEST:
-            message = f"{len(read)} specimens do not tell how curves scatter"
+            message = f"curves of only {counted(len(read), 'specimen')}: how they scatter is not known"
             wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))
         elif read:
             curves[index] = read
@@ -54,12 +55,21 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
     for pattern in patterns:
         try:
             files = sorted(path for path in folder.glob(pattern) if path.is_file())
-        except (ValueError, NotImplementedError):
+        except (ValueError, NotImplementedError, OSError):
             files = []
         inside = [path for path in files if path.resolve().is_relative_to(folder.resolve())]
         if not inside:
-            raise UsageError(f"{pattern[:100]}: there is no such file")
+            raise UsageError(f"no file matches {pattern[:100]}; {_lying(folder, pattern)}")
         found |= dict.fromkeys(inside)
     if len(found) > _MOST_FILES:
         raise UsageError(f"{len(found)} files are too many")
     return list(found)
+
+
+def _lying(folder: Path, pattern: str) -> str:
+    """Tell what lies in the last folder of a pattern that there is, the spec's own or one below it."""
+    place = folder
+    for step in Path(pattern).parts[:-1]:
+        place = next((one for one in place.glob("*") if one.name == step and one.is_dir()), place)
+    names = sorted(path.name for path in place.glob("*"))
+    return f"{place} holds {', '.join(names[:_MOST_NAMES]) or 'nothing'}{', …' if names[_MOST_NAMES:] else ''}"

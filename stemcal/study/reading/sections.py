@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isclose
 from pathlib import Path
@@ -62,15 +62,15 @@ class Sections:
         """What the types of the model need to know beside a value."""
         return {"spec": self.folder, "naming": self.naming}
 
-    def read(self, name: str, given: Any) -> None:
-        """Read a section; of one that is wrong, what is good of it."""
+    def read(self, name: str, given: Any, told: Collection[NodePath] = ()) -> None:
+        """Read a section; of one that is wrong, what is good of it. That values are missing may be `told` already."""
         if given is None:
             self.findings.append(Finding((name,), "is empty", "fill it in or remove it"))
             return
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
-            self.findings += _findings(error, (name,))
+            self.findings += _findings(error, (name,), told)
             if (rest := partly(_kind_of(name), given, self.context)) is not None:
                 self.good[name] = rest
 
@@ -79,7 +79,7 @@ class Sections:
         if self.naming.is_cutting or given is None:
             filled, curves, unread = with_curves(given, self.folder)
             self.findings += unread
-            self.read(name, filled)
+            self.read(name, filled, [(*finding.path[:-1], "force") for finding in unread])
             good = self.good.get(name)
             if curves and _has_means(good) and {"machine", "calibrate_at"} <= good.__dict__.keys():
                 self.good[name] = _scored(good, curves)
@@ -215,13 +215,15 @@ def _factor_adapter() -> TypeAdapter[Factor]:
     return TypeAdapter(Factor)
 
 
-def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
-    """Return what pydantic finds wrong with a section, as findings."""
+def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
+    """Return what pydantic finds wrong with a section, as findings; not what is missing where that is told already."""
     found = []
     for entry in error.errors(include_url=False):
         if entry["type"] == "too_short" and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *entry["loc"])
+        if shown in told and entry["type"] == "missing":
+            continue
         depth = shown.index("solver") + 1 if section in (("solver",), ("transfer",)) and "solver" in shown else 0
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
         path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown

@@ -98,9 +98,11 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("eight", "seven", "more", "message"),
     [
-        ("curves: lab/9mm-*.csv", "force: 140 N", "", "lab/9mm-*.csv: there is no such file"),
-        ("curves: ../*.csv", "force: 140 N", "", "../*.csv: there is no such file"),
-        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "2 specimens do not tell how curves scatter"),
+        ("curves: lab/9mm-*.csv", "force: 140 N", "", "no file matches lab/9mm-*.csv; "),
+        ("curves: ../*.csv", "force: 140 N", "", "no file matches ../*.csv; "),
+        (f"curves: {'x' * 290}.csv", "force: 140 N", "", "no file matches xxx"),
+        ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen: how they scatter is not known"),
+        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens: how they scatter"),
         (
             "force: 180 N",
             "curves: lab/8mm-*.csv",
@@ -116,6 +118,21 @@ def test_what_cannot_be_compared_is_refused(tmp_path: Path, eight: str, seven: s
     with pytest.raises(SpecError) as told:
         study_in(tmp_path, eight, seven, more)
     assert message in str(told.value)
+
+
+def test_of_a_pattern_that_matches_nothing_one_problem_tells_where_and_what_lies_there(tmp_path: Path) -> None:
+    """That the force is missing only follows; a diameter that is missing beside it is told too."""
+    with pytest.raises(SpecError) as told:
+        study_in(tmp_path, "curves: lab/9mm-*.csv")
+    (problem,) = told.value.problems
+    text = (tmp_path / "study.yaml").read_text(encoding="utf-8").splitlines()
+    assert text[problem.line - 1][problem.column - 1 :].startswith("lab/9mm-*.csv")
+    assert f"{tmp_path / 'lab'} holds 8mm-0.csv, 8mm-1.csv, " in problem.message
+    assert problem.message.endswith("8mm-5.csv")
+    with pytest.raises(SpecError) as told:
+        study_in(tmp_path, "curves: nowhere/*.csv, force: three")
+    assert [problem.path for problem in told.value.problems] == ["targets.forces[2].curves", "targets.forces[2].force"]
+    assert f"{tmp_path} holds lab, study.yaml" in told.value.problems[0].message
 
 
 def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
