@@ -63,8 +63,8 @@ def test_what_the_curves_tell_of_the_machine() -> None:
     )
     against = MachineContradicted("toe", 0.0, 0.005, -0.0123, 0.00312)
     assert sentence(against, Names()) == (
-        "With the curves their beginning lies −0.012 ± 0.0031 mm behind the preload, by itself 0 ± 0.005 mm. They "
-        "contradict each other: look at both."
+        "The curves contradict where they begin, 0 ± 0.005 mm behind the preload: with it they give −0.012 ± 0.0031 "
+        "mm. Look at both."
     )
 
 
