@@ -96,6 +96,13 @@ def test_what_moves_all_specimens_alike_is_not_averaged_away() -> None:
     np.testing.assert_allclose([0.5 * (one.high - one.low) for one in found], half, rtol=0.01)
 
 
+def test_a_response_of_which_the_machine_tells_nothing_is_as_if_not_measured() -> None:
+    """The fourth, moved by the machine by 10⁵: the intervals are those of a growth curve of three."""
+    misfits = fitted(4, 1e5 * np.eye(4)[3:]), fitted(3)
+    ends = [[(one.low, one.high) for one in profiles_of(m, REGION, best_fit(m, REGION))] for m in misfits]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-4)
+
+
 def test_specimens_that_are_not_the_same_keep_their_scatter_apart() -> None:
     """A force with specimens of its own beside scores of others: two sources, each with its degrees of freedom."""
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ row, ("x", "y")) for row in J[:3]]
