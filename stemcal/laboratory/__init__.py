@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
-from stemcal.cutting.result import BreakWatch, break_row, evaluate, filter_rows, force_history, travel_at
+from stemcal.cutting.result import BreakWatch, ForceHistory, break_row, evaluate, filter_rows, force_history, travel_at
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.axial import Axial
@@ -23,7 +23,7 @@ from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.laboratory.result import Asked, Gauges, LaboratoryResult, curve_responses, responses_of, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
-from stemcal.run_warnings import MaximumNotPassed, RunWarning, StrokeTooShort
+from stemcal.run_warnings import MOST_BUCKLING, Buckles, MaximumNotPassed, RunWarning, StrokeTooShort
 
 __all__ = [
     "REVISION",
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 # Raised whenever a change makes the same test give other responses, so that stored runs are not taken for new ones.
-REVISION = 5
+REVISION = 6
 
 
 def perform(
@@ -79,8 +79,16 @@ def perform(
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
     responses, r2 = responses_of(test, curve, deflection, result, broken)
     shape = shape_of(model, history, how.symmetry)
-    more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
+    warnings = _of_tests(result.warnings) + _buckling(gauges, curve)
+    more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more})
+
+
+def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[RunWarning, ...]:
+    """Return the doubt about a pressed piece whose skin stands out when the first element fails."""
+    whole = np.flatnonzero(curve.deleted == 0)[-1]
+    percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
+    return (Buckles(percent),) if percent > MOST_BUCKLING else ()
 
 
 def cut(

@@ -10,6 +10,7 @@ from stemcal.cutting.result import CuttingResult, ForceHistory
 from stemcal.fem.contact import Tool
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
+from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.parts import LaboratoryTest
 
 Array = NDArray[np.float64]
@@ -125,7 +126,7 @@ def curve_responses(
 
 
 class Gauges:
-    """Called at the outputs of a simulation, reads how far the contact gives and how far the axis bends.
+    """Called at the outputs of a simulation, reads how far contact gives, the axis bends, a pressed piece buckles.
 
     Contact is by springs (`kernels.contact`) whose give belongs to the mesh, not to the stem: for a tool it is the
     mean depth of the nodes in it, weighted by their forces, which are as mass times depth.
@@ -138,8 +139,11 @@ class Gauges:
         self._skin = np.flatnonzero(np.hypot(x[:, 1], x[:, 2]) > (1.0 - 1e-6) * outer)
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
+        self._round = x[self._skin, 1:]
+        self._pressed = isinstance(test.kind, Axial) and test.kind.stays_round
         self.give: list[float] = []
         self.deflection: list[float] = []
+        self.buckling: list[float] = []
 
     def __call__(self, _time: float, state: State) -> None:
         """Take a reading."""
@@ -150,6 +154,15 @@ class Gauges:
         if self._sections is not None:
             middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
             self.deflection.append(support - middle)
+        if self._pressed:
+            self.buckling.append(_unevenness(self._round, x[:, 1:] - self._round))
+
+
+def _unevenness(skin: Array, moved: Array) -> float:
+    """Return how far the worst node (N, 2) is from where an even widening u = g X, fitted, takes it: a share of g R."""
+    widening = float(np.vdot(skin, moved) / np.vdot(skin, skin))
+    off = np.linalg.norm(moved - widening * skin, axis=1).max()
+    return float(off / (abs(widening) * np.linalg.norm(skin, axis=1).max())) if widening else 0.0
 
 
 def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray[np.int64], Array]:

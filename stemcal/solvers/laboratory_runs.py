@@ -26,7 +26,7 @@ from stemcal.laboratory import (
     ThreePointBending,
 )
 from stemcal.laboratory.build import integration
-from stemcal.run_warnings import MaximumNotPassed, RunWarning
+from stemcal.run_warnings import Buckles, MaximumNotPassed, RunWarning
 from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
@@ -186,9 +186,9 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
 
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[RunWarning]:
-    """Return the warnings of a test that concern what was measured: a slope needs no maximum that is passed."""
-    needs_maximum = not BEFORE_MAXIMUM.issuperset(measured)
-    return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, MaximumNotPassed)]
+    """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
+    needs_maximum, late = not BEFORE_MAXIMUM.issuperset(measured), (MaximumNotPassed, Buckles)
+    return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, late)]
 
 
 def kept(result: LaboratoryResult) -> Mapping[str, Any]:

@@ -111,7 +111,8 @@ class LaboratorySection(Frozen):
     support_radius: Size = 5.0
     """Radius of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
-    """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change."""
+    """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change about its
+    middle, which does not slide."""
     plate: StemLength = Length(divisor=1.0)
     """Thickness of the middle plate, in double shear."""
     gap: StemLength = _GAP
@@ -128,7 +129,8 @@ class LaboratorySection(Frozen):
     """Length of the elements: d/12 in bending, d/8 in axial tests and double shear; in radial compression, d/48, their
     width at the plates, and four times that elsewhere."""
     elements_through_wall: ThroughWall = None
-    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`."""
+    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
+    axial compression three at least."""
     hourglass: HourglassCoefficient = 0.03
     """Stiffness against hourglass modes, in the form `stiffness`."""
     symmetry: Literal["none", "half", "quarter"] = "quarter"

@@ -48,7 +48,7 @@ _LEAST_SCATTER = 1e-4  # of a mean
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work, _climb), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _materials, _growth, _factors, _agreement, _machine, _programs)
+    found = (*virtual, *measured, _materials, _growth, _factors, _agreement, _programs)
     return [finding for of in found for finding in of(study)]
 
 
@@ -300,19 +300,6 @@ def _agreement(study: Study) -> Iterator[Finding]:
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
         yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
-
-
-def _machine(study: Study) -> Iterator[Finding]:
-    """What is not known of the testing machine is the same at all diameters, and is counted at each by itself."""
-    curved = [target for target in study.joint_targets if target.modes is not None]
-    for name in ("stiffness_sd", "toe_sd"):
-        if len(curved) > 1 and getattr(study.targets.machine, name) > 0.0:
-            message = (
-                f"counts at each of {len(curved)} diameters by itself, though the machine is the same: where it is "
-                f"most of the error, intervals are up to {math.sqrt(len(curved)):.1f} times too narrow"
-            )
-            remedy = "leave invert.diameters out to see the intervals of one diameter"
-            yield Finding(("targets", "machine", name), message, remedy)
 
 
 def _programs(study: Study) -> Iterator[Finding]:

@@ -20,7 +20,6 @@ from stemcal.stages.fresh import inputs_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.study.reading.json_schema import json_schema
-from stemcal.study.rules.plausible import doubts
 
 SMOKE = Path(__file__).parents[3] / "configs" / "smoke.yaml"
 FORCES = (165.0, 172.0, 178.0, 180.0, 186.0, 195.0)
@@ -158,28 +157,10 @@ def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
     known = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm}\n").targets.modes[8.0]
     unsure = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
     assert not any(known.systematic)
-    assert max(unsure.targets.modes[8.0].systematic) > 0.02 * known.force
+    moved = unsure.targets.modes[8.0].systematic
+    assert np.hypot(*moved.values()).max() > 0.02 * known.force
     means = [mean.systematic for mean in unsure.targets.means[1].further.values()]
-    assert means == list(unsure.targets.modes[8.0].systematic)
-
-
-def test_a_machine_not_known_is_doubted_where_several_diameters_have_its_curves(tmp_path: Path) -> None:
-    """Fitted at one diameter, or with a machine that is known, there is nothing to doubt."""
-    (tmp_path / "lab").mkdir()
-    for i, (force, power) in enumerate(zip(FORCES, POWERS, strict=True)):
-        text = sheet(0.7 * force, power, 0.8 + 0.03 * np.sin(5.0 * i))
-        (tmp_path / "lab" / f"7mm-{i}.csv").write_text(text, encoding="utf-8")
-    unsure = study_in(
-        tmp_path,
-        seven="curves: lab/7mm-*.csv",
-        more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n",
-    )
-    everywhere = unsure.invert.model_copy(update={"conditions": "all"})
-    several = unsure.model_copy(update={"invert": everywhere})
-    found = [finding for finding in doubts(several) if finding.path[:2] == ("targets", "machine")]
-    assert [finding.path[-1] for finding in found] == ["stiffness_sd", "toe_sd"]
-    assert "intervals are up to 1.4 times too narrow" in found[0].message
-    assert not [finding for finding in doubts(unsure) if finding.path[:2] == ("targets", "machine")]
+    assert means == [{"stiffness": give, "toe": toe} for give, toe in zip(*moved.values(), strict=True)]
 
 
 def test_each_diameter_has_modes_of_its_own(tmp_path: Path) -> None:
