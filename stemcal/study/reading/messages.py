@@ -97,7 +97,8 @@ def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     kinds = _kinds_at(path)
     near = nearest(given, kinds) if isinstance(given, str) else None
     remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds)}"
-    return Finding((*path, "kind"), f"{_show(given)} is no kind of {'solver' if path[-1] == 'solver' else 'result'}", remedy)
+    of = "solver" if path[-1] == "solver" else "result"
+    return Finding((*path, "kind"), f"{_show(given)} is no kind of {of}", remedy)
 
 
 def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
