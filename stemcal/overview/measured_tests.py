@@ -63,12 +63,10 @@ def measure_tests(
             raise UsageError(f"{folder}: there is no such folder; name the one that has a folder for each test")
         names = ", ".join(test.name for test in study.tests)
         raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {names}")
-    left_out: dict[str, list[str]] = {test.name: [] for test in there}
-    for one in exclude:
-        name, _, specimen = one.partition("/")
-        if name not in left_out:
-            raise UsageError(f"--exclude {one[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
-        left_out[name].append(specimen)
+    asked = [one.partition("/") for one in exclude]
+    if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
+        raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
+    left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
     read = {test.name: measure_shear(find_files(folder / test.name), how, None, left_out[test.name]) for test in there}
     drop = study.solver.break_drop if isinstance(study.solver, EmbeddedSolver) else 0.5
     means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))

@@ -1,14 +1,14 @@
 """What is said of a foretelling of what combinations of tests would tell."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from stemcal.naming import FIRST
-from stemcal.notes import Note
 from stemcal.overview.identify import Combination, Expected, Identified, MaximumOutOfReach, ScatterAssumed, Step
 from stemcal.text.calibration import change, with_unit
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence, states
+from stemcal.text.notes import sentences as sentences
+from stemcal.text.notes import states
 from stemcal.text.numbers import interval, significant
 
 _WORTH_TELLING = 0.005  # of the specimens
@@ -73,8 +73,3 @@ states(
     "{responses:all} do not count: the stroke ends before the maximum is passed. Lengthen the stroke to count them.",
     by="responses",
 )
-
-
-def sentences(notes: Iterable[Note], names: Names) -> list[str]:
-    """Return what notes say."""
-    return [sentence(note, names) for note in notes]
