@@ -140,7 +140,7 @@ class Gauges:
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
         self._round = x[self._skin, 1:]
-        self._pressed = isinstance(test.kind, Axial) and test.kind.stays_round
+        self._widening = test.kind == Axial("compression", "lubricated")  # evenly, unless it buckles
         self.give: list[float] = []
         self.deflection: list[float] = []
         self.buckling: list[float] = []
@@ -154,7 +154,7 @@ class Gauges:
         if self._sections is not None:
             middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
             self.deflection.append(support - middle)
-        if self._pressed:
+        if self._widening:
             self.buckling.append(_unevenness(self._round, x[:, 1:] - self._round))
 
 

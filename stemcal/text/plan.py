@@ -1,15 +1,13 @@
 """What is said of a plan: what designs can find, what a study takes, what is too much."""
 
-from collections.abc import Iterable
-
 from stemcal.executors import machine
-from stemcal.notes import Note
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
+from stemcal.text.notes import sentences as sentences
 from stemcal.text.numbers import duration, in_bytes
 
 
@@ -50,11 +48,6 @@ def in_hours(hours: float) -> str:
 
 TOPICS = (screening,)
 """A plan has notes of a screening's design too, whose sentences stand there."""
-
-
-def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
-    """Return what notes say."""
-    return [sentence(note, names or Names()) for note in notes]
 
 
 def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[str], list[str]]:

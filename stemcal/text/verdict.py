@@ -312,18 +312,17 @@ states(
 )
 
 
-@sentence.register
-def _(remedy: advice.SmoothResponse, names: Names) -> str:
-    phases = (
-        "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment SPEC "
-        "--extra-runs 4`."
-    )
-    replicates = (
-        "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment SPEC "
-        "--extra-runs 4`."
-    )
-    runs = "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother."
-    return names.say(phases if remedy.phases else replicates if remedy.replicates else runs, **vars(remedy))
+states(
+    advice.SmoothResponse,
+    {
+        "phases": "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment "
+        "SPEC --extra-runs 4`.",
+        "replicates": "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment "
+        "SPEC --extra-runs 4`.",
+        "": "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother.",
+    },
+    by=lambda remedy: "phases" if remedy.phases else "replicates" if remedy.replicates else "",
+)
 
 
 states(

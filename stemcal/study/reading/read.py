@@ -117,7 +117,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
     known = {key: value for key, value in sections.good.items() if key in Draft.__dataclass_fields__}
-    return Draft(**{**known, "names": names, "naming": sections.naming})
+    return Draft(**{**known, "names": names, "naming": sections.naming, "tests": sections.tests})
 
 
 def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:

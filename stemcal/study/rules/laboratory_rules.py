@@ -69,7 +69,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 def tests_differ(draft: Draft) -> Iterator[Finding]:
     """Each test has a name of its own, from which the names of its responses are made."""
     seen: set[str] = set()
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if test.name in seen or test.name == _CUTTING:
             taken = "the test of the sections above" if test.name == _CUTTING else "another test"
             yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
@@ -82,7 +82,7 @@ def tests_differ(draft: Draft) -> Iterator[Finding]:
 
 def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     """Bending has a span, a secant rises, the force at a deflection has one."""
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         path, bends = ("tests", index), test.kind == "three-point-bending"
         if test.solver is None:
             yield from _simulated_needs(path, test)
@@ -123,7 +123,7 @@ def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Findin
 
 def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     """A further cutting test keeps the rules of the first, with what it changes."""
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if test.kind != "cutting" or test.solver is not None:
             continue
         changed = replace(draft, **test.in_place_of(draft))
@@ -136,10 +136,10 @@ def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
 
 def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
     """What was measured is read of a program that does a test; nothing is drawn by chance, nothing simulated here."""
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if test.solver is None:
             continue
-        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests=None)
+        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests={})
         for rule in (placeholders_are_known, run_files_differ, reduction_has_what_it_needs):
             for finding in rule(own):
                 yield finding._replace(path=("tests", index, *finding.path))
@@ -162,7 +162,7 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
 def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     """The piece reaches over its supports, and the machine does not move farther than there is room."""
     thickest = max(draft.diameters.values(), default=None)
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if thickest is None:
             return
         if test.kind == "cutting":
@@ -186,7 +186,7 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
     if draft.targets is None:
         return
     cut = [target.condition for target in draft.targets.means]
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         seen: list[float] = []
         for entry, means in enumerate(test.targets):
             place = ("tests", index, "targets", entry, "diameter")

@@ -135,6 +135,24 @@ def test_of_a_pattern_that_matches_nothing_one_problem_tells_where_and_what_lies
     assert f"{tmp_path} holds lab, study.yaml" in told.value.problems[0].message
 
 
+def test_of_several_wrong_files_each_is_told(tmp_path: Path) -> None:
+    """As a Chinese machine writes them, the others are read: a mark of order, semicolons, decimal commas."""
+    study_in(tmp_path)
+    for file in sorted((tmp_path / "lab").iterdir()):
+        text = file.read_text(encoding="utf-8").replace(",", ";").replace(".", ",")
+        text = text.replace("Displacement (mm);Load (N)", "位移（毫米）;力（牛）").replace("\n", "\r\n")
+        (tmp_path / "lab" / file.name.replace("mm", "毫米")).write_text(text, encoding="utf-8-sig", newline="")
+    study = study_in(tmp_path, "curves: lab/8毫米-*.csv")
+    assert study.targets.means[1].response == pytest.approx(fmean(FORCES), rel=1e-4)
+    (tmp_path / "lab" / "8毫米-1.csv").write_text("a;b\n1;2\n", encoding="utf-8")
+    (tmp_path / "lab" / "8毫米-3.csv").write_text("Travel (mm);Force (N)\n0,1;2\n", encoding="utf-8")
+    with pytest.raises(SpecError) as told:
+        study_in(tmp_path, "curves: lab/8毫米-*.csv")
+    first, second = told.value.problems
+    assert "8毫米-1.csv: no column for force" in first.message
+    assert "8毫米-3.csv: only 1 point; is this" in second.message
+
+
 def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
     known = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm}\n").targets.modes[8.0]
     unsure = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
