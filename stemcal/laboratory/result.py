@@ -139,7 +139,7 @@ class Gauges:
         self._skin = np.flatnonzero(np.hypot(x[:, 1], x[:, 2]) > (1.0 - 1e-6) * outer)
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
-        self._round = x[self._skin, 1:]
+        self._start = mesh.nodes
         self._widening = test.kind == Axial("compression", "lubricated")  # evenly, unless it buckles
         self.give: list[float] = []
         self.deflection: list[float] = []
@@ -155,14 +155,15 @@ class Gauges:
             middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
             self.deflection.append(support - middle)
         if self._widening:
-            self.buckling.append(_unevenness(self._round, x[:, 1:] - self._round))
+            self.buckling.append(_unevenness(self._start[:, 1:], state.body.x[:, 1:]))
 
 
-def _unevenness(skin: Array, moved: Array) -> float:
-    """Return how far the worst node (N, 2) is from where an even widening u = g X, fitted, takes it: a share of g R."""
-    widening = float(np.vdot(skin, moved) / np.vdot(skin, skin))
-    off = np.linalg.norm(moved - widening * skin, axis=1).max()
-    return float(off / (abs(widening) * np.linalg.norm(skin, axis=1).max())) if widening else 0.0
+def _unevenness(before: Array, after: Array) -> float:
+    """Return how far the worst node (N, 2) is from where an even widening 1 + g, fitted, takes it: a share of g R."""
+    moved = after - before
+    widening = float(np.vdot(before, moved) / np.vdot(before, before))
+    off = np.linalg.norm(moved - widening * before, axis=1).max()
+    return float(off / (abs(widening) * np.linalg.norm(before, axis=1).max())) if widening else 0.0
 
 
 def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray[np.int64], Array]:

@@ -72,15 +72,12 @@ states(
     "{place}: {run} has {response} = {value:.6g}, the {count} others lie from {low:.4g} to {high:.4g}; mend it, or if "
     "it is right enter the sheet with --yes",
 )
-
-
-@sentence.register
-def _(fact: refusals.KnownOtherwise, names: Names) -> str:
-    return names.say(
-        "{place}: {run} has the result {known} already ({when} {who}), not {given}; if that was wrong, enter the "
-        'sheet with --replace --reason "why"',
-        **(vars(fact) | {"when": fact.when[:16]}),
-    )
+states(
+    refusals.KnownOtherwise,
+    "{place}: {run} has the result {known} already ({when} {who}), not {given}; if that was wrong, enter the sheet "
+    'with --replace --reason "why"',
+    when=lambda fact, _names: fact.when[:16],
+)
 
 
 @sentence.register

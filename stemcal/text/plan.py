@@ -90,9 +90,7 @@ def _(note: plan.DesignPower, names: Names) -> str:
         "weakest term is found, for changes of so many standard deviations of the scatter: {chances}. Largest leverage "
         "{leverage:.2f}."
     )
-    chances = ", ".join(
-        say("{ratio}σ {chance:.0%}", ratio=ratio, chance=chance) for ratio, chance in note.weakest.items()
-    )
+    chances = ", ".join(say("{ratio}σ {chance:.0%}", ratio=r, chance=c) for r, c in note.weakest.items())
     return names.say(tested if note.df else saturated, chances=chances, **vars(note))
 
 
