@@ -161,7 +161,8 @@ class Misfit:
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
     freedom behind variances that were estimated, infinite where they count as exact. `variance` is that of each
-    observation by itself; `sources` tell what it is made of, and what moves observations together.
+    observation by itself; `sources` tell what it is made of, and what moves observations together. Where it is
+    `foretold` nothing was measured yet: residuals that intervals ask for are those to be expected.
     """
 
     observations: tuple[Observation, ...]
@@ -170,6 +171,7 @@ class Misfit:
     scale_df: float = np.inf
     sources: tuple[VarianceSource, ...] = ()
     priors: tuple[Prior, ...] = ()
+    foretold: bool = False
 
     @property
     def scale_known(self) -> bool:
@@ -437,9 +439,11 @@ class Misfit:
         for i, source in enumerate(self.sources):
             if source.matrix:
                 mine, share = source.variance > 0.0, source.variance / self.variance
-                df = max(source.df + np.count_nonzero(mine) - 1.0 - float(share @ left), 1.0)
+                contrasts = float(share @ left)
+                df = max(source.df + np.count_nonzero(mine) - 1.0 - contrasts, 1.0)
+                d = source.df * contrasts / max(df - 1.0, 1.0) if self.foretold else float(share @ squares)
                 others = max(1.0 - float(leverage[mine].sum()) / rank, 0.0)
-                variance = found[i][0] * (source.df + float(share @ squares)) / df * (1.0 + 2.0 * others / df)
+                variance = found[i][0] * (source.df + d) / df * (1.0 + 2.0 * others / df)
                 found[i] = variance, variance**2 / df
 
     def _unfitted(self, x: Array) -> Array:
