@@ -176,17 +176,13 @@ def _(reason: rules.Conflict, names: Names) -> str:
     return names.say(placed if names.placed else plain, response=named.long, **fields)
 
 
-@sentence.register
-def _(reason: rules.PriorConflict, names: Names) -> str:
-    prior = reason.prior
-    said = (
-        "The prior of {factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
-        "(p {p:p})."
-    )
-    allowed = with_unit(interval(prior.allowed), prior.unit)
-    return names.say(said, factor=prior.factor, known=known_beforehand(prior), allowed=allowed, p=prior.p)
-
-
+states(
+    rules.PriorConflict,
+    "The prior of {prior.factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
+    "(p {prior.p:p}).",
+    known=lambda reason, _names: known_beforehand(reason.prior),
+    allowed=lambda reason, _names: with_unit(interval(reason.prior.allowed), reason.prior.unit),
+)
 states(
     rules.OutOfReach,
     "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}.",
