@@ -256,8 +256,8 @@ def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> Non
         heads.append(table.headed(study.naming.headings).csv().partition("\n")[0].split(",")[:8])
     assert heads[0] == ["stage", "run", "key", "status", "angle", "reason", "message", "static"]
     assert heads[1] == ["stage", "run", "key", "status", "angle", "reason", "message", "moisture"]
-    assert ", 1 measured angle of repose, solver " in repr(angle[0])
-    assert ", 2 measured angles of repose, 2 bulk densities, solver " in repr(moist[0])
+    assert str(angle[0]) == "Study repose: 5 factors, 1 measured angle of repose, solver command"
+    assert "2 measured angles of repose, 2 bulk densities" in str(moist[0])
 
 
 def test_progress_tells_the_last_answer() -> None:
