@@ -24,8 +24,8 @@ TestKind = Literal[
     "other",
 ]
 Force = Annotated[float, Quantity("force", above=0)]
-Stiffness = Annotated[float, Quantity("toughness", above=0)]  # force per length, whatever it is of
-StiffnessScatter = Annotated[float, Quantity("toughness", at_least=0)]
+Stiffness = Annotated[float, Quantity("force per length", above=0)]
+StiffnessScatter = Annotated[float, Quantity("force per length", at_least=0)]
 ForceScatter = Annotated[float, Quantity("force", at_least=0)]
 
 # Responses by name: symbol, unit and what they are called behind the test's name.

@@ -45,9 +45,9 @@ Patterns = Annotated[
 class MachineSection(Frozen):
     """What is known of the testing machine, for `curves`."""
 
-    stiffness: Annotated[float, Quantity("toughness", above=0)] | None = None
+    stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
     """Force over the travel that the machine itself takes; without it the travel is taken as it stands."""
-    stiffness_sd: Annotated[float, Quantity("toughness", at_least=0)] = 0.0
+    stiffness_sd: Annotated[float, Quantity("force per length", at_least=0)] = 0.0
     """Standard deviation of what is known of it."""
     toe_sd: SizeOrZero = 0.0
     """Standard deviation of where the curves really begin, those of all diameters alike: play in the grips, a preload

@@ -63,7 +63,7 @@ AROUND: dict[str, tuple[Parameter, str, tuple[str, ...]]] = {
         ("strength",),
     ),
     "toughness": (
-        Parameter("toughness", "toughness", "kJ/m2", 0, False, _NO_LIMIT, False, (0.01, 100)),
+        Parameter("toughness", "force per length", "kJ/m2", 0, False, _NO_LIMIT, False, (0.01, 100)),
         "failure",
         ("toughness",),
     ),

@@ -133,5 +133,5 @@ class FailureSection(Frozen):
     with neither failure strain nor `edge_spread` nor `internal_length`."""
     strength: Annotated[float, Quantity("stress", above=0)] | None = None
     """Stress at which the plane of the cut begins to open in tension."""
-    toughness: Annotated[float, Quantity("toughness", above=0)] | None = None
+    toughness: Annotated[float, Quantity("force per length", above=0)] | None = None
     """Energy that parting it takes, per area."""

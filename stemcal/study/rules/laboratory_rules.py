@@ -61,6 +61,9 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
         if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
             yield Finding(path, message, "give curves there too, or the force alone")
+    if targets is not None and targets.machine.model_fields_set and not curved:
+        message = "no curves are given: what is known of the machine has no use"
+        yield Finding(("targets", "machine"), message, "remove it, or name curves under forces", at_key=True)
     if curved and draft.transfer is not None:
         message = "curves are compared here alone: parameters cannot be transferred by them"
         yield Finding(("transfer",), message, "leave out one of them", at_key=True)

@@ -48,7 +48,7 @@ _TABLE: dict[str, dict[str, tuple[float, float]]] = {
     "speed": {"mm/s": (1, 1), "mm/min": (1, 60), "cm/s": (10, 1), "m/s": (1000, 1), "m/min": (1000, 60)},
     "angle": {"deg": (1, 1), "rad": (180, math.pi)},
     "energy": {"mJ": (1, 1), "J": (1000, 1)},
-    "toughness": {"N/mm": (1, 1), "kJ/m2": (1, 1), "J/m2": (1, 1000), "mJ/mm2": (1, 1)},
+    "force per length": {"N/mm": (1, 1), "kJ/m2": (1, 1), "J/m2": (1, 1000), "mJ/mm2": (1, 1)},
     "rate": {"1/s": (1, 1), "1/ms": (1000, 1), "1/min": (1, 60)},
     "decay": {"s/mm": (1, 1), "s/m": (1, 1000)},
     "dimensionless": {"1": (1, 1), "%": (1, 100)},

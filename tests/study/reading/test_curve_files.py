@@ -111,7 +111,18 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         ),
         ("curves: 3", "force: 140 N", "", "curves"),
         ("curves: lab/8mm-*.csv, modes: 1", "force: 140 N", "", "unknown key 'modes'"),
-        ("curves: lab/8mm-*.csv", "force: 140 N", "  machine: {stiffness: 3 mm}\n", "stiffness"),
+        (
+            "curves: lab/8mm-*.csv",
+            "force: 140 N",
+            "  machine: {stiffness: 3 mm}\n",
+            "stiffness: mm is a unit of length, not of force per length; use N/mm, kJ/m2",
+        ),
+        (
+            "force: 180 N",
+            "force: 140 N",
+            "  machine: {stiffness: 900 N/mm}\n",
+            "targets.machine: no curves are given: what is known of the machine has no use",
+        ),
     ],
 )
 def test_what_cannot_be_compared_is_refused(tmp_path: Path, eight: str, seven: str, more: str, message: str) -> None:
