@@ -9,11 +9,11 @@ rises with the stiffness a, is as large as the strength b lets it, and ends by t
     flat   b (1 − (1 − u/e)^(a e/b)) until it breaks at u = e = 0.7 c, where it no longer rises
     hill   b tanh((a u/b)^1.3) (1 + u/4)/(1 + e^((u − 0.9 c)/0.04)), over a maximum and down again
 
-The specimens of a laboratory scatter in a, b, c, with a smooth error of 1 % along each curve and noise at each point,
-on a machine whose give and toe are drawn from what is said to be known of them, or a give off by one SD. Its
-curves are scored and fitted as a study's are, on the surfaces of 15 runs. A line tells, of one setting, how often the
-95 % intervals hold the truth, where no range cuts them off; the last lines what becomes of widths if every curve has
-twice the points.
+At another diameter than 8 mm a and c change as the diameter does, b as its square. A laboratory's specimens scatter
+in a, b, c, with a smooth error of 1 % along each curve and noise at each point, on a machine whose give and toe are
+drawn from what is said to be known of them, or a give off by one SD, the same at all diameters. Its curves are scored
+and fitted as a study's are, on the surfaces of 15 runs. A line tells, of one setting, how often the 95 % intervals hold
+the truth, where no range cuts them off; the last lines what becomes of widths if every curve has twice the points.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -43,13 +44,14 @@ RUNS = central_composite(3, centre_points=1)
 
 @dataclass(frozen=True)
 class Setting:
-    """A laboratory: specimens, their scatter, noise (N), what is known of its machine, by how many SD that is `off`."""
+    """A laboratory: specimens, their scatter, noise (N), what is known of its machine, by how many SD it is `off`."""
 
     specimens: int = 10
     scatter: float = 0.06
     noise: float = 0.5
     machine: Machine = MACHINE
     off: float | None = None
+    diameters: tuple[float, ...] = (8.0,)  # mm
 
 
 USUAL = Setting()
@@ -66,6 +68,9 @@ SETTINGS = {
     "stiffness 1 SD off": replace(USUAL, off=1.0),
     "3 %, 2 N, n = 20": replace(USUAL, scatter=0.03, noise=2.0, specimens=20),
     "10 %, 2 N, n = 20": replace(USUAL, scatter=0.10, noise=2.0, specimens=20),
+    "7, 8, 10 mm": replace(USUAL, diameters=(7.0, 8.0, 10.0)),
+    "the same, badly known": replace(USUAL, diameters=(7.0, 8.0, 10.0), machine=Machine(STIFFNESS, 300.0, 0.02)),
+    "the same, 3 %, n = 20": Setting(20, 0.03, 0.5, Machine(STIFFNESS, 300.0, 0.02), None, (7.0, 8.0, 10.0)),
 }
 
 
@@ -93,17 +98,24 @@ SIMULATORS: dict[str, Callable[..., Curve]] = {"bend": bend, "flat": flat, "hill
 
 @dataclass(frozen=True)
 class Runs:
-    """The curves of the runs, and the surface of their maxima."""
+    """The curves of the runs at a diameter (mm), and the surface of their maxima."""
 
+    diameter: float
     simulate: Callable[..., Curve]
     curves: list[Curve]
     forces: Surface
 
     @classmethod
-    def of(cls, simulate: Callable[..., Curve]) -> Runs:
+    def of(cls, simulate: Callable[..., Curve], diameter: float = 8.0) -> Runs:
         """Simulate the design."""
-        curves = [simulate(*(MIDDLE + HALF_STEP * run), POINTS) for run in RUNS]
-        return cls(simulate, curves, fit_surface(RUNS, [force.max() for _, force in curves], NAMES))
+        size = diameter / 8.0
+        at_size = partial(_at_size, simulate, np.array([size, size**2, size]))
+        curves = [at_size(MIDDLE + HALF_STEP * run, POINTS) for run in RUNS]
+        return cls(diameter, at_size, curves, fit_surface(RUNS, [force.max() for _, force in curves], NAMES))
+
+
+def _at_size(simulate: Callable[..., Curve], factors: Array, stem: Array, points: int) -> Curve:
+    return simulate(*(factors * stem), points)
 
 
 def laboratory(runs: Runs, setting: Setting, truth: Array, seed: int, every: int = 2) -> list[Curve]:
@@ -113,12 +125,14 @@ def laboratory(runs: Runs, setting: Setting, truth: Array, seed: int, every: int
     """
     random, machine = np.random.default_rng(seed), setting.machine
     drawn = random.standard_normal(2)
+    if runs.diameter != 8.0:
+        random = np.random.default_rng([seed, int(10 * runs.diameter)])
     off = drawn[0] if setting.off is None else setting.off
     give = 1.0 / STIFFNESS + machine.stiffness_sd / STIFFNESS**2 * off
     found = []
     for _ in range(setting.specimens):
         own = np.exp(setting.scatter * random.standard_normal(3) - 0.5 * setting.scatter**2)
-        travel, force = runs.simulate(*(truth * own), 2 * POINTS)
+        travel, force = runs.simulate(truth * own, 2 * POINTS)
         along = np.linspace(0.0, 1.0, len(force))
         waves = random.standard_normal(3) * SMOOTH
         force = force * (1.0 + sum(wave * np.sin((j + 1) * np.pi * along) for j, wave in enumerate(waves)))
@@ -130,16 +144,23 @@ def laboratory(runs: Runs, setting: Setting, truth: Array, seed: int, every: int
     return found
 
 
-def misfit(runs: Runs, setting: Setting, curves: list[Curve]) -> Misfit:
-    """Return what is fitted: the maximum with the scores of the curves."""
+def observed(runs: Runs, setting: Setting, curves: list[Curve]) -> list[Observation]:
+    """Return what is fitted at a diameter: the maximum with the scores of the curves."""
     modes = modes_of(curves, setting.machine)
     forces = np.array([force.max() for _, force in curves])
     n, scores = len(curves), np.array([modes.scores(*one) for one in runs.curves])
-    observed = [Observation(runs.forces, modes.force, float(forces.std(ddof=1)), n, "force", None, "8")]
-    for j, (sd, alike) in enumerate(zip(modes.scatter, modes.systematic, strict=True)):
-        surface = fit_surface(RUNS, scores[:, j], NAMES)
-        observed.append(Observation(surface, modes.force, sd, n, f"curve_{j}", None, "8", alike))
-    return misfit_of(observed)
+    of = f"{runs.diameter:g}"
+    found = [Observation(runs.forces, modes.force, float(forces.std(ddof=1)), n, "force", None, of)]
+    for j, sd in enumerate(modes.scatter):
+        surface, alike = fit_surface(RUNS, scores[:, j], NAMES), {by: u[j] for by, u in modes.systematic.items()}
+        found.append(Observation(surface, modes.force, sd, n, f"curve_{j}", None, of, alike))
+    return found
+
+
+def misfit(runs: list[Runs], setting: Setting, truth: Array, seed: int, every: int = 2) -> Misfit:
+    """Return the misfit of a laboratory at all its diameters."""
+    at = [one for one in runs if one.diameter in setting.diameters]
+    return misfit_of([o for one in at for o in observed(one, setting, laboratory(one, setting, truth, seed, every))])
 
 
 def fitted_to(fitted: Misfit, start: Array, free: list[int]) -> Array:
@@ -170,22 +191,22 @@ def truth_of(seed: int) -> Array:
     return np.random.default_rng([27, seed]).uniform(-0.8, 0.8, 3)
 
 
-def coverage(runs: Runs, setting: Setting, laboratories: int) -> Array:
+def coverage(runs: list[Runs], setting: Setting, laboratories: int) -> Array:
     """Return how often the intervals hold the truth, per cent."""
     held = []
     for seed in range(FIRST, FIRST + laboratories):
         coded = truth_of(seed)
-        fitted = misfit(runs, setting, laboratory(runs, setting, MIDDLE + HALF_STEP * coded, seed))
+        fitted = misfit(runs, setting, MIDDLE + HALF_STEP * coded, seed)
         held.append(held_by(fitted, coded))
     return np.asarray(100.0 * np.mean(held, axis=0))
 
 
-def finer(runs: Runs, setting: Setting) -> tuple[Array, Array, Array]:
+def finer(runs: list[Runs], setting: Setting) -> tuple[Array, Array, Array]:
     """Return widths (half steps), those with twice the points over these, and those of the maximum alone."""
     usual, ratio, alone = [], [], []
     for seed in range(FIRST, FIRST + WIDTHS):
         truth = MIDDLE + HALF_STEP * truth_of(seed)
-        coarse, fine = (misfit(runs, setting, laboratory(runs, setting, truth, seed, every)) for every in (2, 1))
+        coarse, fine = (misfit(runs, setting, truth, seed, every) for every in (2, 1))
         usual.append(widths(coarse))
         ratio.append(widths(fine) / usual[-1])
         alone.append(widths(coarse.only([0])))
@@ -194,12 +215,12 @@ def finer(runs: Runs, setting: Setting) -> tuple[Array, Array, Array]:
 
 def main(laboratories: int, names: list[str]) -> None:
     """Print what came of the laboratories."""
-    runs = {name: Runs.of(SIMULATORS[name]) for name in names}
+    runs = {name: [Runs.of(SIMULATORS[name], diameter) for diameter in (7.0, 8.0, 10.0)] for name in names}
     for name in names:
         for label, setting in SETTINGS.items():
             shares = coverage(runs[name], setting, laboratories)
             told = ", ".join(f"{which} {share:5.1f}" for which, share in zip(NAMES, shares, strict=True))
-            print(f"{name:5s} {label:18s} held {told} %", flush=True)
+            print(f"{name:5s} {label:22s} held {told} %", flush=True)
     for name in names:
         usual, ratio, alone = finer(runs[name], USUAL)
         rows = zip(NAMES, usual, alone, ratio, strict=True)

@@ -149,9 +149,7 @@ def _by_misfit(misfit: Misfit, axes: list[Array] | None = None) -> Held:
 def _least(misfit: Misfit, held: list[int]) -> Array:
     """Return the point of least misfit with some factors held at the truth: x ← x + (JᵀJ)⁻¹Jᵀr."""
     x, free = TRUTH.copy(), [j for j in range(2) if j not in held]
-    covariance = np.diag(misfit.variance)
-    if misfit.shared is not None:
-        covariance += np.outer(misfit.shared, misfit.shared)
+    covariance = np.diag(misfit.variance) + misfit.shared.T @ misfit.shared
     whitened = np.linalg.inv(np.linalg.cholesky(covariance))
     for _ in range(12):
         slopes = whitened @ (misfit.beta @ term_gradient(x))[:, free]
@@ -175,9 +173,7 @@ def _axes() -> list[Array]:
 
 def _around_truth(misfit: Misfit) -> list[Array]:
     """Return nodes about the truth, dense within a standard deviation of each factor and wider beyond."""
-    covariance = np.diag(misfit.variance)
-    if misfit.shared is not None:
-        covariance += np.outer(misfit.shared, misfit.shared)
+    covariance = np.diag(misfit.variance) + misfit.shared.T @ misfit.shared
     slopes = misfit.beta @ term_gradient(TRUTH)
     errors = np.sqrt(np.diag(np.linalg.inv(slopes.T @ np.linalg.solve(covariance, slopes))))
     steps = np.sinh(np.linspace(-4.0, 4.0, NODES_MESH)) / np.sinh(4.0) * 30.0

@@ -109,7 +109,7 @@ class Named:
         >>> FORCE.capital, TRAVEL.capital
         ('Force', 'Travel')
         """
-        return self.noun[:1].upper() + self.noun[1:]
+        return capital(self.noun)
 
     def axis(self, word: str = "") -> str:
         """Return what stands along an axis.
@@ -237,3 +237,8 @@ CUTTING = Naming()
 def small(label: str) -> str:
     """Return a label with a small first letter, unless it begins with an abbreviation."""
     return label if label[1:2].isupper() else label[:1].lower() + label[1:]
+
+
+def capital(label: str) -> str:
+    """Return a label with a capital as its first letter, the others as they are."""
+    return label[:1].upper() + label[1:]

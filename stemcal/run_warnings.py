@@ -6,6 +6,8 @@ from stemcal.files.typed import Tagged
 MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
+# Of how far a skin has widened; a piece that stays straight has 0.3.
+MOST_BUCKLING = 5.0
 # With less added mass than this inertia is the stem's own and no doubt, percent.
 NEGLIGIBLE_MASS = 1.0
 
@@ -38,6 +40,12 @@ class MaximumNotPassed(RunWarning):
     """A laboratory test ends, after so many mm, before its force is known to have passed its maximum."""
 
     stroke: float
+
+
+class Buckles(RunWarning):
+    """A piece pressed along its axis bends or wrinkles before it breaks, by that share of how far it has widened."""
+
+    percent: float
 
 
 class EnergyDrifts(RunWarning):

@@ -10,7 +10,6 @@ from stemcal.cli.console import say, say_json, warn
 from stemcal.cli.options import AsJson, Spec
 from stemcal.cli.session import read_study
 from stemcal.errors import SpecError, UsageError
-from stemcal.text.language import all_of
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -38,19 +37,9 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
     if as_json:
         say_json(_summary(study, demanding, remarks))
     else:
-        say(
-            f"{spec}: OK. Study {study.name}: {len(study.factors)} factors, "
-            f"{len(study.targets.means)} measured {_measured(study)}, solver {study.solver.kind}."
-        )
+        say(f"{spec}: OK. {study}.")
         for sentence in remarks:
             say(sentence)
-
-
-def _measured(study: Study) -> str:
-    """Return what was measured, one of it or several."""
-    response, others = study.naming.response, study.naming.others
-    plural = len(study.targets.means) > 1 or study.naming.is_cutting
-    return all_of([named.plural if plural else named.noun for named in (response, *others)])
 
 
 def _problems(error: SpecError) -> Mapping[str, object]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stemcal.cli.console import note, say, say_json, say_tables, warn
+from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.options import AsJson, Quiet
 from stemcal.errors import UsageError
 from stemcal.files.encodings import decode
@@ -133,17 +133,9 @@ def shear(
     from stemcal.measured.target_entries import targets_section
     from stemcal.measured.text_tables import Form
 
-    how = CurveOptions(
-        form=Form(encoding, separator, decimal, sheet),
-        force_column=force_column,
-        displacement_column=displacement_column,
-        time_column=time_column,
-        force_unit=force_unit,
-        displacement_unit=displacement_unit,
-        time_unit=time_unit,
-        speed=speed_of(speed) if speed is not None else None,
-        preload=preload,
-    )
+    columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
+    known = speed_of(speed) if speed is not None else None
+    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, known, preload)
     how.check()
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
@@ -189,17 +181,9 @@ def tests(
     from stemcal.study.reading.amend import with_test_targets
     from stemcal.text.laboratory import remark_text
 
-    how = CurveOptions(
-        form=Form(encoding, separator, decimal, sheet),
-        force_column=force_column,
-        displacement_column=displacement_column,
-        time_column=time_column,
-        force_unit=force_unit,
-        displacement_unit=displacement_unit,
-        time_unit=time_unit,
-        speed=speed_of(speed) if speed is not None else None,
-        preload=preload,
-    )
+    columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
+    known = speed_of(speed) if speed is not None else None
+    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, known, preload)
     found = measure_tests(read_study(spec), folder, how, exclude or [])
     section = "\n".join("\n  - ".join([f"{name}:", *entries]) for name, entries in found.targets.items())
     content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
@@ -217,6 +201,7 @@ def _finish_shear(
     """Write what was asked for, show the rest."""
     from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.shear import SpecimenRow
+    from stemcal.measured.target_entries import with_targets
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.text.laboratory import remark_text
@@ -224,7 +209,7 @@ def _finish_shear(
     rows = Rows(map(SpecimenRow.of, tests.specimens))
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
-    study = replace_targets(spec, section) if spec else None
+    study = _rewrite(spec, lambda text: with_targets(text, section)) if spec else None
     if out:
         drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
         remarks = Column("remarks", of=lambda row: "; ".join(map(remark_text, row.remarks)))
@@ -248,13 +233,6 @@ def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
         f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. Forces are compared, "
         "not travel, unless --travel-and-work writes it too"
     )
-
-
-def replace_targets(spec: Path, section: str) -> Study:
-    """Put a targets section into a spec; returns the study."""
-    from stemcal.measured.target_entries import with_targets
-
-    return _rewrite(spec, lambda text: with_targets(text, section))
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
@@ -313,7 +291,7 @@ def _show(
         say_json(content)
     else:
         say_tables(*found)
-        say(*([section] if section else []))
+        say_whole(*([section] if section else []))
     if synthetic:
         warn("the files are marked as synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:

@@ -10,6 +10,7 @@ from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.showing import csv_text
 from stemcal.files.typed import from_json
+from stemcal.naming import capital
 from stemcal.outputs import write_output
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -68,7 +69,7 @@ def one_test_run(
         return
     for name, value in found.items():
         _, unit, words = KNOWN[name]
-        say(f"{words[:1].upper()}{words[1:]}: {response_text(value, unit, measured.get(name))}")
+        say(f"{capital(words)}: {response_text(value, unit, measured.get(name))}")
 
 
 def _lines(study: Study, answer: Answer) -> list[str]:

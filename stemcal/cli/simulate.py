@@ -118,7 +118,7 @@ def simulate(
     if csv_file:
         write_history(result, csv_file)
     if figure:
-        _write_figure(result, figure, of_blade=section is None)
+        _write_figure(result, figure, of_blade=section is None or section.kind == "cutting")
     if as_json:
         say_json(summary(result, test or CUTTING))
     else:
@@ -207,7 +207,9 @@ def _for_embedded_alone(options: Mapping[str, object]) -> None:
 
 def stroke_of(study: Study, section: LaboratorySection | None, diameter: float) -> float:
     """Return how far the tool of a test moves, mm."""
-    return study.loading.stroke if section is None else section.stroke_at(diameter)
+    if section is None or section.kind == "cutting":
+        return (section.stroke_at(diameter) if section else 0.0) or study.loading.stroke
+    return section.stroke_at(diameter)
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
-from stemcal.cutting.result import BreakWatch, break_row, evaluate, filter_rows, force_history, travel_at
+from stemcal.cutting.result import BreakWatch, ForceHistory, break_row, evaluate, filter_rows, force_history, travel_at
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.axial import Axial
@@ -20,9 +21,9 @@ from stemcal.laboratory.build import build, rounded
 from stemcal.laboratory.double_shear import DoubleShear
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
-from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
+from stemcal.laboratory.result import Asked, Gauges, LaboratoryResult, curve_responses, responses_of, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
-from stemcal.run_warnings import MaximumNotPassed, RunWarning, StrokeTooShort
+from stemcal.run_warnings import MOST_BUCKLING, Buckles, MaximumNotPassed, RunWarning, StrokeTooShort
 
 __all__ = [
     "REVISION",
@@ -35,12 +36,13 @@ __all__ = [
     "ThreePointBending",
     "build",
     "curve_responses",
+    "cut",
     "perform",
     "secant",
 ]
 
 # Raised whenever a change makes the same test give other responses, so that stored runs are not taken for new ones.
-REVISION = 5
+REVISION = 6
 
 
 def perform(
@@ -77,7 +79,30 @@ def perform(
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
     responses, r2 = responses_of(test, curve, deflection, result, broken)
     shape = shape_of(model, history, how.symmetry)
-    more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
+    warnings = _of_tests(result.warnings) + _buckling(gauges, curve)
+    more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}
+    return LaboratoryResult(**{**vars(result), **more})
+
+
+def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[RunWarning, ...]:
+    """Return the doubt about a pressed piece whose skin stands out when the first element fails."""
+    whole = np.flatnonzero(curve.deleted == 0)[-1]
+    percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
+    return (Buckles(percent),) if percent > MOST_BUCKLING else ()
+
+
+def cut(
+    test: ShearTest,
+    asked: Asked,
+    watch: Callable[[float, float], None] | None = None,
+    inspect: Inspect | None = None,
+) -> LaboratoryResult:
+    """Run a virtual shear test as one of the laboratory's, whose responses it gives; the rest as in `perform`."""
+    result = shear(test, watch, inspect)
+    curve = result.history
+    broken = None if result.break_travel is None else int(np.searchsorted(curve.travel, result.break_travel))
+    responses, r2 = responses_of(asked, curve, None, result, broken)
+    more = {"responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
     return LaboratoryResult(**{**vars(result), **more})
 
 

@@ -1,6 +1,7 @@
 """What a laboratory test gives: its curve over a travel without the give of the contact, and its responses."""
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from stemcal.cutting.result import CuttingResult, ForceHistory
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
+from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.parts import LaboratoryTest
 
 Array = NDArray[np.float64]
@@ -76,8 +78,18 @@ def secant(travel: Array, force: Array, shares: tuple[float, float]) -> Line | N
     return Line(slope, float(np.corrcoef(u, f)[0, 1] ** 2))
 
 
+class Asked(Protocol):
+    """What of a curve is asked for: shares of its largest force between which its slope is taken, and a travel, mm."""
+
+    @property
+    def secant(self) -> tuple[float, float]: ...
+
+    @property
+    def deflection(self) -> float | None: ...
+
+
 def responses_of(
-    test: LaboratoryTest, curve: ForceHistory, deflection: Array | None, result: CuttingResult, broken: int | None
+    test: Asked, curve: ForceHistory, deflection: Array | None, result: CuttingResult, broken: int | None
 ) -> tuple[dict[str, float], float | None]:
     """Return the responses by name, and R² of the slope."""
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
@@ -113,7 +125,7 @@ def curve_responses(
 
 
 class Gauges:
-    """Called at the outputs of a simulation, reads how far the contact gives and how far the axis bends.
+    """Called at the outputs of a simulation, reads how far contact gives, the axis bends, a pressed piece buckles.
 
     Contact is by springs (`kernels.contact`) whose give belongs to the mesh, not to the stem: for a tool it is the
     mean depth of the skin in it, weighted by the forces.
@@ -123,8 +135,11 @@ class Gauges:
         mesh = model.mesh
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
+        self._round = x[self._skin, 1:]
+        self._pressed = isinstance(test.kind, Axial) and test.kind.stays_round
         self.give: list[float] = []
         self.deflection: list[float] = []
+        self.buckling: list[float] = []
 
     def __call__(self, _time: float, state: State) -> None:
         """Take a reading."""
@@ -135,6 +150,15 @@ class Gauges:
         if self._sections is not None:
             middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
             self.deflection.append(support - middle)
+        if self._pressed:
+            self.buckling.append(_unevenness(self._round, x[:, 1:] - self._round))
+
+
+def _unevenness(skin: Array, moved: Array) -> float:
+    """Return how far the worst node (N, 2) is from where an even widening u = g X, fitted, takes it: a share of g R."""
+    widening = float(np.vdot(skin, moved) / np.vdot(skin, skin))
+    off = np.linalg.norm(moved - widening * skin, axis=1).max()
+    return float(off / (abs(widening) * np.linalg.norm(skin, axis=1).max())) if widening else 0.0
 
 
 def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray[np.int64], Array]:

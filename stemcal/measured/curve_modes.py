@@ -11,7 +11,7 @@ and what counts is how w differs from specimen to specimen. However finely a cur
     1  travel   u − F/k: the machine of stiffness k gives way too
     2  beside the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
     3  scatter   S = rᵀr/(n − 1); h is what one standard deviation of the machine's compliance, or of the toe of the
-       curves, changes in the mean of w: these move all specimens alike
+       curves, changes in the mean of w: these move all specimens alike, those of other diameters too
     4  (S + n Σ hhᵀ) φ = λ φ: the space of the leading components that hold 99 % of the trace, q = 3 at most
     5  in it the directions along which neither S nor Σ hhᵀ varies together, each φ of length one
     6  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² (φᵀSφ/n + Σ(φᵀh)²)
@@ -69,8 +69,9 @@ class CurveModes:
         φ.
     scatter : (modes,)
         Standard deviation of each score over the specimens, N.
-    systematic : (modes,)
-        That of what the machine moves in the score of all of them alike, N.
+    systematic : (modes,) each
+        By how much the scores of all of them are off where the machine is stiffer, or the curves begin later, by one
+        standard deviation of what is known of it, N.
     specimens : int
         n.
     """
@@ -82,7 +83,7 @@ class CurveModes:
     along_force: tuple[float, ...]
     weights: tuple[tuple[float, ...], ...]
     scatter: tuple[float, ...]
-    systematic: tuple[float, ...]
+    systematic: dict[str, tuple[float, ...]]
     specimens: int
 
     @property
@@ -142,9 +143,12 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = 
     r = w - centre - np.outer(apart, along_force)
     # one standard deviation of 1/k is sd/k²
     compliance_sd = machine.stiffness_sd * given**2
-    moves = [grid([_given_way(curve, compliance_sd) for curve in curves])] if compliance_sd else []
-    moves += [grid([_without_toe(curve, machine.toe_sd) for curve in curves])] if machine.toe_sd else []
-    h = np.array([one.mean(axis=0) - centre for one in moves]).reshape(-1, len(centre))
+    moved = {}
+    if compliance_sd:
+        moved["stiffness"] = grid([_given_way(curve, compliance_sd) for curve in curves]).mean(axis=0) - centre
+    if machine.toe_sd:
+        moved["toe"] = centre - grid([_without_toe(curve, machine.toe_sd) for curve in curves]).mean(axis=0)
+    h = np.array(list(moved.values())).reshape(-1, len(centre))
     scatter = r.T @ r / (n - 1)
     values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
     values, vectors = values[::-1], vectors[:, ::-1]
@@ -159,7 +163,7 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = 
         tuple(along_force.tolist()),
         tuple(tuple(phi.tolist()) for phi in weights),
         tuple((mean_force * np.sqrt(((weights @ scatter) * weights).sum(axis=1))).tolist()),
-        tuple((mean_force * np.sqrt(np.square(weights @ h.T).sum(axis=1))).tolist()),
+        {name: tuple((mean_force * weights @ one).tolist()) for name, one in moved.items()},
         n,
     )
 

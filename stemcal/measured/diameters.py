@@ -18,6 +18,7 @@ from stemcal.measured.numerals import is_missing, shown
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.text_tables import Form, TextTable, read_table
 from stemcal.measured.vocabulary import DIAMETER, LABEL, is_called
+from stemcal.words import counted
 
 SHARE = 0.95  # of the stems that proposed grades must hold
 WIDEST = 1000.0  # mm; no stem is thicker
@@ -77,7 +78,8 @@ def measure_diameters(
     stems = stems_of(table, column)
     values = [sum(readings) / len(readings) for readings in stems.values()]
     if len(values) < 3 or max(values) == min(values):
-        raise UsageError(f"{path}: {len(values)} stems that differ; a distribution needs three or more")
+        there = f"{counted(len(values), 'stem')}, {counted(len(set(values)), 'diameter')}"
+        raise UsageError(f"{path}: {there}; a distribution needs three or more stems that differ")
     tests = (shapiro_wilk(values), *((anderson_darling(values),) if len(values) >= LEAST else ()))
     summary = summarise(values)
     shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)

@@ -82,8 +82,9 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
 def millimetres_in(text: str) -> float | None:
     """Return the first length in mm that a text holds; a speed is none.
 
-    >>> millimetres_in("12.1 mm"), millimetres_in("A, d = 12,1mm"), millimetres_in("A"), millimetres_in("10 mm/min")
-    (12.1, 12.1, None, None)
+    >>> [millimetres_in(text) for text in ("12.1 mm", "A, d = 12,1mm", "8毫米-3", "A", "10 mm/min")]
+    [12.1, 12.1, 8.0, None, None]
     """
-    match = re.search(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?mm(?!\s*/|[²³])", text, re.IGNORECASE | re.ASCII)
+    length = r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?(?:mm|毫米|мм)(?!\s*/|[²³])"
+    match = re.search(length, text, re.IGNORECASE | re.ASCII)
     return float(match[1].replace(",", ".")) if match else None

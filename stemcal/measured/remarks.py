@@ -68,7 +68,7 @@ class LargestAtEnd(LabRemark):
 
 
 class OfFiles(LabRemark):
-    """A remark on these files or specimens."""
+    """A remark on these files, specimens or tests."""
 
     names: Names
     remark: LabRemark

@@ -22,9 +22,9 @@ from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.text_tables import Form, read_table
 from stemcal.measured.vocabulary import DIAMETER, FILE, GRADE
 from stemcal.power_law import PowerLaw, fit_power_law
+from stemcal.words import did_you_mean
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
-_MOST_NAMES = 10  # of specimens in one message
 # Grades nearer than this share differ by 8 % in force, for F grows as d^2.6: less than specimens of one grade scatter.
 _APART = 0.03
 
@@ -108,16 +108,6 @@ class ShearTests:
         return [*found, *(lab.OfFiles(tuple(names), remark) for remark, names in files.items()), *self.notes]
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Return names between commas, of many the first.
-
-    >>> _listed(["a", "b"]), _listed([str(i) for i in range(12)])
-    ('a, b', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 2 more')
-    """
-    more = len(names) - _MOST_NAMES
-    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-
-
 def measure_shear(
     files: Sequence[Path],
     how: CurveOptions = CurveOptions(),
@@ -141,11 +131,9 @@ def measure_shear(
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
     specimens = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed, exclude))
-    unknown = set(exclude) - {s.name for s in specimens}
-    if unknown:
-        raise UsageError(
-            f"--exclude {shown(min(unknown))}: no such specimen; there are {_listed([s.name for s in specimens])}"
-        )
+    names = [s.name for s in specimens]
+    if unknown := set(exclude) - set(names):
+        raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     counted = [s for s in specimens if not s.excluded]
     if not counted:
         raise UsageError("no specimen is left to count")

@@ -14,6 +14,7 @@ from stemcal.measured.columns import scale_of
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, millimetres_in
 from stemcal.measured.numerals import as_number, is_missing, shown
 from stemcal.measured.text_tables import Form, TextTable, read_tables
+from stemcal.words import counted
 
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
@@ -159,7 +160,7 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
         _refuse_words(table, column)
     rows, remarks = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
-        raise UsageError(f"{table.source}: {len(rows.rows)} points are no curve; is this the file of one specimen?")
+        raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; is this the file of one specimen?")
     force = _scaled(rows, channels.up, scale_of(table, channels.up, NEWTONS, "N", how.force_unit), "force", STRONGEST)
     travel = _travel(rows, channels, how, remarks)
     if -force.min() > force.max():

@@ -7,7 +7,7 @@ tests as the calibration fits them, so the intervals are of its kind and end whe
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
 
@@ -129,7 +129,7 @@ class Measurable:
     surface: Surface
     variation: float
     specimens: str = ""
-    systematic: float = 0.0
+    systematic: Mapping[str, float] = field(default_factory=dict)
 
     def measured(self, specimens: int) -> Observation:
         """Return it as measured over so many specimens whose mean is what mid-levels give; by itself without modes."""

@@ -12,7 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import inline
 from stemcal.laboratory import curve_responses, secant
-from stemcal.measured.remarks import LabRemark
+from stemcal.measured.remarks import LabRemark, OfFiles
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
 from stemcal.measured.shear_curves import CurveOptions
@@ -74,7 +74,7 @@ def measure_tests(
     means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))
     return MeasuredTests(
         means,
-        tuple(remark for tests in read.values() for remark in tests.remarks()),
+        tuple(OfFiles((name,), remark) for name, tests in read.items() for remark in tests.remarks()),
         any(tests.synthetic for tests in read.values()),
         {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.encodings import decode
 from stemcal.files.plain import MIB, read_plain
-from stemcal.words import nearest
+from stemcal.words import counted, nearest
 
 MAX_BYTES = 10 * MIB
 MOST = 1e30  # numbers whose powers are still numbers
@@ -180,7 +180,7 @@ def _numbers(
     responses: list[list[float | None]] = []
     for line, cells in body:
         if len(cells) != len(header):
-            message = f"has {len(cells)} cells, the header has {len(header)}"
+            message = f"has {counted(len(cells), 'cell')}, the header has {len(header)}"
             problems.append(_problem(path, line, 1, "", message, "mend the row"))
             continue
         row = {

@@ -19,12 +19,24 @@ from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration, Precision
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
-from stemcal.laboratory import LaboratoryResult, LaboratoryTest, perform
+from stemcal.laboratory import LaboratoryResult, LaboratoryTest
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
-from stemcal.solvers.laboratory_runs import doubts, identity, laboratory_test, measured_at, perform_all, seconds
+from stemcal.solvers.laboratory_runs import (
+    AnyTest,
+    cutting_revision,
+    determining,
+    distrusted,
+    doubts,
+    identity,
+    laboratory_test,
+    measured_at,
+    perform,
+    perform_all,
+    seconds,
+)
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
@@ -32,10 +44,6 @@ from stemcal.study.types.lengths import Length
 
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
-# A run whose energy balance is off by more than this is no answer, percent.
-_WORST_DRIFT = 5.0
-# Nor is one whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
-_LEAST_CONTACT = -1.0
 # What a step takes on one core of a small machine, s, and an element in it; and the share of the stroke that runs take
 # which end once the stem is broken. For estimates only.
 _STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.7
@@ -83,11 +91,11 @@ class Embedded(OfSpecAlone):
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
+        tests = self._tests(request)
         return {
             "solver": "embedded",
-            "revision": cutting.REVISION,
-            **({"parting": cutting.PARTING_REVISION} if self.study.failure.kind == "toughness" else {}),
-            "tests": [_determining(test) for test in self._tests(request)],
+            **cutting_revision(tests[0]),
+            "tests": [determining(test) for test in tests],
             **({"laboratory": beside} if (beside := self._identities(request)) else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({"pictured": True} if request.pictured else {}),
@@ -112,12 +120,8 @@ class Embedded(OfSpecAlone):
             details |= {"laboratory": beside.details}
         if film is not None:
             details |= pictured(result, film)
-        if result.energy_drift_percent > _WORST_DRIFT:
-            message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
-            return Answer("failed", reason="energy_drift", message=message, details=details)
-        if result.contact_energy_percent < _LEAST_CONTACT:
-            message = f"contact has created {-result.contact_energy_percent:.1f} % of the blade's work"
-            return Answer("failed", reason="contact_energy", message=message, details=details)
+        if (distrust := distrusted(result)) is not None:
+            return Answer("failed", reason=distrust.reason, message=str(distrust), details=details)
         return Answer("ok", response=result.peak_force, details=details)
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
@@ -126,8 +130,8 @@ class Embedded(OfSpecAlone):
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
-        beside = sum(seconds(test, _STEP, _ELEMENT) for _, test in self._beside(request))
-        return beside + sum(_seconds(test) for test in self._tests(request))
+        beside = (test for _, test in self._beside(request))
+        return sum(map(_seconds, (*beside, *self._tests(request))))
 
     def pace(self, request: Request) -> float | None:
         """Return what a request takes on this machine over the estimate, by half a second of a run like it.
@@ -172,11 +176,10 @@ class Embedded(OfSpecAlone):
         """What the study calls its responses, those of laboratory tests among them."""
         return self.study.naming
 
-    def _beside(self, request: Request) -> list[tuple[LaboratorySection, LaboratoryTest]]:
+    def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests that a run does beside cutting; their own meshes stay as they are."""
         wanted = [test for test in measured_at(self.study, request.condition) if test.solver is None]
-        sheared = shear_test(self.study, request.levels, request.condition) if wanted else None
-        return [(section, laboratory_test(section, sheared)) for section in wanted if sheared is not None]
+        return [(section, _test_of(self.study, section, request.levels, request.condition)) for section in wanted]
 
     def _programs(self, request: Request) -> list[tuple[LaboratorySection, TestProgram]]:
         """Return the tests of a run that programs do."""
@@ -268,12 +271,19 @@ def simulate_test(
     """
     warm(_precision(study))
     section = next(section for section in study.tests if section.name == name)
-    test = laboratory_test(section, shear_test(study, levels, diameter))
+    test = _test_of(study, section, levels, diameter)
     if symmetry is not None:
         test = replace(test, discretisation=replace(test.discretisation, symmetry=symmetry))
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
-    result = perform(test, watch, inspect)
+    result = perform(section, test, watch, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
+
+
+def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
+    """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
+    if section.kind == "cutting":
+        return shear_test(study.cut_as(section, diameter), levels, diameter)
+    return laboratory_test(section, shear_test(study, levels, diameter))
 
 
 def shear_tests(
@@ -394,15 +404,10 @@ def _precision(study: Study) -> Precision:
     return solver.precision if isinstance(solver, EmbeddedSolver) and solver.element == "one_point" else "double"
 
 
-def _determining(test: cutting.ShearTest) -> dict[str, Any]:
-    """Return what determines the answer of a test: all of it but the number of threads."""
-    plain = asdict(test)
-    del plain["discretisation"]["integration"]["threads"]
-    return plain
-
-
-def _seconds(test: cutting.ShearTest) -> float:
+def _seconds(test: AnyTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
+    if isinstance(test, LaboratoryTest):
+        return seconds(test, _STEP, _ELEMENT)
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5

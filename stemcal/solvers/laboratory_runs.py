@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from stemcal import laboratory
-from stemcal.cutting import Discretisation, Loading, ShearTest, Stem
+from stemcal import cutting, laboratory
+from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
 from stemcal.errors import SimulationFailed
 from stemcal.fem.material import Hourglass, Material
 from stemcal.fem.model import Integration
+from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import (
     Axial,
@@ -25,7 +26,7 @@ from stemcal.laboratory import (
     ThreePointBending,
 )
 from stemcal.laboratory.build import integration
-from stemcal.run_warnings import MaximumNotPassed, RunWarning
+from stemcal.run_warnings import Buckles, MaximumNotPassed, RunWarning
 from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
@@ -34,6 +35,14 @@ from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 # and strain rate are smoothed over, how much wider a ring's elements are away from the plates, and how much longer
 # those of a bent piece are at its ends. With an even mesh a short axis is 4 % stiffer: supports bear on more nodes.
 _OUTPUTS, _THROUGH_RING, _SMOOTHED, _WIDER, _LONGER = 400, 8, 0.01, 4.0, 3.0
+
+
+# A run whose energy balance is off by more than this is no answer, percent.
+_WORST_DRIFT = 5.0
+# Nor is a cut whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
+_LEAST_CONTACT = -1.0
+
+AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
@@ -88,11 +97,23 @@ def _kind(section: LaboratorySection, diameter: float) -> Kind:
     return Axial("tension" if section.kind == "axial-tension" else "compression", section.ends)
 
 
-def identity(section: LaboratorySection, test: LaboratoryTest) -> dict[str, Any]:
+def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     """Return everything that determines the responses of a test, as JSON values."""
+    revision = cutting_revision(test) if isinstance(test, ShearTest) else {"revision": laboratory.REVISION}
+    return {"kind": section.kind, **revision, "measured": list(section.measured), **determining(test)}
+
+
+def determining(test: AnyTest) -> dict[str, Any]:
+    """Return what determines the answer of a test: all of it but the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
-    return {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured), **plain}
+    return plain
+
+
+def cutting_revision(test: ShearTest) -> dict[str, int]:
+    """Return the revisions of the code that decides a shear test's force."""
+    parting = {"parting": cutting.PARTING_REVISION} if test.failure else {}
+    return {"revision": cutting.REVISION, **parting}
 
 
 @dataclass(frozen=True)
@@ -112,7 +133,33 @@ class Performed:
         )
 
 
-def perform_all(tests: Sequence[tuple[LaboratorySection, LaboratoryTest]]) -> Performed:
+def perform(
+    section: LaboratorySection,
+    test: AnyTest,
+    watch: Callable[[float, float], None] | None = None,
+    inspect: Inspect | None = None,
+) -> LaboratoryResult:
+    """Perform a test, see `laboratory.perform`; of a cut that cannot be trusted a failure is made."""
+    if isinstance(test, LaboratoryTest):
+        return laboratory.perform(test, watch, inspect)
+    result = laboratory.cut(test, section, watch, inspect)
+    if (failure := distrusted(result)) is not None:
+        raise failure
+    return result
+
+
+def distrusted(result: CuttingResult) -> SimulationFailed | None:
+    """Return why a cut is no answer: energy that its numbers have lost or created."""
+    if result.energy_drift_percent > _WORST_DRIFT:
+        message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
+        return SimulationFailed("energy_drift", message)
+    if result.contact_energy_percent < _LEAST_CONTACT:
+        message = f"contact has created {-result.contact_energy_percent:.1f} % of the blade's work"
+        return SimulationFailed("contact_energy", message)
+    return None
+
+
+def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed:
     """Perform tests one after the other.
 
     Raises
@@ -125,7 +172,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, LaboratoryTest]]) -> Pe
     details: dict[str, Any] = {}
     for section, test in tests:
         try:
-            result = laboratory.perform(test)
+            result = perform(section, test)
         except SimulationFailed as failure:
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
@@ -139,9 +186,9 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, LaboratoryTest]]) -> Pe
 
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[RunWarning]:
-    """Return the warnings of a test that concern what was measured: a slope needs no maximum that is passed."""
-    needs_maximum = not BEFORE_MAXIMUM.issuperset(measured)
-    return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, MaximumNotPassed)]
+    """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
+    needs_maximum, late = not BEFORE_MAXIMUM.issuperset(measured), (MaximumNotPassed, Buckles)
+    return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, late)]
 
 
 def kept(result: LaboratoryResult) -> Mapping[str, Any]:

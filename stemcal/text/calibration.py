@@ -14,6 +14,8 @@ from stemcal.stages.invert.result import (
     InvertResult,
     JointFitted,
     JointRow,
+    MachineContradicted,
+    MachineFound,
     PriorRow,
     PriorUnused,
     ProcessesTaken,
@@ -372,6 +374,26 @@ states(
     ProcessesTaken,
     "For {count} of the {of} measured means a Gaussian process takes the quadratic's place: it predicts runs left out "
     "clearly better.",
+)
+states(
+    MachineFound,
+    {
+        "stiffness": "With the curves the stiffness of the testing machine is {found:significant 3} ± "
+        "{found_sd:significant 2} N/mm, by itself {stated:.4g} ± {sd:.3g} N/mm.",
+        "toe": "With the curves their beginning lies {found:significant 2} ± {found_sd:significant 2} mm behind the "
+        "preload, by itself 0 ± {sd:.3g} mm.",
+    },
+    by="of",
+)
+states(
+    MachineContradicted,
+    {
+        "stiffness": "The curves contradict the stiffness of the testing machine, {stated:.4g} ± {sd:.3g} N/mm: with "
+        "it they give {found:significant 3} ± {found_sd:significant 2} N/mm. Look at both.",
+        "toe": "The curves contradict where they begin, 0 ± {sd:.3g} mm behind the preload: with it they give "
+        "{found:significant 2} ± {found_sd:significant 2} mm. Look at both.",
+    },
+    by="of",
 )
 states(
     UnequalScatter,

@@ -231,10 +231,16 @@ def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
 
 
 def _keys_of_a_spec() -> Iterator[Entry]:
-    """Yield an entry for each key of a spec: known by its place, and by its name alone."""
+    """Yield an entry for each key of a spec, with the keys below it: known by its place, and by its name alone."""
+    below: dict[str, list[str]] = {}
+    for place in meanings():
+        above, _, name = place.partition(",")[0].replace("[]", "").rpartition(".")
+        below.setdefault(above, []).append(name)
     for place, meaning in meanings().items():
         path = place.partition(",")[0].replace("[]", "")
-        yield Entry(place, meaning, "a key of the spec", (path, path.rpartition(".")[2]))
+        keys = ", ".join(dict.fromkeys(below.get(path, ())))
+        told = f"{meaning} Keys: {keys}." if keys else meaning
+        yield Entry(place, told, "a key of the spec", (path, path.rpartition(".")[2]))
 
 
 def _plain(text: str) -> str:

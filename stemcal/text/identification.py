@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
+from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.overview.identify import Combination, Expected, Identified, MaximumOutOfReach, ScatterAssumed, Step
 from stemcal.text.calibration import change, with_unit
@@ -62,7 +63,9 @@ def loosest(one: Combination, units: Mapping[str, str], names: Names) -> str:
 
 
 states(
-    ScatterAssumed, "No scatter is given for {responses:all}; a coefficient of variation of {percent:.3g} % is assumed."
+    ScatterAssumed,
+    "No scatter is given for {bare:all}; a coefficient of variation of {percent:.3g} % is assumed.",
+    bare=lambda note, names: [names.response.name if one == FIRST else one for one in note.responses],
 )
 states(
     MaximumOutOfReach,

@@ -57,8 +57,7 @@ states(lab.LargestAtEnd, "the force is largest at the last point: the test may h
 states(
     lab.Outlier,
     "grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {statistic:.3f} > {critical:.3f}, "
-    "alpha {alpha:g}); it is still included; leave it out with --exclude {specimen} if the laboratory "
-    "book gives a reason",
+    "alpha {alpha:g}); it is still included; --exclude leaves it out if the laboratory book gives a reason",
 )
 states(lab.Excluded, "{specimen} is left out, as --exclude asks")
 states(
@@ -73,7 +72,7 @@ states(
     percent=lambda remark, _names: 100.0 * remark.preload / remark.force,
     lower=lambda remark, _names: 0.01 * remark.force,
 )
-states(lab.EqualNames, "{names:all} have one name: one specimen twice? narrow with --pattern")
+states(lab.EqualNames, "{names:all} have one name: one specimen twice? leave one out with --exclude")
 states(
     lab.ColumnChosen,
     {
@@ -98,7 +97,7 @@ states(
 )
 states(
     lab.EqualCurves,
-    "{specimens} hold the same curve; leave one out with --exclude or --pattern",
+    "{specimens} hold the same curve; leave one out with --exclude",
     specimens=lambda remark, _names: all_of(remark.names[:_MOST]),
 )
 

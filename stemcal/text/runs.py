@@ -59,6 +59,12 @@ states(
     "bounds, slope and force_at_deflection are not. Lengthen the stroke of the test.",
 )
 states(
+    of_runs.Buckles,
+    "The pressed piece bends or wrinkles before it breaks: its skin stands out by {percent:.0f} % of how far it has "
+    "widened. Travel and work then depend on the mesh, the slope does not. Take a shorter piece, held ends or more "
+    "elements through the wall, or do not fit travel and work.",
+)
+states(
     of_runs.InertiaInForce,
     "Inertia has {percent:.1f} % of the force: blade and supports differ by that at the peak, with kinetic energy up "
     "to {kinetic_percent:.1f} % of internal energy. Divide solver.mass_scaling by 100 and solver.time_step by 10, for "

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from shown import DOCS, ROOT
+from shown import DOCS, GENERATED, ROOT, pages
 
 
 def test_reference_pages_are_up_to_date() -> None:
@@ -26,6 +26,16 @@ def test_reference_pages_are_up_to_date() -> None:
     assert "| `edge_radius` | Radius of the edge; 0 mm for a sharp one. | quantity such as `1 mm` | `0.1` |" in spec
     assert "(spec-blade)=\n## blade\n" in spec and "section [blade](#spec-blade)" in spec
     assert "| PRESS |" in generated.glossary()
+
+
+def test_every_link_to_a_file_leads_to_one_that_a_checkout_has() -> None:
+    dead = [
+        f"{page.relative_to(ROOT)}: {target}"
+        for page in (ROOT / "CONTRIBUTING.md", *pages())
+        for target in re.findall(r"\]\((?!https?://|#)([^)#\s]+)", page.read_text("utf-8"))
+        if (path := (page.parent / target).resolve()) in GENERATED or not path.exists()
+    ]
+    assert not dead
 
 
 @pytest.mark.slow

@@ -93,12 +93,23 @@ def test_they_get_into_the_spec_and_nothing_else_changes(lab: Path) -> None:
         (lab / "pull" / f"{name}.csv").unlink()
     done = command("measure", "tests", spec, lab, "--write", "--preload", 0)
     assert done.exit_code == 0, done.stderr
-    assert "pull:\n  - {diameter: 8 mm, maximum_force: 630 N" in done.stdout
+    entry = measure_tests(load_study(THREE), lab, AT_ONCE).targets["pull"][0]
+    assert len(entry) > 80
+    assert f"pull:\n  - {entry}\n" in done.stdout
     before, after = text.splitlines(), spec.read_text(encoding="utf-8").splitlines()
     changed = [(old, new) for old, new in zip(before, after, strict=True) if old != new]
     assert len(changed) == 1
     assert changed[0][1].startswith("      - {diameter: 8 mm, maximum_force: 630 N, maximum_force_sd: 26.46 N")
     assert load_study(spec).tests[1].targets[0].work == pytest.approx(496.7)
+
+
+def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
+    for name in ("9mm-1", "9mm-2"):
+        (lab / "pull" / f"{name}.csv").unlink()
+    done = command("measure", "tests", THREE, lab, "--preload", 100, "--exclude", "pull/8mm-1")
+    notes = [line for line in done.stderr.splitlines() if line.startswith("note: ")]
+    assert notes[0] == "note: pull: 8mm-1 is left out, as --exclude asks"
+    assert notes[1].startswith("note: pull: the preload of 100 N is 16 % of the maximum at 8 mm")
 
 
 def test_json_tells_means_and_targets(lab: Path) -> None:

@@ -157,7 +157,10 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
         assert expected in text
     with pytest.raises(SpecError, match=r"tests.torsion.solver.files.*missing.py"):
         study_in(tmp_path, wrong)
+    (doubt,) = study_in(tmp_path, TESTS.replace("files: [torsion.py]", "keep: all")).warnings
+    assert "tests.torsion.solver.command[2]: torsion.py lies beside the spec, but not in the folder of a run" in doubt
+    assert doubt.endswith("; add files: [torsion.py]")
     with pytest.raises(SpecError, match=r"tests.torsion.kind: only a program"):
         study_in(tmp_path, "\ntests: [{{name: torsion, kind: other, stroke: 1 mm}}]\n")
-    with pytest.raises(SpecError, match=r"tests.torsion.solver.results.slope.file"):
+    with pytest.raises(SpecError, match=r":35: tests.torsion.solver.result.slope.file"):
         study_in(tmp_path, TESTS.replace("slope: {{kind: json, file: out.json", "slope: {{kind: json, file: 3"))

@@ -12,7 +12,14 @@ from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
-from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow, PosteriorSummary
+from stemcal.stages.invert.result import (
+    InvertResult,
+    JointFitted,
+    JointRow,
+    MachineContradicted,
+    MachineFound,
+    PosteriorSummary,
+)
 from stemcal.text import calibration
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
@@ -47,6 +54,18 @@ def joint(results: Any) -> InvertResult:
     one = results.inversion
     both = replace(one.certainty, source="joint", free=(), scatter="pooled", df=12.0)
     return replace(one, joint=JOINT, certainty=both, certainty_alone=one.certainty)
+
+
+def test_what_the_curves_tell_of_the_machine() -> None:
+    found = MachineFound("stiffness", 1500.0, 60.0, 1552.3, 41.37)
+    assert sentence(found, Names()) == (
+        "With the curves the stiffness of the testing machine is 1552 ± 41 N/mm, by itself 1500 ± 60 N/mm."
+    )
+    against = MachineContradicted("toe", 0.0, 0.005, -0.0123, 0.00312)
+    assert sentence(against, Names()) == (
+        "The curves contradict where they begin, 0 ± 0.005 mm behind the preload: with it they give −0.012 ± 0.0031 "
+        "mm. Look at both."
+    )
 
 
 def said(stage: InvertResult) -> dict[str, str]:

@@ -54,8 +54,9 @@ def test_one_parameter_is_left_free_by_itself() -> None:
 
 
 def test_what_was_assumed() -> None:
-    assert sentences([ScatterAssumed(("pull_work",), 10.0), MaximumOutOfReach(("squeeze_work",))], Names()) == [
-        "No scatter is given for pull_work; a coefficient of variation of 10 % is assumed.",
+    assumed = ScatterAssumed(("response", "pull_work"), 10.0)
+    assert sentences([assumed, MaximumOutOfReach(("squeeze_work",))], Names()) == [
+        "No scatter is given for force and pull_work; a coefficient of variation of 10 % is assumed.",
         "squeeze_work does not count: the stroke ends before the maximum is passed. Lengthen the stroke to count it.",
     ]
     (said,) = sentences([MaximumOutOfReach(("squeeze_maximum_force", "squeeze_work"))], Names())

@@ -124,8 +124,9 @@ class JointTrial:
 
 
 def missed(misfit: Misfit, trial: JointTrial) -> float:
-    """Return the misfit of what was simulated: Σ (measured − simulated)²/variance."""
-    return float(np.sum((misfit.measured - trial.responses) ** 2 / misfit.variance))
+    """Return the misfit of what was simulated: rᵀV⁻¹r, r = measured − simulated."""
+    gap = misfit.measured - trial.responses
+    return float(gap @ misfit.weighed(gap))
 
 
 def through(misfit: Misfit, surfaces: Sequence[Surface], trial: JointTrial) -> Misfit:

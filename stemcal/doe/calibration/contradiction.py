@@ -72,7 +72,7 @@ def allowed_by_others(misfit: Misfit, region: Region, groups: Sequence[object]) 
 def out_of_reach(misfit: Misfit, region: Region) -> list[int]:
     """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
     known = misfit.scatter in ("measured", "pooled")
-    most = allowed_rise(misfit, 0.0) * misfit.variance if known else (1e-9 * misfit.measured) ** 2
+    most = allowed_rise(misfit, 0.0) * misfit.whole_variance if known else (1e-9 * misfit.measured) ** 2
     return np.flatnonzero((misfit.measured - _reached(misfit, region)) ** 2 > most).tolist()
 
 

@@ -26,15 +26,17 @@ tested together too: five tests by themselves would find one where there is none
 Several responses of the same specimens have one covariance matrix, told by these: it stands for its p variances, with
 the degrees of freedom of all together, and the residuals tell by how much its weights are off (`Misfit.freedom`).
 
-The place of the mesh (`Misfit.with_mesh`) adds a variance to every force and one that they all share, uuᵀ: D = rᵀV⁻¹r
-with V = diag(v) + uuᵀ, by Sherman and Morrison's formula. Travel and work have parts of their own, each kind its u.
-What all share is not averaged away over the diameters; each factor's degrees of freedom know of it.
+Some errors move many observations together, each by its own amount u: the place of the mesh all forces, all travels and
+all works (`Misfit.with_mesh`, which adds to each a variance of its own too); the testing machine's stiffness, and where
+its curves begin, the scores of curves at all diameters. So D = rᵀV⁻¹r with V = diag(v) + UᵀU, a row of U for each, by
+Woodbury's formula. What is shared is not averaged away over the diameters; each factor's degrees of freedom know of it.
+What the observations tell of such an error is `Misfit.told_of`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -67,7 +69,8 @@ class Observation:
     """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured.
 
     Observations of the same `specimens`, by their name, have one covariance matrix, in which they are uncorrelated.
-    `systematic` is the standard deviation of what moves all specimens alike.
+    `systematic` has, by its name, by how much one standard deviation of what moves all specimens alike moves the mean:
+    of other conditions too, where the name is the same.
     """
 
     surface: Surface
@@ -77,7 +80,7 @@ class Observation:
     kind: str = FIRST
     process: GaussianProcess | None = None
     specimens: str = ""
-    systematic: float = 0.0
+    systematic: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def model(self) -> Surface | GaussianProcess:
@@ -106,26 +109,32 @@ class Observation:
 class VarianceSource:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
-    A `shared` one moves all observations of its `kind` together, each by its own standard deviation; it was told by a
-    mean square over so many diameters, less the part of each diameter by itself. Where `variance` is pooled, `apart` is
-    what each observation by itself says of it, with its own degrees of freedom `apart_df`. A `matrix` is the estimated
-    covariance of several responses of the same specimens.
+    One with a `loading`, u, moves all observations together, each by its own standard deviation with its sign; the
+    mesh's, of one `kind`, was told by a mean square over so many diameters, less the part of each by itself. Where
+    `variance` is pooled, `apart` is what each observation by itself says of it, with its own degrees of freedom
+    `apart_df`. A `matrix` is the estimated covariance of several responses of the same specimens.
     """
 
     name: str
     variance: Array
     df: float
-    shared: bool = False
+    loading: Array | None = None
     conditions: int = 1
     kind: str = FIRST
     apart: Array | None = None
     apart_df: Array | None = None
     matrix: bool = False
 
+    @classmethod
+    def moving(cls, name: str, loading: Array, df: float, conditions: int = 1, kind: str = FIRST) -> VarianceSource:
+        """Return what moves observations together."""
+        return cls(name, loading**2, df, loading, conditions, kind)
+
     def only(self, kept: Sequence[int]) -> VarianceSource:
         """Keep some of the observations; a matrix of fewer responses is known better."""
-        apart, df = (None if part is None else part[list(kept)] for part in (self.apart, self.apart_df))
-        found = replace(self, variance=self.variance[list(kept)], apart=apart, apart_df=df)
+        parts = (self.loading, self.apart, self.apart_df)
+        loading, apart, df = (None if part is None else part[list(kept)] for part in parts)
+        found = replace(self, variance=self.variance[list(kept)], loading=loading, apart=apart, apart_df=df)
         if not self.matrix:
             return found
         more = self.df + float(np.count_nonzero(self.variance) - np.count_nonzero(found.variance))
@@ -136,8 +145,8 @@ class VarianceSource:
 
         And the sum of its squared estimates over their degrees of freedom, as Satterthwaite's formula takes it.
         """
-        if self.shared:
-            found = (np.sqrt(self.variance) @ g) ** 2
+        if self.loading is not None:
+            found = (self.loading @ g) ** 2
             return found, found**2 / self.df
         if self.apart is None or self.apart_df is None:
             found = self.variance @ g**2
@@ -152,8 +161,7 @@ class Misfit:
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
     freedom behind variances that were estimated, infinite where they count as exact. `variance` is that of each
-    observation by itself, `shared` the standard deviations of what moves those of a kind together; `sources` tell what
-    both are made of.
+    observation by itself; `sources` tell what it is made of, and what moves observations together.
     """
 
     observations: tuple[Observation, ...]
@@ -161,7 +169,6 @@ class Misfit:
     scatter: Scatter
     scale_df: float = np.inf
     sources: tuple[VarianceSource, ...] = ()
-    shared: Array | None = None
     priors: tuple[Prior, ...] = ()
 
     @property
@@ -238,20 +245,37 @@ class Misfit:
         return np.asarray((gap * self.weighed(gap)).sum(axis=1))
 
     @cached_property
-    def kinds(self) -> list[Array]:
-        """One at the observations of a kind and zero elsewhere, for each kind."""
-        of = [observation.kind for observation in self.observations]
-        return [np.array([float(kind == other) for other in of]) for kind in dict.fromkeys(of)]
+    def shared(self) -> Array:
+        """U: by how much a standard deviation of what is shared moves each observation, (errors, observations)."""
+        found = np.zeros((0, len(self.variance)))
+        return np.vstack([found, *(source.loading for source in self.sources if source.loading is not None)])
+
+    @cached_property
+    def whole_variance(self) -> Array:
+        """The variance of each observation, what it shares with others among it: the diagonal of V."""
+        return np.asarray(self.variance + (self.shared**2).sum(axis=0))
 
     def weighed(self, gap: Array) -> Array:
-        """Return V⁻¹r of (m, observations) differences: V = diag(v) + uuᵀ, u of each kind by itself."""
+        """Return V⁻¹r of (m, observations) differences, V = diag(v) + UᵀU: with W = U/v it is r/v − Wᵀ(1 + UWᵀ)⁻¹Wr."""
         scaled = gap / self.variance
-        if self.shared is None:
-            return np.asarray(scaled)
-        for mine in self.kinds:
-            w = mine * self.shared / self.variance
-            scaled = scaled - (gap @ w)[..., None] * w / (1.0 + self.shared @ w)
+        if len(self.shared):
+            w = self.shared / self.variance
+            scaled = scaled - gap @ w.T @ np.linalg.solve(np.eye(len(w)) + self.shared @ w.T, w)
         return np.asarray(scaled)
+
+    def told_of(self, name: str, x: Array) -> tuple[float, float] | None:
+        """Return mean and standard deviation of a shared error z after the fit at x; None where there is none.
+
+        Before it they are 0 and 1. z moves the observations by u, and of it the residuals r tell uᵀV⁻¹r ± √(1 − uᵀQu),
+        Q as in `joint_fit.chance_of`.
+        """
+        u = next((source.loading for source in self.sources if source.name == name), None)
+        if u is None:
+            return None
+        slopes, weighed = self.slopes(x), self.weighed(u)
+        seen = weighed @ slopes
+        known = float(weighed @ u - seen @ np.linalg.pinv(self.information(x)) @ seen)
+        return float(weighed @ (self.measured - self.predict(x)[0])), max(1.0 - known, 0.0) ** 0.5
 
     def value(self, x: Array) -> float:
         """Return D at one point."""
@@ -279,7 +303,7 @@ class Misfit:
 
     def in_errors(self, x: Array) -> Array:
         """Return how measured means and priors change with the factors at x, in their standard errors."""
-        return np.vstack([self.slopes(x) / np.sqrt(self.variance)[:, None], self.told(x)])
+        return np.vstack([self.slopes(x) / np.sqrt(self.whole_variance)[:, None], self.told(x)])
 
     def with_priors(self, priors: Sequence[Prior], region: Region) -> Misfit:
         """Return it with priors; a size of the variances that the misfit tells, it tells without them."""
@@ -324,7 +348,6 @@ class Misfit:
             variance=self.variance[list(kept)] + better,
             scatter=scatter,
             sources=sources,
-            shared=None if self.shared is None else self.shared[list(kept)],
         )
 
     def alone(self, index: int, least: float) -> Misfit:
@@ -351,16 +374,18 @@ class Misfit:
         known = self if self.scale_known else self.scaled(least)
         scatter = {FIRST: mesh, **(further or {})}
         added = [source for kind, found in scatter.items() for source in known._of_mesh(kind, found)]
-        kept = [source for source in added if source.shared or self.scale_known]
+        kept = [source for source in added if source.loading is not None or self.scale_known]
         return known.of_sources([*known.sources, *kept])
 
     def _of_mesh(self, kind: str, mesh: MeshScatter) -> list[VarianceSource]:
         """Return what the place of the mesh adds to the observations of a kind: by itself, and shared by them."""
         mine = np.array([observation.kind == kind for observation in self.observations])
-        size = np.where(mine, self.measured, 0.0) ** 2
-        own = VarianceSource("mesh", size * mesh.own, mesh.own_df, kind=kind)
-        common = VarianceSource("mesh, all alike", size * mesh.common, mesh.common_df, True, mesh.conditions, kind)
-        return [own, common] if mesh.common > 0.0 else [own]
+        size = np.where(mine, self.measured, 0.0)
+        own = VarianceSource("mesh", size**2 * mesh.own, mesh.own_df, kind=kind)
+        if mesh.common <= 0.0:
+            return [own]
+        loading = size * np.sqrt(mesh.common)
+        return [own, VarianceSource.moving("mesh, all alike", loading, mesh.common_df, mesh.conditions, kind)]
 
     def own_part(self, shared: VarianceSource) -> int | None:
         """Return which source is the mesh's own part beside what the observations of its kind share."""
@@ -368,12 +393,10 @@ class Misfit:
 
     def of_sources(self, sources: Sequence[VarianceSource]) -> Misfit:
         """Return it with these sources of error alone."""
-        own = sum((s.variance for s in sources if not s.shared), start=np.zeros_like(self.variance))
-        shared = sum((s.variance for s in sources if s.shared), start=np.zeros_like(self.variance))
+        own = sum((s.variance for s in sources if s.loading is None), start=np.zeros_like(self.variance))
         return replace(
             self,
             variance=np.maximum(own, (_FINEST * self.measured) ** 2),
-            shared=np.sqrt(shared) if shared.any() else None,
             sources=tuple(sources),
             scale_df=_satterthwaite([s.variance for s in sources], [s.df for s in sources]),
         )
@@ -405,15 +428,19 @@ class Misfit:
         """Replace the part of each estimated covariance matrix by what the residuals at x make of it.
 
         p responses of n specimens weigh k factors; the p − k contrasts that are left say by how much the weights are
-        off: var θ̂ = (ν + D)/(ν + k − 1)·gᵀVg of ν + k − 1 degrees of freedom, ν = n − p, V = (n − 1)/(ν n)·S. Among
-        other observations k is the leverage of these. Source: C. R. Rao, Proc. Fifth Berkeley Symp. 1 (1967) 355.
+        off: var θ̂ = (ν + D)/f·gᵀVg of f = ν + k − 1 degrees of freedom, ν = n − p, V = (n − 1)/(ν n)·S. Among other
+        observations these have a leverage h in place of k, and those that scatter little by luck get too much weight:
+        (1 + 2(1 − h/k)/f) times as much, to first order, for k = p = 1 as Meier has it. Sources: C. R. Rao, Proc. Fifth
+        Berkeley Symp. 1 (1967) 355; P. Meier, Biometrics 9 (1953) 59.
         """
-        squares = (self.measured - self.predict(x)[0]) ** 2 / self.variance
+        squares = (self.measured - self.predict(x)[0]) ** 2 / self.whole_variance
+        rank = np.linalg.matrix_rank(self.information(x))
         for i, source in enumerate(self.sources):
             if source.matrix:
-                share = source.variance / self.variance
-                df = source.df + max(float(share @ leverage) - 1.0, 0.0)
-                variance = found[i][0] * (source.df + float(share @ squares)) / df
+                share = source.variance / self.whole_variance
+                df = max(source.df + float(share @ leverage) - 1.0, 1.0)
+                others = max(1.0 - float(leverage[source.variance > 0.0].sum()) / rank, 0.0)
+                variance = found[i][0] * (source.df + float(share @ squares)) / df * (1.0 + 2.0 * others / df)
                 found[i] = variance, variance**2 / df
 
     def looseness(self, x: Array) -> float:
@@ -426,7 +453,7 @@ class Misfit:
             if source.name == "surface" and source.apart is not None:
                 here = np.array([o.error_at(x[None, :]) for o in self.observations])
                 there = np.divide(here, source.apart, out=np.ones_like(here), where=source.apart > 0.0)
-                ratio += source.variance / self.variance * (there - 1.0)
+                ratio += source.variance / self.whole_variance * (there - 1.0)
         return float(ratio.mean())
 
     def moments(self, x: Array) -> tuple[float, float, float]:
@@ -437,11 +464,10 @@ class Misfit:
         slopes, told = self.slopes(x), self.told(x)
         weighed, covariance = self.weighed(slopes.T).T, np.linalg.pinv(self.information(x))
         q = self.weighed(np.eye(len(self.measured))) - weighed @ covariance @ weighed.T
-        by_itself = sum((s.variance for s in self.sources if not s.shared), start=np.zeros_like(self.variance))
+        by_itself = sum((s.variance for s in self.sources if s.loading is None), start=np.zeros_like(self.variance))
         omega, doubt = np.diag(np.maximum(self.variance - by_itself, 0.0)), 0.0  # at least what no force is better than
         for source in self.sources:
-            if source.shared:
-                u = np.sqrt(source.variance)
+            if (u := source.loading) is not None:
                 omega += np.outer(u, u)
                 doubt += float(u @ q @ u) ** 2 / source.df
             elif source.apart is None or source.apart_df is None:
@@ -482,7 +508,7 @@ class Misfit:
     def _as_mean_squares(self, found: list[tuple[Array, Array]], g: Array) -> None:
         """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
         for i, source in enumerate(self.sources):
-            if source.shared and (own := self.own_part(source)) is not None:
+            if source.loading is not None and (own := self.own_part(source)) is not None:
                 moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.conditions
                 shared, alone = found[i][0] + moved, np.maximum(found[own][0] - moved, 0.0)
                 found[i] = shared, shared**2 / source.df
@@ -550,7 +576,8 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
     together = sum((source.variance for source in matrices), start=np.zeros_like(laboratory))
     laboratory, apart = (np.where(together > 0.0, 0.0, part) for part in (laboratory, apart))
     df = min(df, *(source.df for source in matrices), np.inf)
-    systematic = np.array([o.systematic for o in observations]) ** 2
+    moved = dict.fromkeys(name for o in observations for name in o.systematic)
+    loadings = {name: np.array([o.systematic.get(name, 0.0) for o in observations]) for name in moved}
     sources = [
         VarianceSource(
             "laboratory",
@@ -562,7 +589,7 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         for kind, df in freedom.items()
         if not np.all(together[kinds == kind] > 0.0)
     ]
-    sources += [*matrices, *([VarianceSource("machine", systematic, np.inf)] if systematic.any() else [])]
+    sources += [*matrices, *(VarianceSource.moving(name, u, np.inf, kind="") for name, u in loadings.items())]
     sources += [
         VarianceSource(
             "surface",
@@ -574,7 +601,7 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         for kind, df in surface_df.items()
         if df  # a saturated surface knows no error
     ]
-    variance = np.maximum(laboratory + together + systematic + surface, floor)
+    variance = np.maximum(laboratory + together + surface, floor)
     return Misfit(tuple(observations), variance, scatter, df, tuple(sources))
 
 

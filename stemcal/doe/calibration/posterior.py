@@ -129,16 +129,17 @@ def density_of(misfit: Misfit, region: Region) -> Callable[[Array], Array]:
 
 
 def _mean_log_likelihood(misfit: Misfit, own: Array, shared: Array, points: Array) -> Array:
-    """Return the log of the likelihood's mean over drawn variances, (draws, observations) each."""
+    """Return the log of the likelihood's mean over draws of variances (draws, observations) and of what is shared.
+
+    With LLᵀ = 1 + U diag(1/v) Uᵀ, Woodbury's formula takes |L⁻¹U diag(1/v) r|² off Σ r²/v.
+    """
     gap = misfit.measured - misfit.predict(points)
-    found, size = (gap**2) @ (1.0 / own).T, np.log(own).sum(axis=1)
-    for mine in misfit.kinds:
-        if not np.any(w := mine * shared / own):
-            continue
-        inner = 1.0 + (shared * w).sum(axis=1)
-        found -= (gap @ w.T) ** 2 / inner
-        size = size + np.log(inner)
-    found += size
+    w = shared / own[:, None, :]
+    root = np.linalg.cholesky(np.eye(shared.shape[1]) + w @ shared.swapaxes(1, 2))
+    found = (gap**2) @ (1.0 / own).T
+    for row in np.linalg.solve(root, w).swapaxes(0, 1):
+        found -= (gap @ row.T) ** 2
+    found += np.log(own).sum(axis=1) + 2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
     found *= -0.5
     most = found.max(axis=1, keepdims=True)
     found -= most
@@ -146,23 +147,24 @@ def _mean_log_likelihood(misfit: Misfit, own: Array, shared: Array, points: Arra
 
 
 def _drawn_variances(misfit: Misfit) -> tuple[Array, Array]:
-    """Return variances, and standard deviations of what is shared, (draws, observations): the same every time."""
+    """Return variances (draws, observations) and U of what is shared (draws, errors, observations): always the same."""
     from scipy.stats.qmc import Sobol
 
     needed = np.cumsum([0, *(2 + int(_told_apart(source).sum()) for source in misfit.sources)])
     even = 1.0 - (Sobol(int(needed[-1]), scramble=False).random_base2(_DRAWS) + 0.5 / 2**_DRAWS)
-    of_mesh = [misfit.own_part(source) if source.shared else None for source in misfit.sources]
+    of_mesh = [None if source.loading is None else misfit.own_part(source) for source in misfit.sources]
     drawn = []
     for source, mesh, first, last in zip(misfit.sources, of_mesh, needed, needed[1:], strict=False):
         part = 0.0 if mesh is None else misfit.sources[mesh].variance / source.conditions
         drawn.append(_drawn_of(replace(source, variance=source.variance + part), even[:, first:last]))
-    own, shared = np.zeros_like(drawn[0]), np.zeros_like(drawn[0])
+    own, shared = np.zeros_like(drawn[0]), []
     for variance, source, beside in zip(drawn, misfit.sources, of_mesh, strict=True):
-        if source.shared:  # c² = (MS − s²)/D: what is drawn is MS
-            shared += np.maximum(variance - (0.0 if beside is None else drawn[beside] / source.conditions), 0.0)
-        else:
+        if source.loading is None:
             own += variance
-    return np.maximum(own, np.finfo(float).tiny), np.sqrt(shared)
+        else:  # c² = (MS − s²)/D: what is drawn is MS
+            c2 = np.maximum(variance - (0.0 if beside is None else drawn[beside] / source.conditions), 0.0)
+            shared.append(np.sign(source.loading) * np.sqrt(c2))
+    return np.maximum(own, np.finfo(float).tiny), np.array(shared).reshape(-1, *own.shape).swapaxes(0, 1)
 
 
 def _told_apart(source: VarianceSource) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
-from stemcal.naming import FIRST, FORCE, Named
+from stemcal.naming import FIRST, FORCE, Named, capital
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
@@ -220,4 +220,4 @@ def _label(response: Named) -> str:
 
 def _titled(label: str) -> str:
     """Return a label with capital letters, as titles have them; words that have any keep theirs."""
-    return " ".join(word if word in _SMALL else word[:1].upper() + word[1:] for word in label.split(" "))
+    return " ".join(word if word in _SMALL else capital(word) for word in label.split(" "))

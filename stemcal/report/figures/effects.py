@@ -1,10 +1,11 @@
 """Effects of a screening: by size, and against chance."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.report.tables.columns import response_decimals
-from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen import Limit, ScreenResult
 from stemcal.text.screening import limit_label
 
 _LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
@@ -20,17 +21,16 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
         for limit in screen.limits():
-            axes.axvline(
-                limit.value,
-                color=INK,
-                linestyle=_LINES[limit.method],
-                linewidth=1,
-                label=limit_label(limit, screen.alpha),
-            )
+            axes.axvline(limit.value, color=INK, **_line(limit, screen))
         if axes.lines:
             figure.legend(loc="outside upper right", ncols=3)
         axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
+
+
+def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
+    """Return how the line of a limit looks, and what it is called."""
+    return {"linestyle": _LINES[limit.method], "linewidth": 1, "label": limit_label(limit, screen.alpha)}
 
 
 def _signed(effect: float, places: int = 1) -> str:
@@ -51,13 +51,7 @@ def half_normal(screen: ScreenResult) -> Figure:
             last = points[-1].quantile
             axes.plot([0, last], [0, screen.lenth.pse * last], color=FAINT, label="chance (Lenth)")
         for limit in (one for one in screen.limits() if one.method != "t"):
-            axes.axhline(
-                limit.value,
-                color=FAINT,
-                linestyle=_LINES[limit.method],
-                linewidth=1,
-                label=limit_label(limit, screen.alpha),
-            )
+            axes.axhline(limit.value, color=FAINT, **_line(limit, screen))
         if axes.lines:
             legend_above(axes)
         for point in points:

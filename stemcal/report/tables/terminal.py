@@ -15,6 +15,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from stemcal.files.rows import Column, Table
+from stemcal.naming import capital
 from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import tables_of, visible
@@ -192,7 +193,7 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
         if name in found or name in measured:
             bound = name not in BEFORE_MAXIMUM and not result.stroke_was_enough
             text = response_text(found.get(name), unit, measured.get(name), at_least=bound)
-            rows.append((words[:1].upper() + words[1:], text))
+            rows.append((capital(words), text))
     return rows
 
 

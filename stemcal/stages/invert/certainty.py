@@ -1,7 +1,7 @@
 """How well the measured means fix the parameters: profiles, intervals, posterior."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
 from typing import Literal
 
@@ -43,12 +43,13 @@ class Measured:
     n: int | None = None
     naming: Naming = CUTTING
     specimens: str = ""
-    systematic: float = 0.0
+    systematic: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def spread(self) -> float | None:
         """The standard deviation of n specimens by themselves that would leave the mean as uncertain."""
-        return None if self.sd is None else hypot(self.sd, (self.n or 1) ** 0.5 * self.systematic)
+        alike = hypot(*self.systematic.values())
+        return None if self.sd is None else hypot(self.sd, (self.n or 1) ** 0.5 * alike)
 
     @property
     def named(self) -> Named:

@@ -3,12 +3,12 @@
 At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from stemcal.doe.calibration.contradiction import allowed_by_others, contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
-from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.ridge import presses_outwards
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
@@ -34,6 +34,8 @@ from stemcal.stages.invert.result import (
     InvertResult,
     JointFitted,
     JointRow,
+    MachineContradicted,
+    MachineFound,
     Mean,
     Point,
     ProcessesTaken,
@@ -93,9 +95,22 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
             *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
+            *_machine_found(study, misfit, best_fit(misfit, region)),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
+
+
+def _machine_found(study: Study, misfit: Misfit, x: Array) -> Iterator[MachineFound]:
+    """Yield what the fit tells of the machine: z deviations of its compliance, 1/k − z·sd/k², or of the toe."""
+    machine = study.targets.machine
+    known = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
+    for of, stated, sd in known:
+        if told := misfit.told_of(of, x):
+            z, spread = told
+            bent = 1.0 / (1.0 - z * sd / stated) if stated else 1.0
+            kind = MachineContradicted if abs(z) > 2.0 else MachineFound
+            yield kind(of, stated, sd, stated + z * sd * bent, spread * sd * bent**2)
 
 
 def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, coding: Coding) -> Desired | None:

@@ -26,6 +26,23 @@ class UnequalScatter(Note):
     p: float
 
 
+class MachineFound(Note, weight=Weight.ASIDE):
+    """What the fit tells of the testing machine: its stiffness (N/mm) or where its curves begin (toe, mm).
+
+    `stated` ± `sd` is what the spec says, `found` ± `found_sd` what that and the curves say together.
+    """
+
+    of: str
+    stated: float
+    sd: float
+    found: float
+    found_sd: float
+
+
+class MachineContradicted(MachineFound, weight=Weight.USE):
+    """What is found lies more than two standard deviations from what the spec says."""
+
+
 class ProcessesTaken(Note):
     """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
 

@@ -93,7 +93,7 @@ class Carried:
                 float(source.variance[i]) ** 0.5,
                 100.0 * float(source.variance[i] / sum(other.variance[i] for other in self.misfit.sources)),
                 source.df if isfinite(source.df) else None,
-                source.shared,
+                source.loading is not None,
             )
             for i, mean in enumerate(self.means)
             if mean.response == FIRST

@@ -67,7 +67,7 @@ def _merit(loop: Loop, entry: Iteration) -> float:
 
 
 def _learnt_of(loop: Loop, i: int, learnt: Learnt) -> LearntOf:
-    mean, variance = loop.means[i], float(loop.misfit.variance[i])
+    mean, variance = loop.means[i], float(loop.misfit.whole_variance[i])
     return LearntOf(condition=mean.condition, response=mean.named.name, variance=variance, learnt=learnt)
 
 

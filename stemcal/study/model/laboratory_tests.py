@@ -1,20 +1,27 @@
 """Laboratory tests of pieces of stem beside cutting, as a spec describes them, and what was measured in them."""
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from stemcal.naming import FIRST, Named
+from stemcal.naming import FIRST, Named, capital
 from stemcal.study.model.frozen import Frozen, Share, Size
 from stemcal.study.model.measured_targets import Mean, Targets, Work
 from stemcal.study.model.program_options import CommandSolver
+from stemcal.study.model.shear_test import BladeSection, SupportsSection
 from stemcal.study.model.solver_options import HourglassCoefficient, ThroughWall
 from stemcal.study.types.field_types import ColumnName, Quantity, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
 TestKind = Literal[
-    "three-point-bending", "radial-compression", "axial-compression", "axial-tension", "double-shear", "other"
+    "cutting",
+    "three-point-bending",
+    "radial-compression",
+    "axial-compression",
+    "axial-tension",
+    "double-shear",
+    "other",
 ]
 Force = Annotated[float, Quantity("force", above=0)]
 Stiffness = Annotated[float, Quantity("toughness", above=0)]  # force per length, whatever it is of
@@ -85,11 +92,16 @@ class LaboratorySection(Frozen):
     name: ColumnName
     """Name in tables, files and `simulate --test`."""
     kind: TestKind
-    """What is done: a nose between two rollers, plates across the stem, ends that move along its axis, or three plates
-    with holes that shear it; `other` what the program under `solver` alone knows."""
+    """What is done: the cut of the sections above in another way, a nose between two rollers, plates across the stem,
+    ends that move along its axis, or three plates with holes that shear it; `other` what the program under `solver`
+    alone knows."""
     solver: CommandSolver | None = None
     """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
     by response, `slope: {kind: …}`; beside it only `name`, `kind` and `targets` are given."""
+    blade: BladeSection | None = None
+    """What differs from the spec's blade, in cutting: keys that are not given here are the spec's."""
+    supports: SupportsSection | None = None
+    """What differs from the spec's supports, in cutting."""
     length: StemLength | None = None
     """Length of the piece; by default 1.2 times the span in bending, three diameters in double shear, else two."""
     span: StemLength | None = None
@@ -99,15 +111,16 @@ class LaboratorySection(Frozen):
     support_radius: Size = 5.0
     """Radius of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
-    """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change."""
+    """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change about its
+    middle, which does not slide."""
     plate: StemLength = Length(divisor=1.0)
     """Thickness of the middle plate, in double shear."""
     gap: StemLength = _GAP
     """Between the middle plate and those beside it, in double shear."""
     stroke: StemLength | None = None
-    """How far the machine moves."""
+    """How far the machine moves; in cutting as far as the spec's blade by default."""
     speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
-    """Speed of the machine."""
+    """Speed of the machine; in cutting that of the spec's blade by default."""
     secant: Annotated[tuple[Share, Share], Field(strict=False)] = (0.2, 0.5)
     """Shares of the maximum force between which a straight line is fitted, whose slope is the response."""
     deflection: Size | None = None
@@ -116,11 +129,12 @@ class LaboratorySection(Frozen):
     """Length of the elements: d/12 in bending, d/8 in axial tests and double shear; in radial compression, d/48, their
     width at the plates, and four times that elsewhere."""
     elements_through_wall: ThroughWall = None
-    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`."""
+    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
+    axial compression three at least."""
     hourglass: HourglassCoefficient = 0.03
     """Stiffness against hourglass modes, in the form `stiffness`."""
     symmetry: Literal["none", "half", "quarter"] = "quarter"
-    """Which part is computed."""
+    """Which part is computed; in cutting as under `solver` by default, where its mesh is given too."""
     targets: tuple[LaboratoryMeans, ...] = ()
     """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
     `simulate --test`."""
@@ -128,6 +142,17 @@ class LaboratorySection(Frozen):
     def stroke_at(self, diameter: float) -> float:
         """Return how far the machine moves at a stem diameter, mm; 0 where that is a program's matter."""
         return 0.0 if self.stroke is None else self.stroke.at(diameter)
+
+    def in_place_of(self, own: object) -> dict[str, Any]:
+        """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
+        mesh = {"symmetry": self.symmetry} if "symmetry" in self.model_fields_set else {}
+        given = {
+            "blade": _given(self.blade),
+            "supports": _given(self.supports),
+            "solver": {"phases": 1, "perturb": None, **mesh},
+        }
+        sections = {name: getattr(own, name) for name in given}
+        return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}
 
     def size(self) -> Length:
         """Return the length of the elements."""
@@ -166,6 +191,11 @@ class LaboratorySection(Frozen):
         return f"{self.name}_{response}"
 
 
+def _given(section: Frozen | None) -> dict[str, object]:
+    """Return the keys of a section that its author wrote."""
+    return {} if section is None else {name: getattr(section, name) for name in section.model_fields_set}
+
+
 def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
     """Return the measured responses of all tests as the study's own."""
     found = []
@@ -173,7 +203,7 @@ def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
         for response in test.measured:
             symbol, unit, words = RESPONSES[response]
             label = f"{test.name.replace('_', ' ')} {words}"
-            found.append(Named(test.called(response), label[:1].upper() + label[1:], symbol, unit))
+            found.append(Named(test.called(response), capital(label), symbol, unit))
     return tuple(found)
 
 

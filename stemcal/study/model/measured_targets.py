@@ -50,7 +50,8 @@ class MachineSection(Frozen):
     stiffness_sd: Annotated[float, Quantity("toughness", at_least=0)] = 0.0
     """Standard deviation of what is known of it."""
     toe_sd: SizeOrZero = 0.0
-    """Standard deviation of where the curves really begin, all alike: seating, a preload that comes late."""
+    """Standard deviation of where the curves really begin, those of all diameters alike: play in the grips, a preload
+    that comes late."""
 
     @property
     def known(self) -> Machine:
@@ -61,14 +62,14 @@ class MachineSection(Frozen):
 class Mean(Frozen):
     """The measured mean of a further response, with its standard deviation, in its own unit.
 
-    `n` are the specimens where they are not those of the first response; `systematic` is the standard deviation of what
-    moves them all alike.
+    `n` are the specimens where they are not those of the first response; `systematic` has by how much
+    one standard deviation of what moves them all alike moves the mean.
     """
 
     value: float
     sd: float | None = None
     n: int | None = None
-    systematic: float = 0.0
+    systematic: dict[str, float] = {}
 
 
 class Target(Frozen):
@@ -105,9 +106,9 @@ class Target(Frozen):
         own = self.further[response].n if response in self.further else None
         return self.n if own is None else own
 
-    def systematic_of(self, response: str) -> float:
-        """Return the standard deviation of what moves a response of all specimens alike."""
-        return self.further[response].systematic if response in self.further else 0.0
+    def systematic_of(self, response: str) -> dict[str, float]:
+        """Return by how much a standard deviation of what moves all specimens alike moves a response."""
+        return self.further[response].systematic if response in self.further else {}
 
     def specimens_of(self, response: str) -> str:
         """Return a name for the specimens of a response if their curves tell it, nothing else."""
@@ -156,8 +157,13 @@ class Targets(Frozen):
         means = list(self.means)
         for index, found in modes.items():
             scores = {
-                named.name: Mean(value=found.force, sd=sd, n=found.specimens, systematic=alike)
-                for named, sd, alike in zip(named_modes([found]), found.scatter, found.systematic, strict=True)
+                named.name: Mean(
+                    value=found.force,
+                    sd=sd,
+                    n=found.specimens,
+                    systematic={by: alike[j] for by, alike in found.systematic.items()},
+                )
+                for j, (named, sd) in enumerate(zip(named_modes([found]), found.scatter, strict=True))
             }
             further = {**means[index].further, **scores}
             means[index] = means[index].model_copy(update={"modes": found, "further": further})

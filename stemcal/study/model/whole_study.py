@@ -39,7 +39,7 @@ from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshO
 from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
-from stemcal.words import did_you_mean
+from stemcal.words import counted, did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
@@ -185,10 +185,11 @@ class Study(StudyForm):
         return self._hands
 
     def __repr__(self) -> str:
-        return (
-            f"Study {self.name}: {len(self.factors)} factors, {len(self.targets.means)} measured "
-            f"{self.naming.response.plural}, solver {self.solver.kind}"
-        )
+        first, means = self.naming.response, self.targets.means
+        counts = {one: sum(mean.mean_of(one.name)[0] is not None for mean in means) for one in self.naming.others}
+        others = [f", {count} {one.noun if count == 1 else one.plural}" for one, count in counts.items() if count]
+        measured = f"{len(means)} measured {first.noun if len(means) == 1 else first.plural}{''.join(others)}"
+        return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__
 
@@ -259,6 +260,14 @@ class Study(StudyForm):
         if cut := {name: value for name, value in chosen.items() if name in ("strength", "toughness")}:
             sections["failure"] = self.failure.model_copy(update=cut)
         return self.model_copy(update=sections) if sections else self
+
+    def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
+        """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
+        loading = self.loading
+        speed = test.speed if "speed" in test.model_fields_set else loading.speed
+        travel = loading.gap + (test.stroke_at(diameter) or loading.stroke)
+        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
+        return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
     def seen_by(self, stage: str) -> Study:
         """Return the study as a stage simulates it: the transfer with the solver and the test of its own.

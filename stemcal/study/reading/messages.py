@@ -73,7 +73,7 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     known = keys_of(shown_path[:-1])
     near = nearest(key, known)
     section = section_with(key)
-    if key.isdecimal():
+    if key[:1].isdecimal():
         remedy = "use a point where a decimal comma stands before it, as in 37.5"
     elif near:
         remedy = f"did you mean {near}?"
@@ -97,7 +97,8 @@ def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     kinds = _kinds_at(path)
     near = nearest(given, kinds) if isinstance(given, str) else None
     remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds)}"
-    return Finding((*path, "kind"), f"{_show(given)} is no kind of {path[-1]}", remedy)
+    of = "solver" if path[-1] == "solver" else "result"
+    return Finding((*path, "kind"), f"{_show(given)} is no kind of {of}", remedy)
 
 
 def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

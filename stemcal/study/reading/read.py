@@ -117,7 +117,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
     known = {key: value for key, value in sections.good.items() if key in Draft.__dataclass_fields__}
-    return Draft(**{**known, "names": names, "naming": sections.naming})
+    return Draft(**{**known, "names": names, "naming": sections.naming, "tests": sections.tests})
 
 
 def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
@@ -128,7 +128,8 @@ def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
     invert = data.get("invert") if isinstance(data, dict) else None
     if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
         path = ("invert", "conditions", *path[2:])
-    return finding._replace(path=("solver", "result", *path[2:]) if path[:2] == ("solver", "results") else path)
+    above = zip(("", *path), path, strict=False)
+    return finding._replace(path=tuple("result" if pair == ("solver", "results") else pair[1] for pair in above))
 
 
 def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isclose
 from pathlib import Path
@@ -13,7 +13,7 @@ from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
 
 from stemcal.measured.curve_modes import MOST, Curve, modes_of
 from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
-from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, StudyForm, Targets
+from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, LaboratorySection, StudyForm, Targets
 from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.reading.curve_files import with_curves
@@ -55,6 +55,7 @@ class Sections:
     folder: Path
     good: dict[str, Any] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
+    tests: dict[int, LaboratorySection] = field(default_factory=dict)
     naming: Naming = CUTTING
 
     @property
@@ -62,15 +63,15 @@ class Sections:
         """What the types of the model need to know beside a value."""
         return {"spec": self.folder, "naming": self.naming}
 
-    def read(self, name: str, given: Any) -> None:
-        """Read a section; of one that is wrong, what is good of it."""
+    def read(self, name: str, given: Any, told: Collection[NodePath] = ()) -> None:
+        """Read a section; of one that is wrong, what is good of it. What is wrong at some places is `told` already."""
         if given is None:
             self.findings.append(Finding((name,), "is empty", "fill it in or remove it"))
             return
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
-            self.findings += _findings(error, (name,))
+            self.findings += _findings(error, (name,), told)
             if (rest := partly(_kind_of(name), given, self.context)) is not None:
                 self.good[name] = rest
 
@@ -79,7 +80,8 @@ class Sections:
         if self.naming.is_cutting or given is None:
             filled, curves, unread = with_curves(given, self.folder)
             self.findings += unread
-            self.read(name, filled)
+            lacking = [finding.path[:3] for finding in unread if "force" not in given["forces"][finding.path[2]]]
+            self.read(name, filled, [(*entry, "force") for entry in lacking])
             good = self.good.get(name)
             if curves and _has_means(good) and {"machine", "calibrate_at"} <= good.__dict__.keys():
                 self.good[name] = _scored(good, curves)
@@ -101,8 +103,15 @@ class Sections:
         self.read(name, _with_solver(given))
 
     def read_tests(self, name: str, given: Any) -> None:
-        """Read the tests, each of which may have a solver of its own."""
-        self.read(name, [_with_solver(test) for test in given] if isinstance(given, list) else given)
+        """Read the tests, each of which may have a solver of its own: good ones are kept by their place in the list."""
+        tests = [_with_solver(test) for test in given] if isinstance(given, list) else given
+        self.read(name, tests)
+        read = [_field(LaboratorySection, test, self.context) for test in tests] if isinstance(given, list) else []
+        self.tests = {index: test for index, test in enumerate(read) if test is not None}
+
+    def read_invert(self, name: str, given: Any) -> None:
+        """Read the inversion; which responses there are is not known while a test is wrong."""
+        self.read(name, given, () if "tests" in self.good else [(name, "responses")])
 
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
@@ -124,7 +133,7 @@ class Sections:
 
     def take_in_tests(self) -> None:
         """Make what is measured in laboratory tests further responses of the study."""
-        tests, targets = self.good.get("tests") or (), self.good.get("targets")
+        tests, targets = tuple(self.tests.values()), self.good.get("targets")
         modes = named_modes(targets.modes.values() if _has_means(targets) else ())
         if (measured := (*named_responses(tests), *modes)) and self.naming.is_cutting:
             self.naming = Naming(DIAMETER, (FORCE, *measured))
@@ -148,6 +157,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "solver": Sections.read_solver,
     "tests": Sections.read_tests,
     "transfer": Sections.read_transfer,
+    "invert": Sections.read_invert,
 }
 
 
@@ -215,13 +225,15 @@ def _factor_adapter() -> TypeAdapter[Factor]:
     return TypeAdapter(Factor)
 
 
-def _findings(error: ValidationError, section: NodePath) -> list[Finding]:
-    """Return what pydantic finds wrong with a section, as findings."""
+def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
+    """Return what pydantic finds wrong with a section, as findings; nothing at places that are `told` already."""
     found = []
     for entry in error.errors(include_url=False):
         if entry["type"] == "too_short" and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *entry["loc"])
+        if shown in told:
+            continue
         depth = shown.index("solver") + 1 if section in (("solver",), ("transfer",)) and "solver" in shown else 0
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
         path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown

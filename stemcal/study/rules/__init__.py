@@ -70,6 +70,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     laboratory_rules.curves_are_simulated,
     laboratory_rules.tests_differ,
     laboratory_rules.tests_have_what_they_need,
+    laboratory_rules.further_cuts_are_possible,
     laboratory_rules.test_programs_are_complete,
     laboratory_rules.tests_fit_the_stem,
     laboratory_rules.test_targets_stand_beside_forces,

@@ -22,7 +22,7 @@ class Finding(NamedTuple):
 class Draft:
     """Valid sections; None where a section is not valid, so that each rule checks what there is.
 
-    `factors` holds the valid ones by their index; `names` are the names of all, valid or not.
+    `factors` and `tests` hold the valid ones by their index; `names` are the names of all, valid or not.
     """
 
     factors: dict[int, model.Factor] = field(default_factory=dict)
@@ -36,7 +36,7 @@ class Draft:
     contact: model.ContactSection | None = None
     material: model.MaterialSection | None = None
     failure: model.FailureSection | None = None
-    tests: tuple[model.LaboratorySection, ...] | None = None
+    tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
     solver: model.AnySolver | None = None
     targets: model.Targets | None = None
     screen: model.ScreenOptions | None = None

@@ -58,7 +58,7 @@ def symmetry_holds(draft: Draft) -> Iterator[Finding]:
     """A blade ground on one side has no mirror plane along the stem."""
     if draft.embedded and draft.blade and draft.blade.bevel == "one" and draft.embedded.symmetry == "quarter":
         message = "a quarter model needs a blade with two bevels, blade.bevel is 'one'"
-        yield Finding(("solver", "symmetry"), message, "write symmetry: half under solver")
+        yield Finding(("solver", "symmetry"), message, "write symmetry: half")
 
 
 def plane_of_the_cut_is_a_mirror(draft: Draft) -> Iterator[Finding]:

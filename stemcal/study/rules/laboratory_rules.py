@@ -6,6 +6,7 @@ from math import isclose
 
 from stemcal.study.model import CommandSolver, DeckSolver, EmbeddedSolver, LaboratorySection
 from stemcal.study.model.laboratory_tests import RESPONSES
+from stemcal.study.rules import geometry
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.program_rules import (
     has_abscissa,
@@ -18,6 +19,14 @@ from stemcal.words import did_you_mean
 
 _CUTTING = "cutting"
 _OF_PROGRAMS = {"name", "kind", "solver", "targets"}
+_OF_CUTTING = {"name", "kind", "targets", "blade", "supports", "stroke", "speed", "symmetry", "secant", "deflection"}
+_ABOUT_CUTTING = (
+    geometry.stem_reaches_over_supports,
+    geometry.blade_spans_stem,
+    geometry.edge_fits_blade,
+    geometry.symmetry_holds,
+    geometry.plane_of_the_cut_is_a_mirror,
+)
 
 
 def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -60,7 +69,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 def tests_differ(draft: Draft) -> Iterator[Finding]:
     """Each test has a name of its own, from which the names of its responses are made."""
     seen: set[str] = set()
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if test.name in seen or test.name == _CUTTING:
             taken = "the test of the sections above" if test.name == _CUTTING else "another test"
             yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
@@ -73,7 +82,7 @@ def tests_differ(draft: Draft) -> Iterator[Finding]:
 
 def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     """Bending has a span, a secant rises, the force at a deflection has one."""
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         path, bends = ("tests", index), test.kind == "three-point-bending"
         if test.solver is None:
             yield from _simulated_needs(path, test)
@@ -96,6 +105,12 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
 
 def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:
     bends = test.kind == "three-point-bending"
+    if test.kind == "cutting":
+        for key in sorted(test.model_fields_set - _OF_CUTTING):
+            yield Finding((*path, key), f"{key} is not of a cutting test beside the first", "remove it", at_key=True)
+        return
+    for key in sorted({"blade", "supports"} & test.model_fields_set):
+        yield Finding((*path, key), f"{test.kind} has no {key}", "remove it", at_key=True)
     if test.kind == "other":
         yield Finding((*path, "kind"), "only a program of yours can do another test", "add solver: {kind: command, …}")
     if test.stroke is None:
@@ -106,12 +121,25 @@ def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Findin
         yield Finding((*path, "span"), f"{test.kind} has no span", "remove it", at_key=True)
 
 
+def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
+    """A further cutting test keeps the rules of the first, with what it changes."""
+    for index, test in draft.tests.items():
+        if test.kind != "cutting" or test.solver is not None:
+            continue
+        changed = replace(draft, **test.in_place_of(draft))
+        for rule in _ABOUT_CUTTING:
+            told = set(rule(draft))
+            for finding in (one for one in rule(changed) if one not in told):
+                where = finding.path[1:] if finding.path[0] == "solver" else finding.path
+                yield finding._replace(path=("tests", index, *where))
+
+
 def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
     """What was measured is read of a program that does a test; nothing is drawn by chance, nothing simulated here."""
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if test.solver is None:
             continue
-        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests=None)
+        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests={})
         for rule in (placeholders_are_known, run_files_differ, reduction_has_what_it_needs):
             for finding in rule(own):
                 yield finding._replace(path=("tests", index, *finding.path))
@@ -134,9 +162,11 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
 def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     """The piece reaches over its supports, and the machine does not move farther than there is room."""
     thickest = max(draft.diameters.values(), default=None)
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         if thickest is None:
             return
+        if test.kind == "cutting":
+            continue
         path, stroke, length = ("tests", index), test.stroke_at(thickest), test.long(thickest)
         if test.span is not None and length <= test.span.at(thickest):
             message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
@@ -156,7 +186,7 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
     if draft.targets is None:
         return
     cut = [target.condition for target in draft.targets.means]
-    for index, test in enumerate(draft.tests or ()):
+    for index, test in draft.tests.items():
         seen: list[float] = []
         for entry, means in enumerate(test.targets):
             place = ("tests", index, "targets", entry, "diameter")

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL, WORK
-from stemcal.study.model import EMBEDDED, PARAMETERS, DeckSolver, EmbeddedSolver, Growth, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, CommandSolver, DeckSolver, EmbeddedSolver, Growth, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
 from stemcal.study.types.lengths import Length
@@ -48,7 +48,7 @@ _LEAST_SCATTER = 1e-4  # of a mean
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work, _climb), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _materials, _growth, _factors, _agreement, _machine)
+    found = (*virtual, *measured, _materials, _growth, _factors, _agreement, _programs)
     return [finding for of in found for finding in of(study)]
 
 
@@ -302,17 +302,18 @@ def _agreement(study: Study) -> Iterator[Finding]:
         yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
 
 
-def _machine(study: Study) -> Iterator[Finding]:
-    """What is not known of the testing machine is the same at all diameters, and is counted at each by itself."""
-    curved = [target for target in study.joint_targets if target.modes is not None]
-    for name in ("stiffness_sd", "toe_sd"):
-        if len(curved) > 1 and getattr(study.targets.machine, name) > 0.0:
-            message = (
-                f"counts at each of {len(curved)} diameters by itself, though the machine is the same: where it is "
-                f"most of the error, intervals are up to {math.sqrt(len(curved)):.1f} times too narrow"
-            )
-            remedy = "leave invert.diameters out to see the intervals of one diameter"
-            yield Finding(("targets", "machine", name), message, remedy)
+def _programs(study: Study) -> Iterator[Finding]:
+    """Question an argument that is a file beside the spec: a program runs in the folder of its run."""
+    tests: dict[NodePath, object] = {("tests", i, "solver"): test.solver for i, test in enumerate(study.tests)}
+    for path, solver in {("solver",): study.solver, **tests}.items():
+        if not isinstance(solver, CommandSolver):
+            continue
+        beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
+        lacking = beside - {file.name for file in (*solver.files, *solver.templates)}
+        for index, argument in enumerate(solver.command):
+            if index and argument in lacking:
+                message = f"{argument} lies beside the spec, but not in the folder of a run"
+                yield Finding((*path, "command", index), message, f"add files: [{argument}]")
 
 
 def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

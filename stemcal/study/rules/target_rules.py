@@ -162,14 +162,14 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
     """Demand a value and a standard deviation of a response at one diameter at least."""
     name = naming.named(response).name
     sd = "sd" if response == FIRST else f"{name}_sd"
-    given = [sd for mean, sd in (target.mean_of(response) for target in targets) if mean is not None]
+    given = {i: one.mean_of(response)[1] for i, one in enumerate(targets) if one.mean_of(response)[0] is not None}
     where = "targets.forces" if naming.is_cutting else "targets"
     if not given:
         yield Finding(("invert", "responses"), f"no {name} is given in {where}", "add it, or remove it here")
-    elif all(scatter is None for scatter in given):
+    elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
         message = f"{name} has no {sd}{at_any}: there is nothing to weigh it by"
-        yield Finding(("invert", "responses"), message, f"add {sd} to a target")
+        yield Finding(("targets", "forces", min(given)), message, f"add {sd}: …")
 
 
 def published_factors_exist(draft: Draft) -> Iterator[Finding]:

@@ -121,12 +121,12 @@ def parse(text: str, dimension: str) -> float:
 
 
 def usual_unit(dimension: str) -> str:
-    """Return the unit that is meant where none is written: a testing machine's for a speed, else the internal one."""
-    return "mm/min" if dimension == "speed" else INTERNAL[dimension]
+    """Return the unit that is meant where none is written: as people write speeds and densities, else the internal."""
+    return {"speed": "mm/min", "density": "kg/m3"}.get(dimension, INTERNAL[dimension])
 
 
 def _example(text: str, dimension: str) -> str:
-    return f'write a number and a unit, such as "1 {INTERNAL[dimension]}"'
+    return f'write a number and a unit, such as "1 {usual_unit(dimension)}"'
 
 
 def _use(dimension: str) -> str:

@@ -6,15 +6,18 @@ scores of curves are: S = diag(s²).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import t
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.posterior import log_posterior
-from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.profile import allowed_rises, profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.composite import central_composite
+from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import UsageError
 
@@ -26,10 +29,11 @@ SD = np.array([9.0, 6.0, 7.0, 4.0])
 N = 9
 
 
-def fitted(responses: int, **more: float) -> Misfit:
+def fitted(responses: int, systematic: Array = np.zeros((0, 4))) -> Misfit:
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ J[i], ("x", "y")) for i in range(responses)]
     rows = zip(surfaces, MEASURED, SD, strict=False)
-    return misfit_of([Observation(s, m, sd, N, f"r{i}", None, "8", **more) for i, (s, m, sd) in enumerate(rows)])
+    alike = [{f"m{k}": u[i] for k, u in enumerate(systematic)} for i in range(responses)]
+    return misfit_of([Observation(*row, N, f"r{i}", None, "8", alike[i]) for i, row in enumerate(rows)])
 
 
 @pytest.mark.parametrize("p", [2, 3, 4])
@@ -45,6 +49,26 @@ def test_an_interval_is_that_of_a_growth_curve(p: int) -> None:
     found = profiles_of(misfit, REGION, best_fit(misfit, REGION))
     np.testing.assert_allclose([one.low for one in found], solution - half, rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose([one.high for one in found], solution + half, rtol=1e-4, atol=1e-4)
+
+
+def test_intervals_of_several_diameters_hold_the_truth() -> None:
+    """Five covariance matrices, each of ten specimens of its own. Without what they give too much weight: 91 %."""
+    random, held = np.random.default_rng(9), []
+    plane = fit_surface(RUNS, 100.0 + RUNS @ J[0], ("x", "y"))
+    for _ in range(600):
+        observed = []
+        for group in range(5):
+            specimens = random.standard_normal((10, 4)) * SD
+            values, axes = np.linalg.eigh(np.cov(specimens.T))
+            j, mean = axes.T @ np.roll(J, group, axis=0), axes.T @ specimens.mean(axis=0)
+            for i in range(4):
+                surface = replace(plane, beta=np.array([100.0, *j[i], 0.0, 0.0, 0.0]))
+                observed.append(Observation(surface, 100.0 + mean[i], values[i] ** 0.5, 10, f"r{i}", None, str(group)))
+        misfit = misfit_of(observed)
+        spread = np.linalg.inv(misfit.information(np.zeros(2)))
+        best = -0.5 * spread @ misfit.gradient(np.zeros(2))
+        held.append(best**2 / np.diag(spread) <= allowed_rises(misfit, best))
+    assert 0.935 < np.mean(held) < 0.97
 
 
 def test_fewer_of_the_responses_are_known_better() -> None:
@@ -66,7 +90,7 @@ def test_the_posterior_is_that_of_an_unknown_covariance() -> None:
 
 def test_what_moves_all_specimens_alike_is_not_averaged_away() -> None:
     """With p = k and an error of all alike far above the scatter: ± 1.96 of it, whatever n."""
-    misfit = fitted(2, systematic=50.0)
+    misfit = fitted(2, 50.0 * np.eye(4))
     half = 1.96 * 50.0 * np.sqrt(np.diag(np.linalg.inv(J[:2].T @ J[:2])))
     found = profiles_of(misfit, REGION, best_fit(misfit, REGION))
     np.testing.assert_allclose([0.5 * (one.high - one.low) for one in found], half, rtol=0.01)

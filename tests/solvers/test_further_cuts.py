@@ -1,0 +1,88 @@
+"""A further cutting test of a study: the sections that it changes, and what it gives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stemcal.errors import SimulationFailed
+from stemcal.laboratory import cut
+from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
+from stemcal.solvers.laboratory_runs import distrusted
+from stemcal.solvers.protocol import Request
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+
+THREE = (Path(__file__).parents[2] / "configs" / "three-tests.yaml").read_text(encoding="utf-8")
+
+
+def _study(folder: Path, changes: str, sections: str = "") -> Study:
+    """Return three-tests.yaml with one further test, of kind cutting."""
+    head, rest = THREE.split("tests:\n", 1)
+    targets = "targets:\n  calibrate_at" + rest.split("targets:\n  calibrate_at", 1)[1]
+    measured = (
+        "targets: [{diameter: 8 mm, maximum_force: 190 N, maximum_force_sd: 11 N, work: 80 mJ, work_sd: 6 mJ, n: 9}]"
+    )
+    further = f"tests:\n  - {{name: again, kind: cutting, {changes}{measured}}}\n\n"
+    path = folder / "further.yaml"
+    path.write_text((head + further + targets).replace("blade: {", f"blade: {{{sections}"), encoding="utf-8")
+    return load_study(path)
+
+
+def test_without_changes_it_is_the_first(tmp_path: Path) -> None:
+    study = _study(tmp_path, "")
+    levels = study.midlevels()
+    first, again = simulate(study, levels), simulate_test(study, "again", levels, 8.0)
+    assert again.responses["maximum_force"] == first.peak_force
+    assert again.responses["travel"] == first.peak_travel
+    assert again.break_travel == first.break_travel
+    curve, broken = first.history, first.history.travel < (first.break_travel or 0.0)
+    steps = 0.5 * (curve.force_filtered[1:] + curve.force_filtered[:-1]) * (curve.travel[1:] - curve.travel[:-1])
+    assert again.responses["work"] == pytest.approx(float(steps[broken[1:]].sum()), rel=1e-12)
+
+
+def test_a_blade_of_another_angle_gives_what_a_spec_with_that_blade_gives(tmp_path: Path) -> None:
+    study = _study(tmp_path, "blade: {edge_angle: 60 deg}, ")
+    other = _study(tmp_path, "", "edge_angle: 60 deg, ")
+    answer = Embedded(study).solve(Request("rsm", 0, study.midlevels(), 8.0))
+    found = answer.details["responses"]
+    assert found["again_maximum_force"] == simulate(other, study.midlevels()).peak_force
+    assert found["again_maximum_force"] > 1.02 * (answer.response or 0.0)
+    assert set(found) == {"again_maximum_force", "again_work"}
+
+
+def test_what_is_not_given_is_the_spec_s(tmp_path: Path) -> None:
+    study = _study(tmp_path, "supports: {clearance: 12 mm}, speed: 400 mm/min, stroke: 1 mm, symmetry: half, ")
+    (section,), own = study.tests, shear_test(study, study.midlevels(), 8.0)
+    test = shear_test(study.cut_as(section, 8.0), study.midlevels(), 8.0)
+    assert test.supports == replace(own.supports, clearance=12.0)
+    assert test.blade == own.blade
+    assert test.discretisation.symmetry == "half"
+    assert test.loading.speed == pytest.approx(400.0 / 60.0)
+    assert test.loading.speed * test.loading.duration == pytest.approx(1.0 + own.loading.gap)
+    # above 100 mm/min mass scaling goes as the speed to the power of -2 (`EmbeddedSolver.at_speed`)
+    ratio = own.discretisation.integration.mass_scaling / test.discretisation.integration.mass_scaling
+    assert ratio == pytest.approx(16.0)
+
+
+def test_another_blade_is_another_run(tmp_path: Path) -> None:
+    plain, blunt = (_study(tmp_path, changes) for changes in ("", "blade: {edge_angle: 60 deg}, "))
+    request = Request("rsm", 0, plain.midlevels(), 8.0)
+    one, other = (Embedded(study).identity(request) for study in (plain, blunt))
+    assert one["tests"] == other["tests"]
+    assert one["laboratory"] != other["laboratory"]
+
+
+def test_a_cut_that_creates_energy_is_no_answer(tmp_path: Path) -> None:
+    study = _study(tmp_path, "")
+    result = cut(shear_test(study, study.midlevels(), 8.0), study.tests[0])
+    assert distrusted(result) is None
+    for changes, reason in (
+        ({"energy_drift_percent": 5.1}, "energy_drift"),
+        ({"contact_energy_percent": -1.1}, "contact_energy"),
+    ):
+        failure = distrusted(replace(result, **changes))
+        assert isinstance(failure, SimulationFailed)
+        assert failure.reason == reason

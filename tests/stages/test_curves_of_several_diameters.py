@@ -1,0 +1,86 @@
+"""Curves of two diameters, one machine: what a joint fit to them tells of it. Planted: F*(1 − (1 − u/u*)^m)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fakes import TWO_FACTORS, FakeSolver
+
+from stemcal import workflow
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.measured.curve_modes import Curve
+from stemcal.solvers.measures import curve_scores
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.result import MachineContradicted, MachineFound
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+
+
+def curve(force: float, travel: float, power: float) -> Curve:
+    """Return a curve that breaks at its end."""
+    u = np.linspace(0.0, travel, 300)
+    return np.append(u, travel + 1e-3), np.append(force * (1.0 - (1.0 - u / travel) ** power), 0.0)
+
+
+@dataclass(frozen=True)
+class Cutting(FakeSolver):
+    """F* = 100 + 20a and u* = 1 + 0.2b, times d/8; m = 2."""
+
+    study: Study | None = None
+
+    def solve(self, request: Request) -> Answer:
+        assert self.study is not None
+        a = (request.levels["yield_stress"] - 15.0) / 5.0
+        b = (request.levels["failure_strain"] - 0.03) / 0.02
+        size = request.condition / 8.0
+        travel, force = curve(size * (100.0 + 20.0 * a), size * (1.0 + 0.2 * b), 2.0)
+        scores = curve_scores(self.study.targets.modes_at(request.condition), travel, force)
+        return Answer("ok", response=float(force.max()), details={"responses": scores})
+
+
+def found_in(folder: Path, late: float) -> list[MachineFound]:
+    """Return what a fit says of a machine of 1500 N/mm, stated ± 150 N/mm, whose curves begin late, stated ± 0.01 mm.
+
+    They settle by so much (mm) while the force rises from the preload of 5 N to twice that.
+    """
+    random = np.random.default_rng(6)
+    for size in (7.0, 8.0):
+        for i in range(12):
+            force, travel, power = np.exp(random.normal(0.0, 0.02, 3)) * (size / 8.0 * 105.0, size / 8.0 * 1.05, 2.0)
+            u, f = curve(force, travel, power)
+            way = u + f / 1500.0 + late * np.clip(f / 5.0 - 1.0, 0.0, 1.0)
+            rows = "".join(f"{x:.6f},{y:.5f}\n" for x, y in zip(way, f, strict=True))
+            text = "Displacement (mm),Load (N)\n" + rows
+            (folder / f"{size:g}mm-{i}.csv").write_text(text, encoding="utf-8")
+    spec = folder / "curves.yaml"
+    spec.write_text(
+        f"{TWO_FACTORS}rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}\n"
+        "targets:\n  calibrate_at: 8 mm\n"
+        "  machine: {stiffness: 1500 N/mm, stiffness_sd: 150 N/mm, toe_sd: 0.01 mm}\n  forces:\n"
+        "    - {diameter: 7 mm, curves: 7mm-*.csv}\n    - {diameter: 8 mm, curves: 8mm-*.csv}\n"
+        "invert: {diameters: all}\n",
+        encoding="utf-8",
+    )
+    study = load_study(spec)
+    solver, out = Cutting(study=study), StudyFolder(folder / "out")
+    workflow.fit_surface(study, out, InlineExecutor(), solver=solver)
+    return [note for note in workflow.invert(study, out, solver=solver).notes if isinstance(note, MachineFound)]
+
+
+def test_a_machine_as_it_was_stated_is_found_as_such(tmp_path: Path) -> None:
+    """Its stiffness is hardly told apart from the travel of the stem, where the curves begin is."""
+    stiffness, toe = found_in(tmp_path, 0.0)
+    assert [type(note) for note in (stiffness, toe)] == [MachineFound] * 2
+    assert (stiffness.of, stiffness.stated, stiffness.sd) == ("stiffness", 1500.0, 150.0)
+    assert stiffness.found == pytest.approx(1500.0, abs=stiffness.found_sd) and 130.0 < stiffness.found_sd < 150.0
+    assert toe.found == pytest.approx(0.0, abs=2.0 * toe.found_sd) and toe.found_sd < 0.001
+
+
+def test_curves_that_begin_later_than_was_stated_contradict_it(tmp_path: Path) -> None:
+    stiffness, toe = found_in(tmp_path, 0.04)
+    assert isinstance(toe, MachineContradicted) and not isinstance(stiffness, MachineContradicted)
+    assert toe.found == pytest.approx(0.04, rel=0.15)
