@@ -135,7 +135,9 @@ class Gauges:
         mesh = model.mesh
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
-        self._round = x[self._skin, 1:]
+        across = mesh.nodes[:, 1:]
+        self._skin = np.flatnonzero(np.hypot(*across.T) > (1.0 - 1e-6) * 0.5 * test.stem.outer_diameter)
+        self._round = across[self._skin]
         self._pressed = isinstance(test.kind, Axial) and test.kind.stays_round
         self.give: list[float] = []
         self.deflection: list[float] = []
@@ -151,7 +153,7 @@ class Gauges:
             middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
             self.deflection.append(support - middle)
         if self._pressed:
-            self.buckling.append(_unevenness(self._round, x[:, 1:] - self._round))
+            self.buckling.append(_unevenness(self._round, state.body.x[self._skin, 1:] - self._round))
 
 
 def _unevenness(skin: Array, moved: Array) -> float:

@@ -47,13 +47,18 @@ def timoshenko(test: LaboratoryTest) -> float:
 def test_the_axis_bends_as_timoshenkos_beam(span: float, tolerance: float) -> None:
     """Slope of the force over the deflection of the axis, which the dents do not enter: a short and a long span.
 
-    Found: +0.5 and −0.4 %.
+    Where the axis leans by θ over a support of radius r, the line of the reaction, normal to roller and skin, meets it
+    Δ = (r + R) θ further in. Half the span a is so much shorter, and the section over the support overhangs by as much:
+    F = k δ (1 + 3Δ/2a), θ = 3δ/2a, whose slope in the middle of the secant is k (1 + 3Δ/a).
 
     Shear is 12 and 2 % of the deflection. Over the travel of the nose the slope is smaller: dents are soft too.
     """
-    test = bending(span, travel=0.02 * span, secant=(0.3, 0.7))
+    test = bending(span, travel=0.01 * span, secant=(0.3, 0.7))
     result = perform(test)
-    assert result.responses["axis_slope"] == pytest.approx(timoshenko(test), rel=tolerance)
+    exact = timoshenko(test)
+    leaning = 1.5 * 0.5 * result.responses["maximum_force"] / exact / (0.5 * span)
+    exact *= 1.0 + 3.0 * (2.0 + 4.0) * leaning / (0.5 * span)
+    assert result.responses["axis_slope"] == pytest.approx(exact, rel=tolerance)
     assert result.responses["slope"] < result.responses["axis_slope"]
     assert result.slope_r2 is not None
     assert result.slope_r2 > 0.999
