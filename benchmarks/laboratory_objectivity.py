@@ -3,10 +3,11 @@
 python benchmarks/laboratory_objectivity.py [test ...]
 
 The tests of configs/three-tests.yaml and those that benchmarks/several_tests.py adds (bending, pull, squeeze, crush),
-at the known material. For each response a line tells, in per cent: the standard deviation over four places of the mesh
-(the full piece turned by quarters of an element), a middle between two layers of nodes against the usual one on nodes,
-elements of the test's own size against half as large ones, and the quarter against the full piece. Some minutes on one
-core, most of it for bending.
+axial compression and tension between held ends and double shear (press, clamp, shear), at the known material. For each
+response a line tells, in per cent: the standard deviation over four places of the mesh (the full piece turned by
+quarters of an element), a middle between two layers of nodes against the usual one on nodes, elements of the test's own
+size against half as large ones, and the quarter against the full piece. Some minutes on one core, most of it for
+bending.
 """
 
 from __future__ import annotations
@@ -27,13 +28,18 @@ from stemcal.solvers.laboratory_runs import laboratory_test
 from stemcal.study.reading import load_study
 
 TURNS = (0.0, 0.25, 0.5, 0.75)
+MORE = """
+  - {name: press, kind: axial-compression, ends: held, stroke: 1 mm}
+  - {name: clamp, kind: axial-tension, ends: held, stroke: 1.2 mm}
+  - {name: shear, kind: double-shear, stroke: 0.4 mm}
+"""
 
 
 def main(names: list[str]) -> None:
     """Print the lines of each test."""
     with TemporaryDirectory() as folder:
         spec = Path(folder) / "tests.yaml"
-        spec.write_text(spec_text(), "utf-8")
+        spec.write_text(spec_text().replace("\ntargets:\n", MORE + "\ntargets:\n"), "utf-8")
         study = load_study(spec)
     sheared = shear_test(study, TRUTH, 8.0)
     for section in study.tests:

@@ -7,7 +7,7 @@ figure and sentence, and stands once in each stage file.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 FIRST = "response"
 """The first response among others that go by their names, whatever the study calls it."""
@@ -32,6 +32,8 @@ class Named:
     label: str
     symbol: str
     unit: str
+    apart: bool = field(default=False, metadata={"absent": True})
+    """Whether what counts is how far a value is from the measured mean, which by itself is of something else."""
 
     @property
     def noun(self) -> str:

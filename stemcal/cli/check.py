@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING
 
 from stemcal.cli.console import say, say_json, warn
@@ -12,6 +13,7 @@ from stemcal.cli.session import read_study
 from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
+    from stemcal.solvers.protocol import Solver
     from stemcal.study.model import Study
 
 _MANY, _MUCH = 1e6, 1e11  # elements, and steps of elements, of a run that any machine can do
@@ -48,17 +50,22 @@ def _problems(error: SpecError) -> Mapping[str, object]:
 
 
 def not_ready(study: Study) -> list[str]:
-    """Say why the program that a spec names cannot be started here: the spec is right, but no run can begin."""
-    from stemcal.solvers import make_solver
+    """Say why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
     from stemcal.study.model import ProgramOptions
 
-    if not isinstance(study.solver, ProgramOptions):
-        return []
-    try:
-        make_solver(study).prepare()
-    except UsageError as error:
-        return [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
-    return []
+    owned, said = [test for test in study.tests if test.solver], list[str]()
+    if not owned and not isinstance(study.solver, ProgramOptions):
+        return said
+    from stemcal.solvers import make_solver
+    from stemcal.solvers.laboratory_programs import program_of
+
+    makers: list[Callable[[], Solver]] = [partial(program_of, study, test) for test in owned]
+    for make in makers or [partial(make_solver, study)]:
+        try:
+            make().prepare()
+        except UsageError as error:
+            said += [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
+    return said
 
 
 def _demanding(study: Study) -> list[str]:

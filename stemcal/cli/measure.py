@@ -80,7 +80,7 @@ def diameters(
     content = {"schema_version": 2, "stage": "measure-diameters", **to_json(found)}
     if out:
         _leave_files(out, content, found.stems.table(), {"diameters": figures.diameter_histogram(found)})
-    _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet)
+    _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet, "")
 
 
 @app.command()
@@ -279,19 +279,13 @@ def _leave_files(
 
 
 def _show(
-    content: object,
-    synthetic: bool,
-    found: Iterable[Table],
-    remarks: list[str],
-    as_json: bool,
-    quiet: bool,
-    section: str = "",
+    content: object, synthetic: bool, found: Iterable[Table], remarks: list[str], as_json: bool, quiet: bool, yaml: str
 ) -> None:
     if as_json:
         say_json(content)
     else:
         say_tables(*found)
-        say_whole(*([section] if section else []))
+        say_whole(*([yaml] if yaml else []))
     if synthetic:
         warn("the files are marked as synthetic; do not publish them as measured")
     for remark in [] if quiet else remarks:

@@ -44,14 +44,7 @@ def _named(command: Callable[..., None], stage: Stage, example: str) -> Callable
 
 
 def _run(
-    stage: Stage,
-    spec: Spec,
-    out: Out,
-    workers: Workers,
-    executor: str,
-    as_json: bool,
-    quiet: bool,
-    yes: bool = False,
+    stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool, yes: bool = False
 ) -> None:
     """Run one stage of a study and show what it came to."""
     from stemcal.cli.show import show_stage

@@ -85,7 +85,7 @@ def perform(
 
 
 def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[RunWarning, ...]:
-    """Return the doubt about a pressed piece whose skin stands out when the first element fails."""
+    """Return the doubt about a pressed piece that is out of shape when the first element fails."""
     whole = np.flatnonzero(curve.deleted == 0)[-1]
     percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
     return (Buckles(percent),) if percent > MOST_BUCKLING else ()

@@ -6,17 +6,14 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import stem_mesh, through_wall
+from stemcal.cutting.build import stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
-from stemcal.laboratory.parts import Array
+from stemcal.laboratory.parts import Array, layered
 
 # How much thinner the middle is, as a share of the radius. With half of it, or twice, the work changes by 1 %.
 _WAIST = 0.001
-
-# A wall of one layer, with its one point in the middle, does not resist bending and wrinkles too soon in compression.
-_FEWEST_LAYERS = 3
 
 
 @dataclass(frozen=True)
@@ -34,11 +31,6 @@ class Axial:
     PERIODS: ClassVar[float] = 120.0
     MOMENT: ClassVar[int | None] = 0
 
-    @property
-    def stays_round(self) -> bool:
-        """Whether a piece that stays straight widens evenly all along: pressed, between lubricated ends."""
-        return self.sense == "compression" and self.ends == "lubricated"
-
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of a wave along the piece and back."""
         return 2.0 * stem.length / wave_speed
@@ -46,8 +38,7 @@ class Axial:
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return the mesh of any stem, in tension with a waist: r (1 − w cos² πx/L)."""
         if self.sense == "compression":
-            layers = how.through_wall or max(_FEWEST_LAYERS, through_wall(stem, how))
-            return stem_mesh(stem, replace(how, through_wall=layers) if stem.diameter_ratio else how)
+            return stem_mesh(stem, layered(stem, how))
         mesh = stem_mesh(stem, how)
         thinner = 1.0 - _WAIST * np.cos(np.pi * mesh.nodes[:, :1] / stem.length) ** 2
         return replace(mesh, nodes=np.hstack([mesh.nodes[:, :1], thinner * mesh.nodes[:, 1:]]))

@@ -11,7 +11,7 @@ from stemcal.cutting.build import stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
-from stemcal.laboratory.parts import Array
+from stemcal.laboratory.parts import Array, layered
 
 # Layers of elements between two plates at least, where all of the shearing is.
 _FEWEST_BETWEEN = 3
@@ -41,7 +41,8 @@ class DoubleShear:
         spans = zip(edges[:-1], edges[1:], counts, strict=True)
         parts = [np.linspace(first, last, n, endpoint=False) for first, last, n in spans]
         half = np.append(np.concatenate(parts), edges[-1])
-        return stem_mesh(stem, how, layers=half if how.symmetry == "quarter" else np.concatenate([-half[:0:-1], half]))
+        along = half if how.symmetry == "quarter" else np.concatenate([-half[:0:-1], half])
+        return stem_mesh(stem, layered(stem, how), layers=along)
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
         """Return none: the holes move the skin."""

@@ -1,17 +1,21 @@
 """What determines a laboratory test of a piece of stem: what is done to it, material, piece, loading, mesh."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.build import through_wall
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]
+
+# One layer of elements, with their points in its middle, does not resist bending.
+_FEWEST_LAYERS = 3
 
 
 class Kind(Protocol):
@@ -69,6 +73,16 @@ class LaboratoryTest:
     discretisation: Discretisation = field(default_factory=lambda: Discretisation(edge_over="nodes"))
     secant: tuple[float, float] = (0.2, 0.5)
     deflection: float | None = None
+
+
+def layered(stem: Stem, how: Discretisation) -> Discretisation:
+    """Return the discretisation with three elements at least through a wall, unless it says how many.
+
+    With one, thin walls wrinkled at three quarters of the travel, and in double shear were softer by 30 %.
+    """
+    if how.through_wall or not stem.diameter_ratio:
+        return how
+    return replace(how, through_wall=max(_FEWEST_LAYERS, through_wall(stem, how)))
 
 
 def whole(mesh: Mesh) -> NDArray[np.bool_]:

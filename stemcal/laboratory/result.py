@@ -135,10 +135,8 @@ class Gauges:
         mesh = model.mesh
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
-        across = mesh.nodes[:, 1:]
-        self._skin = np.flatnonzero(np.hypot(*across.T) > (1.0 - 1e-6) * 0.5 * test.stem.outer_diameter)
-        self._round = across[self._skin]
-        self._pressed = isinstance(test.kind, Axial) and test.kind.stays_round
+        self._start = mesh.nodes
+        self._widening = test.kind == Axial("compression", "lubricated")  # evenly, unless it buckles
         self.give: list[float] = []
         self.deflection: list[float] = []
         self.buckling: list[float] = []
@@ -152,15 +150,16 @@ class Gauges:
         if self._sections is not None:
             middle, support = (float(share @ state.body.x[nodes, 2]) for nodes, share in self._sections)
             self.deflection.append(support - middle)
-        if self._pressed:
-            self.buckling.append(_unevenness(self._round, state.body.x[self._skin, 1:] - self._round))
+        if self._widening:
+            self.buckling.append(_unevenness(self._start[:, 1:], state.body.x[:, 1:]))
 
 
-def _unevenness(skin: Array, moved: Array) -> float:
-    """Return how far the worst node (N, 2) is from where an even widening u = g X, fitted, takes it: a share of g R."""
-    widening = float(np.vdot(skin, moved) / np.vdot(skin, skin))
-    off = np.linalg.norm(moved - widening * skin, axis=1).max()
-    return float(off / (abs(widening) * np.linalg.norm(skin, axis=1).max())) if widening else 0.0
+def _unevenness(before: Array, after: Array) -> float:
+    """Return how far the worst node (N, 2) is from where an even widening 1 + g, fitted, takes it: a share of g R."""
+    moved = after - before
+    widening = float(np.vdot(before, moved) / np.vdot(before, before))
+    off = np.linalg.norm(moved - widening * before, axis=1).max()
+    return float(off / (abs(widening) * np.linalg.norm(before, axis=1).max())) if widening else 0.0
 
 
 def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray[np.int64], Array]:

@@ -27,6 +27,12 @@ class SheetSkipped(LabRemark):
     sheet: str
 
 
+class FolderSkipped(LabRemark):
+    """A folder without a test of its name."""
+
+    folder: str
+
+
 class SideBySide(LabRemark):
     """Several specimens in the columns of one file."""
 

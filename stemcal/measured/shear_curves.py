@@ -237,7 +237,7 @@ def contact_begins(force: Array, preload: float) -> int:
     """
     peak = int(np.argmax(force))
     if force[peak] <= preload:
-        raise UsageError(f"no force above the preload of {preload:g} N; check the unit or give another --preload")
+        raise UsageError(f"no force above the preload of {preload:g} N; check the unit and the preload")
     rise = int(np.argmax(force > max(preload, RISE * force[peak])))
     below = np.flatnonzero(force[:rise] <= preload)
     return int(below[-1]) if len(below) else 0

@@ -316,7 +316,7 @@ def told_by(found: Sequence[Measurable], modes: Iterable[CurveModes], specimens:
 def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurable], specimens: int) -> Combination:
     """Return what a combination would tell, by the profiles of the fit to it."""
     kept = told_by(found, study.targets.modes.values(), specimens)
-    misfit = misfit_of([one.measured(specimens) for one in kept], region)
+    misfit = replace(misfit_of([one.measured(specimens) for one in kept], region), foretold=True)
     misfit = misfit.with_priors(priors_of(study, coding), region)
     without_posterior = study.model_copy(update={"invert": study.invert.model_copy(update={"posterior": False})})
     known = certainty_of(without_posterior, coding, misfit, region, "joint", np.zeros(region.k))

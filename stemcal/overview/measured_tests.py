@@ -12,7 +12,8 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import inline
 from stemcal.laboratory import curve_responses, secant
-from stemcal.measured.remarks import LabRemark, OfFiles
+from stemcal.measured.numerals import shown
+from stemcal.measured.remarks import FolderSkipped, LabRemark, OfFiles
 from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
 from stemcal.measured.shear_curves import CurveOptions
@@ -55,26 +56,29 @@ def measure_tests(
     UsageError
         If no test has a folder, if a file cannot be read, or if a specimen is unknown.
     """
-    there = [test for test in study.tests if (folder / test.name).is_dir()]
+    folders = {path.name.casefold(): path for path in sorted(folder.glob("*")) if path.is_dir()}
+    there = [test for test in study.tests if test.name.casefold() in folders]
     if not there:
         if not study.tests:
             raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
         if not folder.is_dir():
             raise UsageError(f"{folder}: there is no such folder; name the one that has a folder for each test")
-        names = ", ".join(test.name for test in study.tests)
-        raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {names}")
-    left_out: dict[str, list[str]] = {test.name: [] for test in there}
-    for one in exclude:
-        name, _, specimen = one.partition("/")
-        if name not in left_out:
-            raise UsageError(f"--exclude {one[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
-        left_out[name].append(specimen)
-    read = {test.name: measure_shear(find_files(folder / test.name), how, None, left_out[test.name]) for test in there}
+        told = ", ".join(test.name for test in study.tests)
+        raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {told}")
+    asked = [one.partition("/") for one in exclude]
+    if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
+        raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
+    left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
+    files = {test.name: find_files(folders[test.name.casefold()]) for test in there}
+    read = {name: measure_shear(found, how, None, left_out[name]) for name, found in files.items()}
     drop = study.solver.break_drop if isinstance(study.solver, EmbeddedSolver) else 0.5
+    unread = sorted(folders.keys() - {name.casefold() for name in files})
+    skipped = [FolderSkipped(shown(folders[name].name)) for name in unread]
+    remarks = [OfFiles((name,), remark) for name, tests in read.items() for remark in tests.remarks()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))
     return MeasuredTests(
         means,
-        tuple(OfFiles((name,), remark) for name, tests in read.items() for remark in tests.remarks()),
+        (*skipped, *remarks),
         any(tests.synthetic for tests in read.values()),
         {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
     )

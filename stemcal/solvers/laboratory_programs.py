@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stemcal.errors import SimulationFailed
+from stemcal.errors import SimulationFailed, UsageError
 from stemcal.solvers.command import Command
 from stemcal.solvers.laboratory_runs import Performed
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -16,13 +16,22 @@ from stemcal.study.model import LaboratorySection, Study
 class TestProgram(Command):
     """A program that answers with the responses of one test, by the names that tests have for them."""
 
+    test: str = ""
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        try:
+            super().prepare()
+        except UsageError as error:
+            raise UsageError(f"tests.{self.test}.{error}") from None
+
     def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
         return Answer("ok", details={RESPONSES: self._numbers(folder, ended)})
 
 
 def program_of(study: Study, section: LaboratorySection, place: Path | None = None) -> TestProgram:
     """Return the program of a test; its run folders are made below `place`."""
-    return TestProgram(study.model_copy(update={"solver": section.solver, "tests": ()}), place)
+    return TestProgram(study.model_copy(update={"solver": section.solver, "tests": ()}), place, section.name)
 
 
 def run_all(programs: Sequence[tuple[LaboratorySection, TestProgram]], request: Request) -> Performed:

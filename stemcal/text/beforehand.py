@@ -1,17 +1,9 @@
 """What `check` says of designs and programs; light, for nothing is computed."""
 
-from collections.abc import Iterable
-
-from stemcal.notes import Note
 from stemcal.overview.beforehand import FactorsWanted, LengthsBelong, NotVaried, SmallScreening, TooFewFactors
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
-
-
-def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
-    """Return what notes say."""
-    return [sentence(note, names or Names()) for note in notes]
-
+from stemcal.text.notes import sentences as sentences
 
 states(
     FactorsWanted,

@@ -72,24 +72,20 @@ states(
     "{place}: {run} has {response} = {value:.6g}, the {count} others lie from {low:.4g} to {high:.4g}; mend it, or if "
     "it is right enter the sheet with --yes",
 )
-
-
-@sentence.register
-def _(fact: refusals.KnownOtherwise, names: Names) -> str:
-    return names.say(
-        "{place}: {run} has the result {known} already ({when} {who}), not {given}; if that was wrong, enter the "
-        'sheet with --replace --reason "why"',
-        **(vars(fact) | {"when": fact.when[:16]}),
-    )
-
-
-@sentence.register
-def _(fact: refusals.Unreadable, names: Names) -> str:
-    templates = {
+states(
+    refusals.KnownOtherwise,
+    "{place}: {run} has the result {known} already ({when} {who}), not {given}; if that was wrong, enter the sheet "
+    'with --replace --reason "why"',
+    when=lambda fact, _names: fact.when[:16],
+)
+states(
+    refusals.Unreadable,
+    {
         "no_number": "{place}: {run}, {response}: {given!r} is not a number; write a number, or `failed: why`",
-        "ambiguous": "{place}: {run}, {response}: {given!r} may be {one:.6g} or {other:.6g}; write it without a comma",
+        "ambiguous": "{place}: {run}, {response}: {given!r} may be {readings[0]:.6g} or {readings[1]:.6g}; write "
+        "it without a comma",
         "too_large": "{place}: {run}, {response}: {given!r} is beyond 1e30; check it",
         "other_unit": "{place}: {run}, {response}: {given!r} is in {unit}, not in {wanted}; convert it",
-    }
-    one, other = fact.readings or (0.0, 0.0)
-    return names.say(templates[fact.why], one=one, other=other, **vars(fact))
+    },
+    by="why",
+)

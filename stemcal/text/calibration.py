@@ -254,11 +254,11 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:
 
 def _of_many(joint: JointFitted, names: Names) -> Iterator[Remark]:
     missed = (
-        "The surfaces miss the {count} measured values by at most {error:.1f} %; no point of the region brings the "
-        "largest error below {best:.1f} %."
+        "The surfaces miss the {count} measured values by at most {error:tenths} %; no point of the region brings the "
+        "largest error below {best:tenths} %."
     )
     fields = {"error": joint.max_abs_error_percent, "best": joint.best_worst_error_percent}
-    yield Remark(say(missed, count=len(joint.rows), **fields), Weight.USE, "surfaces_miss")
+    yield Remark(names.say(missed, count=len(joint.rows), **fields), Weight.USE, "surfaces_miss")
     for row in joint.further:
         yield Remark(_also_fitted(row, names), Weight.TRUST, "also_fitted")
     if joint.further:
@@ -302,9 +302,9 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     error, condition = joint.max_abs_left_out_error_percent, names.naming.condition
     if error is None:
         return []
-    each = "With each {condition} left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
-    response = "With each response left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
-    test = "With each test left out in turn, the fit to the others misses it by at most {error:fixed 1} %."
+    each = "With each {condition} left out in turn, the fit to the others misses it by at most {error:tenths} %."
+    response = "With each response left out in turn, the fit to the others misses it by at most {error:tenths} %."
+    test = "With each test left out in turn, the fit to the others misses it by at most {error:tenths} %."
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     tests = any(row.left_out_interval is not None for row in joint.rows)
     said = names.say(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from stemcal.errors import UsageError
 from stemcal.study.reading.json_schema import meanings
+from stemcal.text.language import say
 from stemcal.words import near
 
 
@@ -232,15 +233,12 @@ def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
 
 def _keys_of_a_spec() -> Iterator[Entry]:
     """Yield an entry for each key of a spec, with the keys below it: known by its place, and by its name alone."""
-    below: dict[str, list[str]] = {}
-    for place in meanings():
-        above, _, name = place.partition(",")[0].replace("[]", "").rpartition(".")
-        below.setdefault(above, []).append(name)
-    for place, meaning in meanings().items():
-        path = place.partition(",")[0].replace("[]", "")
-        keys = ", ".join(dict.fromkeys(below.get(path, ())))
-        told = f"{meaning} Keys: {keys}." if keys else meaning
-        yield Entry(place, told, "a key of the spec", (path, path.rpartition(".")[2]))
+    paths = [place.partition(",")[0].replace("[]", "").rpartition(".") for place in meanings()]
+    for (place, meaning), (above, _, name) in zip(meanings().items(), paths, strict=True):
+        path = f"{above}.{name}".removeprefix(".")
+        keys = dict.fromkeys(key for section, _, key in paths if section == path)
+        told = say("{meaning} Keys: {keys:all}.", meaning=meaning, keys=keys) if keys else meaning
+        yield Entry(place, told, "a key of the spec", (path, name))
 
 
 def _plain(text: str) -> str:

@@ -1,14 +1,14 @@
 """What is said of a foretelling of what combinations of tests would tell."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from stemcal.naming import FIRST
-from stemcal.notes import Note
-from stemcal.overview.identify import Combination, Expected, Identified, MaximumOutOfReach, ScatterAssumed, Step
+from stemcal.overview.identify import Combination, Expected, Identified, MaximumOutOfReach, ScatterAssumed
 from stemcal.text.calibration import change, with_unit
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence, states
+from stemcal.text.notes import sentences as sentences
+from stemcal.text.notes import states
 from stemcal.text.numbers import interval, significant
 
 _WORTH_TELLING = 0.005  # of the specimens
@@ -29,10 +29,8 @@ def expected(one: Expected) -> str:
 def foot(found: Identified, names: Names) -> list[str]:
     """Say what was simulated, how specimens are best divided, and what each combination tells least of."""
     units = {step.factor: step.unit for step in found.steps}
-    levels = [
-        names.say("{factor:factor} {low} and {high}", factor=step.factor, low=significant(step.low), high=_high(step))
-        for step in found.steps
-    ]
+    steps = "{step.factor:factor} {step.low:significant} and {high}"
+    levels = [names.say(steps, step=step, high=with_unit(significant(step.high), step.unit)) for step in found.steps]
     shares = [
         say("{share:.0f} % {place}", share=100.0 * one.share, place=place((one.test,), (one.condition,), names))
         for one in found.division
@@ -46,10 +44,6 @@ def foot(found: Identified, names: Names) -> list[str]:
         say(divided, shares=shares, even=found.even_percent),
         *(loosest(one, units, names) for one in found.combinations if one.loosest and one.specimens == most),
     ]
-
-
-def _high(step: Step) -> str:
-    return with_unit(significant(step.high), step.unit)
 
 
 def loosest(one: Combination, units: Mapping[str, str], names: Names) -> str:
@@ -73,8 +67,3 @@ states(
     "{responses:all} do not count: the stroke ends before the maximum is passed. Lengthen the stroke to count them.",
     by="responses",
 )
-
-
-def sentences(notes: Iterable[Note], names: Names) -> list[str]:
-    """Return what notes say."""
-    return [sentence(note, names) for note in notes]

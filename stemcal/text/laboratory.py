@@ -44,6 +44,7 @@ states(
     by="rows",
 )
 states(lab.SheetSkipped, "sheet {sheet} holds no curve and is not read")
+states(lab.FolderSkipped, "folder {folder} is not read: no test has this name")
 states(lab.SideBySide, "{specimens} specimens side by side")
 states(
     lab.SharedDisplacement,

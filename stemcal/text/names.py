@@ -10,7 +10,7 @@ from functools import cached_property
 from stemcal.naming import CUTTING, DIAMETER, Named, Naming
 from stemcal.stages.base import stage_called
 from stemcal.text.language import Writer, all_of, say
-from stemcal.text.numbers import duration, fixed, in_bytes, interval, short, signed_probability, significant
+from stemcal.text.numbers import duration, fixed, in_bytes, interval, short, signed_probability, significant, tenths
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,9 @@ class Names:
     In templates ``{x:factor}`` is a factor or a term, ``{x:factors}`` a list of them, ``{x:response}`` a value of the
     response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
     ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``p {x:p}`` a p-value with its sign,
-    ``{x:fixed 1}`` a number with so many decimals, ``{x:significant 3}`` one with so many digits, ``{x:duration}``
-    seconds, ``{x:memory}`` bytes, ``{x:program}`` a kind of solver, ``{x:stage}`` a stage by its title.
+    ``{x:fixed 1}`` a number with so many decimals, ``{x:tenths}`` with one or, where that is 0.0, its first digit,
+    ``{x:significant 3}`` with so many digits, ``{x:duration}`` seconds, ``{x:memory}`` bytes, ``{x:program}`` a kind of
+    solver, ``{x:stage}`` a stage by its title.
     """
 
     naming: Naming = CUTTING
@@ -111,6 +112,7 @@ class Names:
                 "program": program,
                 "stage": lambda name: stage_called(name).title,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),
+                "tenths": tenths,
                 "significant": lambda value, digits="4": significant(value, int(digits)),
             }
         )

@@ -1,6 +1,6 @@
 """The sentence of any note, or other fact of a kind. Each topic's module says those of its kinds."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 from operator import attrgetter
@@ -30,6 +30,11 @@ class Remark:
 def sentence(fact: Tagged, names: Names) -> str:
     """Return what a note says, or a reason of the verdict, or its remedy."""
     raise TypeError(f"no sentence for facts of kind {fact.kind}")
+
+
+def sentences(facts: Iterable[Tagged], names: Names | None = None) -> list[str]:
+    """Return what each of several notes says; a topic's module hands this on, so that its kinds are known."""
+    return [sentence(fact, names or Names()) for fact in facts]
 
 
 def states(

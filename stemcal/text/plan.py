@@ -1,15 +1,13 @@
 """What is said of a plan: what designs can find, what a study takes, what is too much."""
 
-from collections.abc import Iterable
-
 from stemcal.executors import machine
-from stemcal.notes import Note
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
+from stemcal.text.notes import sentences as sentences
 from stemcal.text.numbers import duration, in_bytes
 
 
@@ -52,11 +50,6 @@ TOPICS = (screening,)
 """A plan has notes of a screening's design too, whose sentences stand there."""
 
 
-def sentences(notes: Iterable[Note], names: Names | None = None) -> list[str]:
-    """Return what notes say."""
-    return [sentence(note, names or Names()) for note in notes]
-
-
 def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[str], list[str]]:
     """Say what speaks against so many runs: more than this machine's memory or days; memory that is not free now.
 
@@ -97,9 +90,7 @@ def _(note: plan.DesignPower, names: Names) -> str:
         "weakest term is found, for changes of so many standard deviations of the scatter: {chances}. Largest leverage "
         "{leverage:.2f}."
     )
-    chances = ", ".join(
-        say("{ratio}σ {chance:.0%}", ratio=ratio, chance=chance) for ratio, chance in note.weakest.items()
-    )
+    chances = ", ".join(say("{ratio}σ {chance:.0%}", ratio=r, chance=c) for r, c in note.weakest.items())
     return names.say(tested if note.df else saturated, chances=chances, **vars(note))
 
 

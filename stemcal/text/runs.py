@@ -60,7 +60,7 @@ states(
 )
 states(
     of_runs.Buckles,
-    "The pressed piece bends or wrinkles before it breaks: its skin stands out by {percent:.0f} % of how far it has "
+    "The pressed piece bends or wrinkles before it breaks: it is out of shape by {percent:.0f} % of how far it has "
     "widened. Travel and work then depend on the mesh, the slope does not. Take a shorter piece, held ends or more "
     "elements through the wall, or do not fit travel and work.",
 )

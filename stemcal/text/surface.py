@@ -244,24 +244,18 @@ states(
 
 @sentence.register
 def _(note: surface_notes.ScatterOverMeshes, names: Names) -> str:
-    said = [
-        names.say(
-            "Pure error is the scatter within the runs over mesh phases: {scatter:response} for the mean of a run, "
-            "with {df} df. It is what the mesh leaves open, not the scatter of an experiment, and stands beside the "
-            "residual, which already contains it.",
-            scatter=note.scatter,
-            df=note.df,
-        )
-    ]
-    if note.common is not None:
-        common = (
-            "What a place of the mesh does to all runs alike (standard deviation {common:response}) is taken out of "
-            "it: that shifts the whole surface and is in no interval."
-        )
-        said.append(names.say(common, common=note.common))
-    if note.largest:
-        said.append(say("It is larger than the residual: intervals are made from it, F tests from the residual."))
-    return " ".join(said)
+    within = (
+        "Pure error is the scatter within the runs over mesh phases: {scatter:response} for the mean of a run, with "
+        "{df} df. It is what the mesh leaves open, not the scatter of an experiment, and stands beside the residual, "
+        "which already contains it."
+    )
+    common = (
+        "What a place of the mesh does to all runs alike (standard deviation {common:response}) is taken out of it: "
+        "that shifts the whole surface and is in no interval."
+    )
+    larger = "It is larger than the residual: intervals are made from it, F tests from the residual."
+    parts = [within, *([] if note.common is None else [common]), *([larger] if note.largest else [])]
+    return " ".join(names.say(part, **vars(note)) for part in parts)
 
 
 @sentence.register

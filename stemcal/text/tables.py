@@ -77,6 +77,8 @@ LINES = {
     "%).",
     # responses, measured beside simulated
     "error": "Error = 100·(measured − simulated)/measured.",
+    "scores": "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the "
+    "maximum force.",
     "validation": "Measured against simulated {response}",
     "largest": "Largest error {largest:fixed} %, mean {mean:fixed} % (absolute).",
     "largest of all": "Over all responses the largest error is {largest:fixed} %, the mean {mean:fixed} % (absolute).",

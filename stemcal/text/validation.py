@@ -22,11 +22,11 @@ def outcome(stage: ValidateResult, names: Names) -> list[str]:
     if len(stage.rows) == 1:
         return [_single_outcome(stage, names)]
     first = (
-        "Over {count} values of the {condition}, simulated and measured {response} differ by at most {worst:fixed 1} "
+        "Over {count} values of the {condition}, simulated and measured {response} differ by at most {worst:tenths} "
         "%, {mean:fixed 1} % on average."
     )
     several = (
-        "Over {count} values of the {condition}, simulated and measured responses differ by at most {worst:fixed 1} "
+        "Over {count} values of the {condition}, simulated and measured responses differ by at most {worst:tenths} "
         "%, {mean:fixed 1} % on average."
     )
     said = names.say(
@@ -64,9 +64,9 @@ def _independent(stage: ValidateResult, names: Names) -> Iterator[str]:
         yield say("Only what the parameters were fitted to could be compared: nothing checks the result.")
         return
     yield names.say_number(
-        "At {places:conditions}, not used for calibration, the error is {worst:fixed 1} %; up to {within:g} % counts "
+        "At {places:conditions}, not used for calibration, the error is {worst:tenths} %; up to {within:g} % counts "
         "as equal.",
-        "At {places:conditions}, not used for calibration, the error is at most {worst:fixed 1} %; {good} of {count} "
+        "At {places:conditions}, not used for calibration, the error is at most {worst:tenths} %; {good} of {count} "
         "are within {within:g} %.",
         len(errors),
         places=[row.condition for row in stage.independent],

@@ -176,17 +176,13 @@ def _(reason: rules.Conflict, names: Names) -> str:
     return names.say(placed if names.placed else plain, response=named.long, **fields)
 
 
-@sentence.register
-def _(reason: rules.PriorConflict, names: Names) -> str:
-    prior = reason.prior
-    said = (
-        "The prior of {factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
-        "(p {p:p})."
-    )
-    allowed = with_unit(interval(prior.allowed), prior.unit)
-    return names.say(said, factor=prior.factor, known=known_beforehand(prior), allowed=allowed, p=prior.p)
-
-
+states(
+    rules.PriorConflict,
+    "The prior of {prior.factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
+    "(p {prior.p:p}).",
+    known=lambda reason, _names: known_beforehand(reason.prior),
+    allowed=lambda reason, _names: with_unit(interval(reason.prior.allowed), reason.prior.unit),
+)
 states(
     rules.OutOfReach,
     "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}.",
@@ -312,18 +308,17 @@ states(
 )
 
 
-@sentence.register
-def _(remedy: advice.SmoothResponse, names: Names) -> str:
-    phases = (
-        "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment SPEC "
-        "--extra-runs 4`."
-    )
-    replicates = (
-        "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment SPEC "
-        "--extra-runs 4`."
-    )
-    runs = "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother."
-    return names.say(phases if remedy.phases else replicates if remedy.replicates else runs, **vars(remedy))
+states(
+    advice.SmoothResponse,
+    {
+        "phases": "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment "
+        "SPEC --extra-runs 4`.",
+        "replicates": "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment "
+        "SPEC --extra-runs 4`.",
+        "": "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother.",
+    },
+    by=lambda remedy: "phases" if remedy.phases else "replicates" if remedy.replicates else "",
+)
 
 
 states(

@@ -172,13 +172,13 @@ def test_of_one_test_the_diameters_are_combined(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_three_tests_are_foretold_as_their_study_ends(tmp_path: Path) -> None:
-    """Its intervals are 955 to 1043 MPa, 14.48 to 15.50 MPa, 0.0271 to 0.0333; asked within 20 %, found within 3 %."""
+    """Its intervals are 955 to 1045 MPa, 14.51 to 15.47 MPa, 0.0272 to 0.0332; asked within 20 %, found within 4 %."""
     study = load_study(Path(__file__).parents[2] / "configs" / "three-tests.yaml")
     with StudyFolder(tmp_path) as place:
         found = identify(Work(study, place, HERE, ignore, make_solver(study)), [10])
     assert found.combinations[-1].tests == ("cutting", "bending", "pull")
     widths = [one.expected_high - one.expected_low for one in found.combinations[-1].parameters]
-    assert widths == pytest.approx([87.9, 1.02, 0.00616], rel=0.1)
+    assert widths == pytest.approx([90.0, 0.96, 0.00597], rel=0.1)
 
 
 @pytest.mark.slow

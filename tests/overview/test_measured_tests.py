@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
+from stemcal.measured.remarks import FolderSkipped
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.overview.measured_tests import break_at, measure_tests
 from stemcal.study.reading import load_study
@@ -110,6 +111,14 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
     notes = [line for line in done.stderr.splitlines() if line.startswith("note: ")]
     assert notes[0] == "note: pull: 8mm-1 is left out, as --exclude asks"
     assert notes[1].startswith("note: pull: the preload of 100 N is 16 % of the maximum at 8 mm")
+
+
+def test_folders_go_by_the_name_of_a_test_in_any_case_and_others_are_told(lab: Path) -> None:
+    (lab / "pull").rename(lab / "Pull")
+    (lab / "bend").mkdir()
+    found = measure_tests(load_study(THREE), lab, AT_ONCE)
+    assert list(found.targets) == ["pull"]
+    assert found.remarks == (FolderSkipped("'bend'"),)
 
 
 def test_json_tells_means_and_targets(lab: Path) -> None:

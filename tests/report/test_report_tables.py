@@ -10,8 +10,12 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from stemcal.files.rows import Column, Table
+from stemcal.naming import DIAMETER, FORCE, Named, Naming
+from stemcal.report.tables.of_responses import from_means, further_table
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import drawn, stage_tables
+from stemcal.text.names import Names
+from stemcal.text.numbers import significant
 
 
 def printed(stage: Any, width: int = 80) -> str:
@@ -97,6 +101,16 @@ def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
     text = printed(stages["validate"])
     assert cells(text, "11 ") == ["11", "validation", "378.2", "350.0", "7.46"]
     assert cells(text, "8 ")[1] == "calibration"
+
+
+def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:
+    """Of 180 N measured and 178.5 N simulated, which are the mean force and what a mode adds to it."""
+    mode = Named("curve_1", "Score of the first curve mode", "c1", "N", apart=True)
+    names = Names(Naming(DIAMETER, (FORCE, mode)))
+    row = {"condition": 8.0, "response": "curve_1", "measured": 180.0, "simulated": 178.5, "error_percent": 0.83}
+    table = further_table(from_means([row], names), ("simulated", "Simulated", significant), names)
+    assert table.cells == (("score of the first curve mode", "8", "0 N", "−1.500 N", "0.83"),)
+    assert table.foot[-1].startswith("Score: how far along a mode")
 
 
 def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:

@@ -160,6 +160,11 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
     (doubt,) = study_in(tmp_path, TESTS.replace("files: [torsion.py]", "keep: all")).warnings
     assert "tests.torsion.solver.command[2]: torsion.py lies beside the spec, but not in the folder of a run" in doubt
     assert doubt.endswith("; add files: [torsion.py]")
+    spec = study_in(tmp_path, TESTS.replace("{command}", "[no-such-program]")).source
+    told = command("check", spec).stderr
+    assert told.startswith(
+        "warning: no run can begin on this machine: tests.torsion.solver.command: there is no program"
+    )
     with pytest.raises(SpecError, match=r"tests.torsion.kind: only a program"):
         study_in(tmp_path, "\ntests: [{{name: torsion, kind: other, stroke: 1 mm}}]\n")
     with pytest.raises(SpecError, match=r":35: tests.torsion.solver.result.slope.file"):

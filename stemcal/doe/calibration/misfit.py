@@ -161,7 +161,8 @@ class Misfit:
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
     freedom behind variances that were estimated, infinite where they count as exact. `variance` is that of each
-    observation by itself; `sources` tell what it is made of, and what moves observations together.
+    observation by itself; `sources` tell what it is made of, and what moves observations together. Where it is
+    `foretold` nothing was measured yet: residuals that intervals ask for are those to be expected.
     """
 
     observations: tuple[Observation, ...]
@@ -170,6 +171,7 @@ class Misfit:
     scale_df: float = np.inf
     sources: tuple[VarianceSource, ...] = ()
     priors: tuple[Prior, ...] = ()
+    foretold: bool = False
 
     @property
     def scale_known(self) -> bool:
@@ -272,10 +274,8 @@ class Misfit:
         u = next((source.loading for source in self.sources if source.name == name), None)
         if u is None:
             return None
-        slopes, weighed = self.slopes(x), self.weighed(u)
-        seen = weighed @ slopes
-        known = float(weighed @ u - seen @ np.linalg.pinv(self.information(x)) @ seen)
-        return float(weighed @ (self.measured - self.predict(x)[0])), max(1.0 - known, 0.0) ** 0.5
+        told = float(self.weighed(u) @ (self.measured - self.predict(x)[0]))
+        return told, max(1.0 - float(u @ self._unfitted(x) @ u), 0.0) ** 0.5
 
     def value(self, x: Array) -> float:
         """Return D at one point."""
@@ -429,19 +429,28 @@ class Misfit:
 
         p responses of n specimens weigh k factors; the p − k contrasts that are left say by how much the weights are
         off: var θ̂ = (ν + D)/f·gᵀVg of f = ν + k − 1 degrees of freedom, ν = n − p, V = (n − 1)/(ν n)·S. Among other
-        observations these have a leverage h in place of k, and those that scatter little by luck get too much weight:
-        (1 + 2(1 − h/k)/f) times as much, to first order, for k = p = 1 as Meier has it. Sources: C. R. Rao, Proc. Fifth
-        Berkeley Symp. 1 (1967) 355; P. Meier, Biometrics 9 (1953) 59.
+        observations and errors what is left of each, once these have taken their part, counts to p − k and D: vᵢQᵢᵢ and
+        vᵢ(V⁻¹r)ᵢ². There those that scatter little by luck get too much weight: (1 + 2(1 − h/k)/f) times as much with
+        the leverage h, to first order, for k = p = 1 as Meier has it. Sources: C. R. Rao, Proc. Fifth Berkeley Symp. 1
+        (1967) 355; P. Meier, Biometrics 9 (1953) 59.
         """
-        squares = (self.measured - self.predict(x)[0]) ** 2 / self.whole_variance
-        rank = np.linalg.matrix_rank(self.information(x))
+        squares = self.variance * self.weighed(self.measured - self.predict(x)[0]) ** 2
+        left, rank = self.variance * np.diag(self._unfitted(x)), np.linalg.matrix_rank(self.information(x))
         for i, source in enumerate(self.sources):
             if source.matrix:
-                share = source.variance / self.whole_variance
-                df = max(source.df + float(share @ leverage) - 1.0, 1.0)
-                others = max(1.0 - float(leverage[source.variance > 0.0].sum()) / rank, 0.0)
-                variance = found[i][0] * (source.df + float(share @ squares)) / df * (1.0 + 2.0 * others / df)
+                mine, share = source.variance > 0.0, source.variance / self.variance
+                contrasts = float(share @ left)
+                df = max(source.df + np.count_nonzero(mine) - 1.0 - contrasts, 1.0)
+                d = source.df * contrasts / max(df - 1.0, 1.0) if self.foretold else float(share @ squares)
+                others = max(1.0 - float(leverage[mine].sum()) / rank, 0.0)
+                variance = found[i][0] * (source.df + d) / df * (1.0 + 2.0 * others / df)
                 found[i] = variance, variance**2 / df
+
+    def _unfitted(self, x: Array) -> Array:
+        """Return Q = V⁻¹ − V⁻¹J(JᵀV⁻¹J)⁻¹JᵀV⁻¹ at x: what the fit leaves of the residuals."""
+        weighed = self.weighed(self.slopes(x).T).T
+        inverse = self.weighed(np.eye(len(self.measured)))
+        return np.asarray(inverse - weighed @ np.linalg.pinv(self.information(x)) @ weighed.T)
 
     def looseness(self, x: Array) -> float:
         """Return the variance of the observations at x over what D takes it for, their mean.
@@ -463,7 +472,7 @@ class Misfit:
         """
         slopes, told = self.slopes(x), self.told(x)
         weighed, covariance = self.weighed(slopes.T).T, np.linalg.pinv(self.information(x))
-        q = self.weighed(np.eye(len(self.measured))) - weighed @ covariance @ weighed.T
+        q = self._unfitted(x)
         by_itself = sum((s.variance for s in self.sources if s.loading is None), start=np.zeros_like(self.variance))
         omega, doubt = np.diag(np.maximum(self.variance - by_itself, 0.0)), 0.0  # at least what no force is better than
         for source in self.sources:

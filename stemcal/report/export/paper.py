@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from stemcal.files.rows import Column, Table
@@ -201,7 +202,12 @@ def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateR
         found = row.compared if named == first else None
         return found or next((one for one in row.further if one.response == named.name), None)
 
-    return lambda key: lambda row: getattr(compared(row), key, None)
+    def value(key: str, row: ValidateRow) -> Any:
+        found: Any = compared(row)
+        told = getattr(found, key, None)
+        return told - found.measured if named.apart and told is not None and key in ("measured", "simulated") else told
+
+    return lambda key: partial(value, key)
 
 
 def over_unit(word: str, unit: str) -> str:

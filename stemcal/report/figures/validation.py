@@ -41,7 +41,12 @@ def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
     if response == validate.naming.response:
         return [_Pair(row.condition, row.role, row.measured, row.simulated) for row in validate.compared]
     return [
-        _Pair(row.compared.condition, row.compared.role, further.measured, further.simulated)
+        _Pair(
+            row.compared.condition,
+            row.compared.role,
+            0.0 if response.apart else further.measured,
+            further.simulated - (further.measured if response.apart else 0.0),
+        )
         for row in validate.rows
         for further in row.further
         if further.response == response.name
@@ -85,7 +90,13 @@ def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float]
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
         axes.set_xlabel(plain(condition.axis()))
         axes.set_ylabel(plain(response.axis()))
-        axes.set_ylim(bottom=0)
+        if response.apart:
+            axes.margins(y=0.1)
+        else:
+            axes.set_ylim(
+                0.0,
+                max(axes.get_ylim()[1], *(1.03 * (r.measured + (spread or {}).get(r.condition, 0.0)) for r in rows)),
+            )
         if len(at := sorted({row.condition for row in rows})) <= _MOST_TICKS:
             axes.set_xticks(at, [f"{condition:g}" for condition in at])
         legend_above(axes)

@@ -16,7 +16,8 @@ from stemcal.text.tables import line
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     """Return measured against simulated, further responses, and what the measured scatter tells of both."""
     naming, tables = names.naming, [validation_table(stage, names)]
-    further = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
+    every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
+    further = from_means(every, names)
     if further:
         foot = [
             line(
@@ -58,19 +59,17 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others), values)
     error, best = joint.max_abs_error_percent, joint.best_worst_error_percent
-    left_out = joint.max_abs_left_out_error_percent
+    left_out, rows = joint.max_abs_left_out_error_percent, from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(
-            columns, map(to_json, joint.rows), line("joint"), [line("fitted errors", error=error, best=best)]
-        )
+        return Table.of(columns, rows, line("joint"), [line("fitted errors", error=error, best=best), *_scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
     largest = line("joint errors", error=error, best=best, left_out=left_out)
-    foot = largest, line("test left out" if tests else "left out")
-    return Table.of(columns, map(to_json, joint.rows), line("joint"), foot)
+    foot = largest, line("test left out" if tests else "left out"), *_scores(names)
+    return Table.of(columns, rows, line("joint"), foot)
 
 
 def desired_table(desired: Desired, names: Names) -> Table:
@@ -79,7 +78,8 @@ def desired_table(desired: Desired, names: Names) -> Table:
     columns = measured_of(names, True, [(key, label, significant) for key, label in labels.items()])
     columns.append(Column("desirability", "Desirability", form=to_decimals(3)))
     overall = line("desirability", overall=desired.overall, levels=level_list(desired.solution, names))
-    return Table.of(columns, map(to_json, desired.rows), line("desired"), (overall, line("product")))
+    rows = from_means(map(to_json, desired.rows), names, "target")
+    return Table.of(columns, rows, line("desired"), (overall, line("product"), *_scores(names)))
 
 
 def further_table(
@@ -88,7 +88,28 @@ def further_table(
     """Return further responses at each condition: measured, beside what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
     of_stems = [] if names.naming.others else [line("of stems")]
-    return Table.of(columns, rows, line("further", names), (*of_stems, *foot))
+    return Table.of(columns, rows, line("further", names), (*of_stems, *foot, *_scores(names)))
+
+
+def _scores(names: Names) -> list[str]:
+    """Say what values are that are told from their measured mean."""
+    return [line("scores")] if any(named.apart for named in names.naming.responses) else []
+
+
+_VALUES = "target", "measured", "predicted", "simulated", "low", "high", "measured_low", "measured_high"
+_INTERVALS = "left_out_interval", "mesh_interval"
+
+
+def from_means(rows: Iterable[dict[str, Any]], names: Names, mean: str = "measured") -> list[dict[str, Any]]:
+    """Return rows of responses; of one that counts so, how far values are from the measured mean."""
+    found = []
+    for row in rows:
+        if names.naming.named(row["response"]).apart:
+            values = {key: round(row[key] - row[mean], 4) for key in _VALUES if row.get(key) is not None}
+            values |= {key: [end - row[mean] for end in row[key]] for key in _INTERVALS if row.get(key) is not None}
+            row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
+        found.append(row)
+    return found
 
 
 def _tests(rows: list[dict[str, Any]], names: Names) -> list[Table]:

@@ -41,7 +41,7 @@ RESPONSES = {
 USUAL = ("slope", "maximum_force", "work")
 # Those that do not depend on whether the maximum was passed.
 BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
-_SMALL, _COARSE, _PLATE, _GAP = (Length(divisor=parts) for parts in (12.0, 8.0, 48.0, 10.0))
+_SMALL, _COARSE, _PLATE, _GAP = (Length(divisor=parts) for parts in (12.0, 8.0, 64.0, 10.0))
 
 
 class LaboratoryMeans(Frozen):
@@ -126,11 +126,11 @@ class LaboratorySection(Frozen):
     deflection: Size | None = None
     """Travel at which `force_at_deflection` is taken."""
     element_size: StemLength | None = None
-    """Length of the elements: d/12 in bending, d/8 in axial tests and double shear; in radial compression, d/48, their
+    """Length of the elements: d/12 in bending, d/8 in axial tests and double shear; in radial compression, d/64, their
     width at the plates, and four times that elsewhere."""
     elements_through_wall: ThroughWall = None
     """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
-    axial compression three at least."""
+    axial compression and double shear three at least."""
     hourglass: HourglassCoefficient = 0.03
     """Stiffness against hourglass modes, in the form `stiffness`."""
     symmetry: Literal["none", "half", "quarter"] = "quarter"

@@ -97,10 +97,14 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
             if test.solver is None and test.deflection is None and means.force_at_deflection is not None:
                 message = "at which deflection is not said"
                 yield Finding((*place, "force_at_deflection"), message, "add deflection: … to the test")
-            for response in means.given():
-                if getattr(means, f"{response}_sd") is None:
+            for response in RESPONSES:
+                mean, sd = getattr(means, response), getattr(means, f"{response}_sd")
+                if mean is not None and sd is None:
                     message = f"{response} has no scatter: there is nothing to weigh it by"
                     yield Finding((*place, response), message, f"add {response}_sd: …")
+                elif sd is not None and mean is None:
+                    message = f"there is no {response} that it is the scatter of"
+                    yield Finding((*place, f"{response}_sd"), message, f"add {response}: …")
 
 
 def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:

@@ -214,6 +214,8 @@ def _targets(study: Study) -> Iterator[Finding]:
             if getattr(target, name) == 0.0:
                 message = "a scatter of none gives this mean nearly all the weight of a joint fit"
                 yield Finding((*path, name), message, "leave it out if it is not known")
+            if getattr(target, name) is not None and getattr(target, mean := name.removesuffix("_sd")) is None:
+                yield Finding((*path, name), f"there is no {mean} that it is the scatter of", f"add {mean}: …")
         if target.travel is not None and target.travel > study.loading.stroke:
             message = (
                 f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
