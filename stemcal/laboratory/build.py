@@ -16,8 +16,8 @@ from stemcal.laboratory.parts import LaboratoryTest
 # A piece that moves otherwise once it yields is dragged: with 8 periods of bending a hinge's force was 1.6 % short.
 _SETTLING = 80.0
 
-# Of m/Δt², at least. A roller touches a small part of each face, which gives way accordingly: with a quarter the give was
-# a twentieth of a short stroke.
+# Of m/Δt², at least: a roller touches a small part of each face. With a quarter the contact's give was a twentieth of a
+# short stroke.
 _PENALTY = 0.5
 
 # Two layers would be thickened by a tenth, and their plastic moment by a fifth.
@@ -50,8 +50,8 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     """Return the test with its stem so much wider that the mesh has the section of the round one.
 
     A polygon in the circle has less, and one point in the centre of an element misses how zᵐ varies over it: with
-    elements of d/12 an area is 0.5 % short, a second moment 1.3 %. Full elements have points at 1/√3 of the way to their
-    corners.
+    elements of d/12 an area is 0.5 % short, a second moment 1.4 %. Full elements have points at 1/√3 of the way to
+    their corners.
     """
     moment, how, stem = test.kind.MOMENT, test.discretisation, test.stem
     if moment is None:

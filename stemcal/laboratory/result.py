@@ -176,4 +176,3 @@ def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray
     share = np.bincount(faces.ravel(), np.repeat(areas, 4), minlength=len(nodes))
     found = np.flatnonzero(layer)
     return found, share[found] / share.sum()
-

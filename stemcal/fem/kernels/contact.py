@@ -232,7 +232,7 @@ def face_normal(fx: Floats, fy: Floats, fz: Floats, xi: float, eta: float) -> Fl
     return nx / size, ny / size, nz / size
 
 
-# Samples of a face that meets a tool as a surface: along the stem, where rollers roll and elements are long, and around.
+# Samples of a face that meets a tool as a surface: along the stem, where rollers roll on long elements, and around.
 ALONG, AROUND = 17, 4
 SAMPLES = ALONG * AROUND
 
