@@ -205,9 +205,8 @@ def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
         raise UsageError(f"--pattern {shown(pattern or '')}: give one of names in the folder, as in '*.csv'") from None
     files = sorted((path for path in found if _is_specimens(path, pattern)), key=_by_number)
     if not files:
-        raise UsageError(
-            f"{folder}: no files {pattern or ', '.join('*' + s for s in SUFFIXES)} in it; name others with --pattern"
-        )
+        wanted = pattern or ", ".join("*" + suffix for suffix in SUFFIXES)
+        raise UsageError(f"{folder}: no files {wanted} in it; put some there or, for measure shear, use --pattern")
     return files
 
 

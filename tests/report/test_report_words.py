@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from stemcal.cli.check import _measured
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
@@ -257,7 +256,8 @@ def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> Non
         heads.append(table.headed(study.naming.headings).csv().partition("\n")[0].split(",")[:8])
     assert heads[0] == ["stage", "run", "key", "status", "angle", "reason", "message", "static"]
     assert heads[1] == ["stage", "run", "key", "status", "angle", "reason", "message", "moisture"]
-    assert (_measured(angle[0]), _measured(moist[0])) == ("angle of repose", "angles of repose and bulk densities")
+    assert str(angle[0]) == "Study repose: 5 factors, 1 measured angle of repose, solver command"
+    assert "2 measured angles of repose, 2 bulk densities" in str(moist[0])
 
 
 def test_progress_tells_the_last_answer() -> None:
