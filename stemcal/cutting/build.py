@@ -38,7 +38,7 @@ def build(test: ShearTest) -> Model:
         integration=how.integration,
         held=mirrors(mesh, how.symmetry, cohesive=cohesion is not None),
         ghosts=_ghosts(mesh) if how.symmetry == "quarter" else None,
-        crowns=_crowns(mesh),
+        crowns=crowns(mesh),
         cohesion=cohesion,
     )
 
@@ -168,7 +168,7 @@ def _ghosts(mesh: Mesh) -> NDArray[np.int32]:
     return np.stack([beyond, beyond + 1], axis=1).astype(np.int32)
 
 
-def _crowns(mesh: Mesh) -> Array:
+def crowns(mesh: Mesh) -> Array:
     """Return how far a circle about the axis stands over the middle of each face with all corners on it (E, 6), mm."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
     radius = np.linalg.norm(corners, axis=3)

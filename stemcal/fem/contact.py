@@ -7,7 +7,8 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays, outline_distance
+from stemcal.fem.kernels.contact import SAMPLES, EdgeArrays, FrictionNumbers, ToolArrays, outline_distance
+from stemcal.fem.kernels.search import FACES, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 
 
@@ -30,6 +31,9 @@ class Tool:
         edge a line.
     parts : bool
         Whether it parts the body on the plane x = 0 (`kernels.cohesive`): its sides meet nodes, its edge that plane.
+    faces : bool
+        Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`), or
+        their nodes alone.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -39,6 +43,7 @@ class Tool:
     edge: float | None = None
     spread: float = 0.0
     parts: bool = False
+    faces: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a polygon that is not convex and counter-clockwise."""
@@ -68,6 +73,23 @@ class Contact:
         return FrictionNumbers(self.static_friction, self.dynamic_friction, self.decay, self.penalty, self.damping)
 
 
+def with_skin(tools: ToolArrays, topology: Topology, mass: NDArray[np.float64]) -> ToolArrays:
+    """Return the tools with the faces that those meet which meet faces.
+
+    A face has its share of the mass (N,) of each of its corners, which is divided among the faces around it.
+    """
+    bulging = topology.crowns > (0.0 if tools.faces.any() else np.inf)
+    behind, side = np.nonzero((topology.neighbours < 0) & bulging)
+    corners = topology.hexes[behind[:, None], FACES[side]]
+    around = np.bincount(corners.ravel(), minlength=len(mass))
+    return tools._replace(
+        skin=np.column_stack([corners, behind]).astype(np.int32),
+        crowns=topology.crowns[behind, side],
+        skin_mass=mass[corners] / around[corners],
+        skin_traction=np.zeros((len(tools.faces), len(behind), SAMPLES, 3)),
+    )
+
+
 def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
     """Return the tools as arrays; shorter polygons repeat their last corner."""
     most = max((len(tool.corners) for tool in tools), default=1)
@@ -88,6 +110,12 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         ),
         traction=np.zeros((len(tools), nodes, 3)),
         force=np.zeros((len(tools), 3)),
+        faces=np.array([tool.faces for tool in tools], dtype=bool),
+        skin=np.zeros((0, 5), dtype=np.int32),
+        crowns=np.zeros(0),
+        skin_mass=np.zeros((0, 4)),
+        skin_traction=np.zeros((len(tools), 0, SAMPLES, 3)),
+        sunk=np.zeros((len(tools), 2)),
     )
 
 

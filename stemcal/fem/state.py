@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stemcal.errors import SimulationFailed
 from stemcal.fem.averaging import exchange
 from stemcal.fem.cohesive import cut_plane
-from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays
+from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.cohesive import CutPlane
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
@@ -74,6 +74,7 @@ def start(model: Model) -> State:
     material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
     volumes, shares = model.mesh.volumes(), element_shares(model)
     body = _body(model, material, lanes, topology, volumes)
+    tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(
         body, topology.slots, model.material.lame_modulus, model.material.shear_modulus, material.hourglass_memory
@@ -83,11 +84,11 @@ def start(model: Model) -> State:
     return State(
         body=body,
         topology=topology,
-        tools=tool_arrays(model.tools, len(body.x)),
+        tools=tools,
         edge=edge_arrays(model.tools, body.x, size),
         spread=spread_edge(model.tools, body.x, body.ghosts, model.mesh.hexes, float(np.cbrt(volumes.min()))),
         cut=cut_plane(model.cohesion, model.tools, model.mesh, float(np.cbrt(volumes.min()))),
-        candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes)),
+        candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes), len(tools.skin)),
         exchange=exchange(
             model.mesh,
             topology.neighbours,
@@ -262,10 +263,13 @@ def hourglass_stiffness(model: Model, material: MaterialNumbers, length: Array) 
     return np.asarray(model.hourglass.coefficient * a)
 
 
-def _candidates(tools: int, nodes: int, elements: int) -> Candidates:
+def _candidates(tools: int, nodes: int, elements: int, skin: int) -> Candidates:
     return Candidates(
         nodes=np.zeros((tools, nodes), dtype=np.int32),
         node_counts=np.zeros(tools, dtype=np.int32),
+        skin=np.zeros((tools, skin), dtype=np.int32),
+        skin_counts=np.zeros(tools, dtype=np.int32),
+        covered=np.zeros(nodes, dtype=bool),
         faces=np.zeros((6 * elements, 4), dtype=np.int32),
         corner_mass=np.zeros(6 * elements),
         crowns=np.zeros(6 * elements),

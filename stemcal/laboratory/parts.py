@@ -93,7 +93,7 @@ def whole(mesh: Mesh) -> NDArray[np.bool_]:
 def roller(x: float, radius: float, speed: float, height: float) -> Tool:
     """Return a cylinder across the stem, its axis at (x, height)."""
     tip = 1.0e-3 * radius
-    return Tool(((x - tip, 0.0), (x + tip, 0.0), (x, tip)), radius, height, speed)
+    return Tool(((x - tip, 0.0), (x + tip, 0.0), (x, tip)), radius, height, speed, faces=True)
 
 
 def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
@@ -101,4 +101,4 @@ def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
     edge, thickness = 1.0, 5.0
     low, high = (-edge - thickness, -edge) if upwards else (edge, edge + thickness)
     left, right = -half_length, half_length
-    return Tool(((left, low), (right, low), (right, high), (left, high)), edge, face, speed)
+    return Tool(((left, low), (right, low), (right, high), (left, high)), edge, face, speed, faces=True)

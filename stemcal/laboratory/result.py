@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.result import CuttingResult, ForceHistory
-from stemcal.fem.contact import Tool
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.laboratory.axial import Axial
@@ -129,14 +128,11 @@ class Gauges:
     """Called at the outputs of a simulation, reads how far contact gives, the axis bends, a pressed piece buckles.
 
     Contact is by springs (`kernels.contact`) whose give belongs to the mesh, not to the stem: for a tool it is the
-    mean depth of the nodes in it, weighted by their forces, which are as mass times depth.
+    mean depth of the skin in it, weighted by the forces.
     """
 
     def __init__(self, test: LaboratoryTest, model: Model) -> None:
-        x, mesh = model.mesh.nodes, model.mesh
-        self._tools = model.tools
-        outer = 0.5 * test.stem.outer_diameter
-        self._skin = np.flatnonzero(np.hypot(x[:, 1], x[:, 2]) > (1.0 - 1e-6) * outer)
+        mesh = model.mesh
         layers = test.kind.deflection_layers(test.stem)
         self._sections = None if layers is None else tuple(_section(mesh.nodes, mesh.hexes, at) for at in layers)
         self._start = mesh.nodes
@@ -147,8 +143,8 @@ class Gauges:
 
     def __call__(self, _time: float, state: State) -> None:
         """Take a reading."""
-        x, mass = state.body.x[self._skin], state.body.mass[self._skin]
-        depths = [_mean_depth(tool, float(z), x, mass) for tool, z in zip(self._tools, state.tools.height, strict=True)]
+        weighted, force = state.tools.sunk.T
+        depths = np.divide(weighted, force, out=np.zeros_like(force), where=force > 0.0).tolist()
         # on one side of a mirror, or on both: the supports give alike
         self.give.append(depths[0] + float(np.mean(depths[1:])) if depths else 0.0)
         if self._sections is not None:
@@ -180,19 +176,3 @@ def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray
     share = np.bincount(faces.ravel(), np.repeat(areas, 4), minlength=len(nodes))
     found = np.flatnonzero(layer)
     return found, share[found] / share.sum()
-
-
-def _mean_depth(tool: Tool, height: float, x: Array, mass: Array) -> float:
-    """Return how deep nodes lie in a tool, weighted by their forces, mm; 0 where none does."""
-    depth = np.maximum(tool.radius - _distance(np.array(tool.corners), x[:, [0, 2]] - [0.0, height]), 0.0)
-    force = mass * depth
-    total = float(force.sum())
-    return float(force @ depth) / total if total > 0.0 else 0.0
-
-
-def _distance(corners: Array, points: Array) -> Array:
-    """Return the distance (N,) of points (N, 2) from the border of a polygon (K, 2)."""
-    sides = np.roll(corners, -1, axis=0) - corners
-    way = points[:, None] - corners
-    along = np.clip(np.sum(way * sides, axis=2) / np.sum(sides**2, axis=1), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(way - along[..., None] * sides, axis=2).min(axis=1))

@@ -188,7 +188,7 @@ def test_a_test_shows_its_responses_beside_what_was_measured(bent: None) -> None
     assert shown.exit_code == 0, shown.stderr
     rows = [line.strip() for line in shown.stdout.splitlines()[:5]]
     assert [" ".join(row.split()) for row in rows] == [
-        "Slope 41.50 N/mm, measured 44.7 ± 2.7 N/mm",
+        "Slope 41.50 N/mm, measured 48.7 ± 2.9 N/mm",
         "Slope of the axis 50.00 N/mm",
         "Maximum force at least 120.0 N",
         "Travel at least 0.6000 mm",

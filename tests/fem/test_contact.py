@@ -28,6 +28,7 @@ contact_force, face_modes, face_normal, friction_limit, locate_in_face, outline_
     ),
 )
 push_faces_out, push_nodes_out = called(contact.push_faces_out), called(contact.push_nodes_out)
+push_skin_out = called(contact.push_skin_out)
 LAW = Contact(0.4, 0.1, 0.05, 0.2, 0.5).numbers()
 seeds = st.integers(0, 2**32 - 1)
 
@@ -189,6 +190,37 @@ def test_edge_pushes_a_face_between_its_nodes() -> None:
     np.testing.assert_allclose(pushes.force.sum(axis=0), wanted, atol=1e-6 * np.abs(wanted).max())
     np.testing.assert_allclose(tools.force[0], -pushes.force.sum(axis=(0, 1)), atol=1e-12 * np.abs(wanted).max())
     assert np.all(arrays.traction[4:] == 0.0)
+
+
+@pytest.mark.parametrize("axis", [0.125, 0.75, 1.875])
+def test_a_roller_bears_on_a_face_where_it_touches(axis: float) -> None:
+    """A roller 0.004 mm deep in a face of 2 by 1 mm, with its axis over x: so acts its force, not at the nearest nodes.
+
+    Of 16 spaces along the face those within √(2rδ) bear, with what k = p m/Δt² of their share of the mass m of one
+    node gives, p = 0.25: Σ k (δ − x²/2r) without friction.
+    """
+    radius, deep = 2.0, 0.004
+    tool = Tool(((axis - 1e-6, 0.0), (axis + 1e-6, 0.0), (axis, 1e-6)), radius, 1.0 + radius - deep, faces=True)
+    x = np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
+    tools, pushes = tool_arrays((tool,), 4), no_pushes(4, 1)
+    tools = tools._replace(
+        skin=np.array([[0, 1, 2, 3, 0]], dtype=np.int32),
+        crowns=np.zeros(1),
+        skin_mass=np.full((1, 4), 0.5e-9),
+        skin_traction=np.zeros((1, 1, contact.SAMPLES, 3)),
+    )
+    near, counts = np.zeros((1, 1), dtype=np.int32), np.ones(1, dtype=np.int32)
+    push_skin_out(tools, near, counts, x, np.zeros((4, 3)), pushes, 1e-6, 1e-6, Contact().numbers())
+    force = pushes.force.sum(axis=0)
+    at = np.linspace(0.0, 2.0, 17)
+    depth = np.maximum(deep - (at - axis) ** 2 / (2.0 * radius), 0.0)
+    share = np.where((at == 0.0) | (at == 2.0), 0.5, 1.0) / 16.0
+    assert force[:, 2].sum() == pytest.approx(-0.25 * 2e-9 / 1e-12 * float(share @ depth), rel=2e-3)
+    bears_at = float(share @ (depth * at)) / float(share @ depth)
+    assert float(force[:, 2] @ x[:, 0]) / force[:, 2].sum() == pytest.approx(bears_at, abs=1e-4)
+    assert bears_at == pytest.approx(axis, abs=0.01)
+    assert tools.sunk[0, 0] / tools.sunk[0, 1] == pytest.approx(share @ depth**2 / (share @ depth), rel=2e-3)
+    np.testing.assert_allclose(tools.force[0], -force.sum(axis=0), atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pieces import RATIO, material, piece
 
+from stemcal.fem.mesh import Mesh
 from stemcal.laboratory import Axial, Kind, RadialCompression, ThreePointBending
 from stemcal.laboratory.build import rounded
 
@@ -27,10 +28,18 @@ def test_a_mesh_has_the_moment_of_the_ring(
     """∫zᵐ dA by a point in each element; the radius grows by half a per cent at most with elements of d/12."""
     test = rounded(piece(kind, material(), 48.0, 1.0, 8.0 / 12.0, symmetry=symmetry))
     mesh = kind.mesh(test.stem, test.discretisation)
-    z = mesh.nodes[mesh.hexes].mean(axis=1)[:, 2]
+    z = _centre_heights(mesh)
     share = {"none": 1.0, "half": 0.5, "quarter": 0.25}[symmetry]
     assert float(mesh.volumes() @ z**moment) / (48.0 * share) == pytest.approx(exact, rel=1e-9)
     assert least < test.stem.outer_diameter / 8.0 - 1.0 < most
+
+
+def _centre_heights(mesh: Mesh) -> np.ndarray:
+    """Return ∫z dA / ∫dA of each section, by Green's theorem over its sides, y and z of corners 1 to 4."""
+    y, z = np.moveaxis(mesh.nodes[mesh.hexes[:, :4], 1:], 2, 0)
+    y2, z2 = np.roll(y, -1, axis=1), np.roll(z, -1, axis=1)
+    cross = y * z2 - y2 * z
+    return np.asarray((cross * (z + z2)).sum(axis=1) / (3.0 * cross.sum(axis=1)))
 
 
 def test_full_elements_see_more_of_their_section() -> None:

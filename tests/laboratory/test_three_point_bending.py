@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 import shutil
 from dataclasses import replace
-from math import hypot, pi
+from math import hypot, pi, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -47,13 +47,20 @@ def timoshenko(test: LaboratoryTest) -> float:
 def test_the_axis_bends_as_timoshenkos_beam(span: float, tolerance: float) -> None:
     """Slope of the force over the deflection of the axis, which the dents do not enter: a short and a long span.
 
-    Found: +0.5 and −0.4 %.
+    Where the axis leans by θ over a support of radius r, the line of the reaction, normal to roller and skin, meets it
+    Δ = (r + R) θ further in. Half the span a is so much shorter, and the section over the support overhangs by as much:
+    F = k δ (1 + 3Δ/2a), θ = 3δ/2a, whose slope in the middle of the secant is k (1 + 3Δ/a).
+
+    Found: +2.7 and +0.4 %; CalculiX with linear elasticity and supports that do not roll has +0.8 and +0.4 %.
 
     Shear is 12 and 2 % of the deflection. Over the travel of the nose the slope is smaller: dents are soft too.
     """
-    test = bending(span, travel=0.02 * span, secant=(0.3, 0.7))
+    test = bending(span, travel=0.005 * span, secant=(0.3, 0.7))
     result = perform(test)
-    assert result.responses["axis_slope"] == pytest.approx(timoshenko(test), rel=tolerance)
+    exact = timoshenko(test)
+    leaning = 1.5 * 0.5 * result.responses["maximum_force"] / exact / (0.5 * span)
+    exact *= 1.0 + 3.0 * (2.0 + 4.0) * leaning / (0.5 * span)
+    assert result.responses["axis_slope"] == pytest.approx(exact, rel=tolerance)
     assert result.responses["slope"] < result.responses["axis_slope"]
     assert result.slope_r2 is not None
     assert result.slope_r2 > 0.999
@@ -97,6 +104,15 @@ def test_couples_bend_a_section_at_its_plastic_moment(size: float) -> None:
     assert moment == pytest.approx(plastic_moment(3.0), rel=0.02)
 
 
+def lever(span: float, down: float) -> float:
+    """Return the arm of a support's reaction about the middle once that is `down`, mm, and each half leans by θ = 2u/L.
+
+    The reaction, normal to roller and skin, meets the axis (r + R) θ further in, and its part inwards bears u higher.
+    """
+    turn = 2.0 * down / span
+    return 0.5 * span - (2.0 + 4.0) * turn + down * turn
+
+
 class Sides(ThreePointBending):
     """The middle of the piece is moved down by its sides, at half its height: no nose that dents it."""
 
@@ -112,7 +128,7 @@ class Sides(ThreePointBending):
 def test_a_hinge_is_stronger_than_a_beams_with_any_mesh() -> None:
     """Where the moment changes along the piece, sections cannot narrow and widen across as they do in even bending.
 
-    Found: 6.4 and 6.1 % above 4 Mp/L with elements of d/8 and d/12, next to no hourglass stiffness and no nose.
+    Next to no hourglass stiffness and no nose. Rollers bear `lever` from the middle, CalculiX's supports half a span.
     """
     span, stress, forces = 80.0, 3.0, []
     for size in (1.0, 8.0 / 12.0):
@@ -123,7 +139,7 @@ def test_a_hinge_is_stronger_than_a_beams_with_any_mesh() -> None:
         late = history.time > 0.9
         forces.append(4.0 * float(np.polyfit(test.loading.speed * history.time[late], history.external[late], 1)[0]))
     assert forces[1] == pytest.approx(forces[0], rel=0.01)
-    assert forces[1] == pytest.approx(HINGE * 4.0 * plastic_moment(stress) / span, rel=0.01)
+    assert forces[1] == pytest.approx(HINGE * 2.0 * plastic_moment(stress) / lever(span, 3.0), rel=0.01)
 
 
 @pytest.mark.slow
@@ -137,15 +153,28 @@ def test_calculix_carries_as_much(diameters: int, travel: float, share: float) -
 
 @pytest.mark.slow
 def test_a_plastic_hinge() -> None:
-    """The force levels off above 4 Mp/(L − 2rθ): it rolls inwards on its supports.
+    """The force is CalculiX's without a nose, on the arm from where the nose bears to where the supports do.
 
-    Found: 2.2 % above what CalculiX gives without a nose: hourglass stiffness has 0.9, the width of the nose the rest.
+    The nose sinks in until it bears on an ellipse of the area F/3σ (Tabor's hardness) with the half widths c across it
+    and c √(R/r) along it; each half of it bears 4c/3π from the middle.
+
+    Found: +2.8 %, of which hourglass stiffness has 0.9.
     """
     span, stress = 80.0, 3.0
     result = perform(bending(span, 3.0, material(stress)))
-    turn = result.responses["travel"] / (0.5 * span)
-    expected = HINGE * 4.0 * plastic_moment(stress) / (span - 2.0 * 2.0 * turn)
-    assert result.responses["maximum_force"] == pytest.approx(expected, rel=0.03)
+    force = result.responses["maximum_force"]
+    width = sqrt(force / (3.0 * stress) / pi * sqrt(2.0 / 4.0))
+    arm = lever(span, result.responses["travel"]) - 4.0 * width / (3.0 * pi)
+    assert force == pytest.approx(HINGE * 2.0 * plastic_moment(stress) / arm, rel=0.03)
+
+
+@pytest.mark.slow
+def test_a_slender_piece_carries_the_hinge_of_a_beam() -> None:
+    """4 Mp/L over 40 diameters, where a hinge of a diameter's length is short. Found: 1.026; three minutes."""
+    span, stress = 320.0, 3.0
+    test = bending(span, 20.0, material(stress), 1.0)
+    result = perform(replace(test, discretisation=replace(test.discretisation, coarsening=6.0)))
+    assert result.responses["maximum_force"] == pytest.approx(4.0 * plastic_moment(stress) / span, rel=0.05)
 
 
 def test_a_quarter_is_the_whole() -> None:

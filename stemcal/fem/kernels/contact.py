@@ -38,6 +38,12 @@ class ToolArrays(NamedTuple):
     reach: Array  # (T,) how far beside its edge it meets faces, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step, changes
+    faces: NDArray[np.bool_]  # (T,) whether it meets the skin's faces in place of their nodes
+    skin: NDArray[np.int32]  # (F, 5) corners of the faces that bulge, and the element behind; none where nodes are met
+    crowns: Array  # (F,) how far the true surface bulges over their middle
+    skin_mass: Array  # (F, 4) what falls to them of the mass of each corner
+    skin_traction: Array  # (T, F, SAMPLES, 3) friction springs of their samples
+    sunk: Array  # (T, 2) Σ f δ and Σ f of the samples in this step, changes
 
 
 class FrictionNumbers(NamedTuple):
@@ -224,6 +230,78 @@ def face_normal(fx: Floats, fy: Floats, fz: Floats, xi: float, eta: float) -> Fl
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     size = sqrt(nx * nx + ny * ny + nz * nz) + 1.0e-30
     return nx / size, ny / size, nz / size
+
+
+# Samples of a face that meets a tool as a surface: along the stem, where rollers roll on long elements, and around.
+ALONG, AROUND = 17, 4
+SAMPLES = ALONG * AROUND
+
+
+@inlined
+def sample_of_skin(tools: Floats, f: int, s: int, x: Array) -> Floats:
+    """Return the shape functions at sample s of a face of the skin, and x and z of the true surface over it."""
+    a, b, c, d = tools.skin[f, 0], tools.skin[f, 1], tools.skin[f, 2], tools.skin[f, 3]
+    fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
+    fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
+    fz = face_modes(x[a, 2], x[b, 2], x[c, 2], x[d, 2])
+    along, around = 2.0 * (s % ALONG) / (ALONG - 1) - 1.0, (2.0 * (s // ALONG) + 1.0) / AROUND - 1.0
+    xi, eta = (along, around) if abs(fx[1]) > abs(fx[2]) else (around, along)
+    n = face_normal(fx, fy, fz, xi, eta)
+    bulge = tools.crowns[f] * (1.0 - around * around)
+    px = fx[0] + fx[1] * xi + fx[2] * eta + fx[3] * xi * eta + bulge * n[0]
+    pz = fz[0] + fz[1] * xi + fz[2] * eta + fz[3] * xi * eta + bulge * n[2]
+    return shape_functions(xi, eta), px, pz
+
+
+@kernel
+def push_skin_out(
+    tools: Floats,
+    near: Any,
+    counts: Any,
+    x: Array,
+    v: Array,
+    pushes: Floats,
+    dt0: float,
+    dt: float,
+    friction: Floats,
+) -> None:
+    """Add the contact forces of all tools on the faces near them, ``near[t, :counts[t]]``, to `pushes`.
+
+    A face is sampled, so that it may touch anywhere: of nodes the last one in contact bears until the next one comes,
+    however far the tool has rolled along the skin between them. The four nodes share the force of a sample by their
+    shape functions.
+    """
+    tool_count = tools.radius.shape[0]
+    for t in range(tool_count):
+        tools.sunk[t, :] = 0.0
+        for m in range(counts[t]):
+            f = near[t, m]
+            for s in range(SAMPLES):
+                shape, px, pz = sample_of_skin(tools, f, s, x)
+                gap, nx, nz = outline_distance(px, pz - tools.height[t], tools.corners[t])
+                depth, old = tools.radius[t] - gap, tools.skin_traction[t, f, s]
+                if depth <= 0.0:
+                    old[:] = 0.0
+                    continue
+                weight = (0.5 if s % ALONG in (0, ALONG - 1) else 1.0) / (AROUND * (ALONG - 1))
+                mass, u, w, uz = 0.0, 0.0, 0.0, -tools.speed[t]
+                for corner in range(4):
+                    node, share = tools.skin[f, corner], shape[corner]
+                    mass += 4.0 * weight * share * tools.skin_mass[f, corner]
+                    u, w, uz = u + share * v[node, 0], w + share * v[node, 1], uz + share * v[node, 2]
+                force, spring = contact_force(
+                    depth, (nx, 0.0, nz), (u, w, uz), (old[0], old[1], old[2]), mass, dt0, dt, friction
+                )
+                normal = (force[0] - spring[0]) * nx + (force[2] - spring[2]) * nz
+                tools.sunk[t, 0] += normal * depth
+                tools.sunk[t, 1] += normal
+                for i in range(3):
+                    old[i] = spring[i]
+                    tools.force[t, i] -= force[i]
+                    for corner in range(4):
+                        node = tools.skin[f, corner]
+                        push(pushes, SURFACE * tool_count + t, node, i, shape[corner] * (force[i] - spring[i]))
+                        push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])
 
 
 # A face counts for the edge if its normal leans less than about 80° from the edge's direction of travel,

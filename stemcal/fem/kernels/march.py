@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.cohesive import part
 from stemcal.fem.kernels.compile import entry, kernel
-from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out
+from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
 from stemcal.fem.kernels.full import add_full_internal_forces
@@ -31,7 +31,7 @@ from stemcal.fem.kernels.nodes import (
     leave_pushes,
     take_pushes,
 )
-from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes
+from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
 from stemcal.fem.kernels.vectors import add_together, give_way, read_together
@@ -205,6 +205,7 @@ def look_for_contact(
     settings: Floats,
 ) -> None:
     """List anew what may meet a tool."""
+    list_near_skin(candidates, topology, tools, body.x, settings.margin)
     list_near_nodes(candidates, topology, tools, body.x, settings.margin)
     tool = max(edge.tool, spread.tool)
     if tool >= 0:
@@ -234,6 +235,7 @@ def add_contact_forces(
     tools.force[:, :] = 0.0
     x, v, dt0, dt = body.x, body.v, settings.penalty_step, clock.step[0]
     push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.pushes, dt0, dt, friction)
+    push_skin_out(tools, candidates.skin, candidates.skin_counts, x, v, body.pushes, dt0, dt, friction)
     faces, count = candidates.faces, candidates.face_count[0]
     if edge.tool >= 0:
         corner_mass = candidates.corner_mass

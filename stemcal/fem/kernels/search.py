@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import kernel
-from stemcal.fem.kernels.contact import outline_distance
+from stemcal.fem.kernels.contact import SAMPLES, outline_distance, sample_of_skin
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -38,6 +38,9 @@ class Candidates(NamedTuple):
 
     nodes: Ints  # (T, N) nodes near each tool
     node_counts: Ints  # (T,)
+    skin: Ints  # (T, F) faces of the skin near each tool that meets those
+    skin_counts: Ints  # (T,)
+    covered: NDArray[np.bool_]  # (N,) nodes of such faces
     faces: Ints  # (F, 4) exposed faces under the edge
     corner_mass: Array  # (F,) mass of one corner of the element behind the face
     crowns: Array  # (F,) bulge of the true surface over the face
@@ -46,17 +49,37 @@ class Candidates(NamedTuple):
 
 @kernel
 def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
-    """List for each tool the nodes of standing elements that lie within `margin` of it."""
+    """List for each tool the nodes of standing elements that lie within `margin` of it, unless it meets their faces."""
     for t in range(tools.radius.shape[0]):
         count = 0
         for n in range(x.shape[0]):
-            if topology.live[n] == 0:
+            if topology.live[n] == 0 or (tools.faces[t] and candidates.covered[n]):
                 continue
             gap, _, _ = outline_distance(x[n, 0], x[n, 2] - tools.height[t], tools.corners[t])
             if gap - tools.radius[t] < margin:
                 candidates.nodes[t, count] = n
                 count += 1
         candidates.node_counts[t] = count
+
+
+@kernel
+def list_near_skin(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
+    """List for each tool that meets the skin the faces within `margin` of it, and which nodes have such faces."""
+    candidates.covered[:] = False
+    candidates.skin_counts[:] = 0
+    for f in range(tools.skin.shape[0]):
+        if not topology.standing[tools.skin[f, 4]]:
+            continue
+        for corner in range(4):
+            candidates.covered[tools.skin[f, corner]] = True
+        for t in range(tools.radius.shape[0]):
+            for s in range(SAMPLES if tools.faces[t] else 0):
+                _, px, pz = sample_of_skin(tools, f, s, x)
+                gap, _, _ = outline_distance(px, pz - tools.height[t], tools.corners[t])
+                if gap - tools.radius[t] < margin:
+                    candidates.skin[t, candidates.skin_counts[t]] = f
+                    candidates.skin_counts[t] += 1
+                    break
 
 
 @kernel
