@@ -70,13 +70,17 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Each test has a name of its own, from which the names of its responses are made."""
+    """Each test has a name of its own, of which the names of its responses and of its folder of sheets are made.
+
+    Case does not count, as in names of folders on Windows.
+    """
     seen: set[str] = set()
     for index, test in draft.tests.items():
-        if test.name in seen or test.name == _CUTTING:
-            taken = "the test of the sections above" if test.name == _CUTTING else "another test"
+        key = test.name.casefold()
+        if key in seen or key == _CUTTING:
+            taken = "the test of the sections above" if key == _CUTTING else "another test"
             yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
-        seen.add(test.name)
+        seen.add(key)
         for response in test.measured:
             if test.called(response) in draft.names:
                 message = f"{test.called(response)!r} is the name of a factor and of a response"

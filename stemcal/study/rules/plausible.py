@@ -311,7 +311,8 @@ def _programs(study: Study) -> Iterator[Finding]:
         if not isinstance(solver, CommandSolver):
             continue
         beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-        lacking = beside - {file.name for file in (*solver.files, *solver.templates)}
+        written = {reader.file for reader in solver.readers.values()}
+        lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
         for index, argument in enumerate(solver.command):
             if index and argument in lacking:
                 message = f"{argument} lies beside the spec, but not in the folder of a run"
