@@ -30,10 +30,9 @@ def check(spec: Spec, as_json: AsJson = False) -> None:
         if as_json:
             say_json(_problems(error))
         raise
-    from stemcal.overview.beforehand import beforehand
-    from stemcal.text.beforehand import sentences
+    from stemcal.text.beforehand import remarks as beforehand
 
-    demanding, remarks = [*_demanding(study), *not_ready(study)], sentences(beforehand(study))
+    demanding, remarks = [*_demanding(study), *not_ready(study)], beforehand(study)
     for sentence in demanding:
         warn(sentence)
     if as_json:
@@ -72,11 +71,11 @@ def _demanding(study: Study) -> list[str]:
     """Say what of a single run is more than this machine has, or takes days; loads little where the mesh is small."""
     if study.solver.kind != "embedded" or _is_small(study):
         return []
-    from stemcal.executors.machine import machine_memory
-    from stemcal.overview.foresight import demand_of_one, excess
-    from stemcal.text.plan import sentences
+    from stemcal.overview.foresight import demand_of_one
+    from stemcal.text.plan import objections
 
-    return sentences(excess(demand_of_one(study, _diameters(study)), 1, machine_memory()))
+    too_much, _ = objections(demand_of_one(study, _diameters(study)), 1)
+    return too_much
 
 
 def _is_small(study: Study) -> bool:

@@ -54,7 +54,8 @@ def plan(
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
-    from stemcal.text.plan import sentences, total
+    from stemcal.text.notes import sentences
+    from stemcal.text.plan import total
 
     study = read_study(spec)
     path = folder_of(study, out)
@@ -86,7 +87,7 @@ def _identify(
     from stemcal.overview.identify import identify as foretell
     from stemcal.solvers import make_solver
     from stemcal.stages.work import Work
-    from stemcal.text.identification import sentences
+    from stemcal.text.identification import remarks
     from stemcal.text.names import Names
 
     with opened(spec, out, workers, "local", quiet) as session:
@@ -98,7 +99,7 @@ def _identify(
     else:
         say_tables(_intervals(found, names))
     if not quiet:
-        for said in sentences(found.notes, names):
+        for said in remarks(found, names):
             note(f"note: {said}")
 
 

@@ -106,7 +106,8 @@ def simulate(
     from stemcal.solvers.embedded import simulate as shear_test
     from stemcal.text.runs import compiling, warning_text
 
-    require_sense(demand_of_one(study, [at], symmetry), 1, yes)
+    alone = study.cut_as(section, at) if section is not None and section.kind == "cutting" else study
+    require_sense(demand_of_one(alone, [at], symmetry), 1, yes)
     if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
         note(compiling(seconds))
     with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
@@ -207,9 +208,8 @@ def _for_embedded_alone(options: Mapping[str, object]) -> None:
 
 def stroke_of(study: Study, section: LaboratorySection | None, diameter: float) -> float:
     """Return how far the tool of a test moves, mm."""
-    if section is None or section.kind == "cutting":
-        return (section.stroke_at(diameter) if section else 0.0) or study.loading.stroke
-    return section.stroke_at(diameter)
+    own = 0.0 if section is None else section.stroke_at(diameter)
+    return own or study.loading.stroke
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:

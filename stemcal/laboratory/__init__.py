@@ -4,13 +4,13 @@ Each kind has its own module; mesh, contact, integration, curve and doubts are t
 """
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting import ShearTest, shear
+from stemcal.cutting import ShearTest, mean_over_phases, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
 from stemcal.cutting.result import BreakWatch, ForceHistory, break_row, evaluate, filter_rows, force_history, travel_at
@@ -21,7 +21,7 @@ from stemcal.laboratory.build import build, rounded
 from stemcal.laboratory.double_shear import DoubleShear
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
-from stemcal.laboratory.result import Asked, Gauges, LaboratoryResult, curve_responses, responses_of, secant
+from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.run_warnings import MOST_BUCKLING, Buckles, MaximumNotPassed, RunWarning, StrokeTooShort
 
@@ -92,18 +92,25 @@ def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[RunWarning, ...]:
 
 
 def cut(
-    test: ShearTest,
-    asked: Asked,
-    watch: Callable[[float, float], None] | None = None,
-    inspect: Inspect | None = None,
+    tests: Sequence[ShearTest], watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
 ) -> LaboratoryResult:
-    """Run a virtual shear test as one of the laboratory's, whose responses it gives; the rest as in `perform`."""
-    result = shear(test, watch, inspect)
-    curve = result.history
-    broken = None if result.break_travel is None else int(np.searchsorted(curve.travel, result.break_travel))
-    responses, r2 = responses_of(asked, curve, None, result, broken)
-    more = {"responses": responses, "slope_r2": r2, "warnings": _of_tests(result.warnings)}
-    return LaboratoryResult(**{**vars(result), **more})
+    """Run a virtual shear test in each of its mesh phases as one of the laboratory's; the rest as in `perform`.
+
+    Its responses, means over the phases, are those that the give of the contact, a matter of the mesh, does not decide.
+    """
+    results = [shear(tests[0], watch, inspect), *(shear(test, watch) for test in tests[1:])]
+    result = mean_over_phases(results)
+    ends = [one.history.travel < (one.break_travel or np.inf) for one in results]
+    works = [
+        np.trapezoid(one.history.force_filtered[end], one.history.travel[end])
+        for one, end in zip(results, ends, strict=True)
+    ]
+    responses = {
+        "maximum_force": result.peak_force,
+        "travel": float(np.mean([one.peak_travel for one in results])),
+        "work": float(np.mean(works)),
+    }
+    return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result.warnings)})
 
 
 def _of_tests(warnings: Iterable[RunWarning]) -> tuple[RunWarning, ...]:

@@ -1,7 +1,6 @@
 """What a laboratory test gives: its curve over a travel without the give of the contact, and its responses."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,18 +77,8 @@ def secant(travel: Array, force: Array, shares: tuple[float, float]) -> Line | N
     return Line(slope, float(np.corrcoef(u, f)[0, 1] ** 2))
 
 
-class Asked(Protocol):
-    """What of a curve is asked for: shares of its largest force between which its slope is taken, and a travel, mm."""
-
-    @property
-    def secant(self) -> tuple[float, float]: ...
-
-    @property
-    def deflection(self) -> float | None: ...
-
-
 def responses_of(
-    test: Asked, curve: ForceHistory, deflection: Array | None, result: CuttingResult, broken: int | None
+    test: LaboratoryTest, curve: ForceHistory, deflection: Array | None, result: CuttingResult, broken: int | None
 ) -> tuple[dict[str, float], float | None]:
     """Return the responses by name, and R² of the slope."""
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]

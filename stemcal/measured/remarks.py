@@ -28,9 +28,10 @@ class SheetSkipped(LabRemark):
 
 
 class FolderSkipped(LabRemark):
-    """A folder without a test of its name."""
+    """A folder without a test of its name, or one beside the folder `taken`, of the same name but for its case."""
 
     folder: str
+    taken: str = ""
 
 
 class SideBySide(LabRemark):

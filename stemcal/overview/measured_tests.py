@@ -56,8 +56,9 @@ def measure_tests(
     UsageError
         If no test has a folder, if a file cannot be read, or if a specimen is unknown.
     """
-    folders = {path.name.casefold(): path for path in sorted(folder.glob("*")) if path.is_dir()}
-    there = [test for test in study.tests if test.name.casefold() in folders]
+    folders = [path for path in sorted(folder.glob("*")) if path.is_dir()]
+    own = {test.name: found for test in study.tests if (found := _folder_of(test.name, folders))}
+    there = [test for test in study.tests if test.name in own]
     if not there:
         if not study.tests:
             raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
@@ -69,11 +70,12 @@ def measure_tests(
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
         raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
-    files = {test.name: find_files(folders[test.name.casefold()]) for test in there}
+    files = {name: find_files(found) for name, found in own.items()}
     read = {name: measure_shear(found, how, None, left_out[name]) for name, found in files.items()}
     drop = study.solver.break_drop if isinstance(study.solver, EmbeddedSolver) else 0.5
-    unread = sorted(folders.keys() - {name.casefold() for name in files})
-    skipped = [FolderSkipped(shown(folders[name].name)) for name in unread]
+    taken = {path.name.casefold(): shown(path.name) for path in own.values()}
+    unread = [path.name for path in folders if path not in own.values()]
+    skipped = [FolderSkipped(shown(name), taken.get(name.casefold(), "")) for name in unread]
     remarks = [OfFiles((name,), remark) for name, tests in read.items() for remark in tests.remarks()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))
     return MeasuredTests(
@@ -82,6 +84,12 @@ def measure_tests(
         any(tests.synthetic for tests in read.values()),
         {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
     )
+
+
+def _folder_of(name: str, folders: Sequence[Path]) -> Path | None:
+    """Return the folder of a test: that of its very name, else of its name in other cases of the letters."""
+    alike = [path for path in folders if path.name.casefold() == name.casefold()]
+    return min(alike, key=lambda path: path.name != name, default=None)
 
 
 def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:

@@ -147,7 +147,11 @@ class Embedded(OfSpecAlone):
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
-        return _PROCESS + max(cutting.mesh_size(test.stem, test.discretisation).memory for test in self._tests(request))
+        cuts = [test for _, test in self._beside(request) if isinstance(test, tuple)]
+        meshes = [
+            cutting.mesh_size(one.stem, one.discretisation) for tests in (self._tests(request), *cuts) for one in tests
+        ]
+        return _PROCESS + max(mesh.memory for mesh in meshes)
 
     @property
     def phases(self) -> int:
@@ -179,7 +183,7 @@ class Embedded(OfSpecAlone):
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests that a run does beside cutting; their own meshes stay as they are."""
         wanted = [test for test in measured_at(self.study, request.condition) if test.solver is None]
-        return [(section, _test_of(self.study, section, request.levels, request.condition)) for section in wanted]
+        return [(one, _test_of(self.study, one, request.levels, request.condition, request.row)) for one in wanted]
 
     def _programs(self, request: Request) -> list[tuple[LaboratorySection, TestProgram]]:
         """Return the tests of a run that programs do."""
@@ -271,18 +275,21 @@ def simulate_test(
     """
     warm(_precision(study))
     section = next(section for section in study.tests if section.name == name)
-    test = _test_of(study, section, levels, diameter)
     if symmetry is not None:
-        test = replace(test, discretisation=replace(test.discretisation, symmetry=symmetry))
-    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
+        section = section.model_copy(update={"symmetry": symmetry})
+    test = _test_of(study, section, levels, diameter)
+    how = test.discretisation if isinstance(test, LaboratoryTest) else test[0].discretisation
+    inspect = None if frames is None else FrameWriter(frames, max(1, how.integration.outputs // 50))
     result = perform(section, test, watch, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
-def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
+def _test_of(
+    study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float, replicate: int = 0
+) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
     if section.kind == "cutting":
-        return shear_test(study.cut_as(section, diameter), levels, diameter)
+        return shear_tests(study.cut_as(section, diameter), levels, diameter, replicate)
     return laboratory_test(section, shear_test(study, levels, diameter))
 
 
@@ -404,10 +411,12 @@ def _precision(study: Study) -> Precision:
     return solver.precision if isinstance(solver, EmbeddedSolver) and solver.element == "one_point" else "double"
 
 
-def _seconds(test: AnyTest) -> float:
+def _seconds(test: AnyTest | cutting.ShearTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
     if isinstance(test, LaboratoryTest):
         return seconds(test, _STEP, _ELEMENT)
+    if isinstance(test, tuple):
+        return sum(map(_seconds, test))
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5

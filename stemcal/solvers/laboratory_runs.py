@@ -42,7 +42,7 @@ _WORST_DRIFT = 5.0
 # Nor is a cut whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
 _LEAST_CONTACT = -1.0
 
-AnyTest = LaboratoryTest | ShearTest
+AnyTest = LaboratoryTest | tuple[ShearTest, ...]  # a cut in each of its mesh phases
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
@@ -99,11 +99,13 @@ def _kind(section: LaboratorySection, diameter: float) -> Kind:
 
 def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     """Return everything that determines the responses of a test, as JSON values."""
-    revision = cutting_revision(test) if isinstance(test, ShearTest) else {"revision": laboratory.REVISION}
-    return {"kind": section.kind, **revision, "measured": list(section.measured), **determining(test)}
+    known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
+    if isinstance(test, LaboratoryTest):
+        return {**known, **determining(test)}
+    return {**known, "cutting": cutting_revision(test[0]), "tests": [determining(one) for one in test]}
 
 
-def determining(test: AnyTest) -> dict[str, Any]:
+def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
     """Return what determines the answer of a test: all of it but the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
@@ -142,7 +144,7 @@ def perform(
     """Perform a test, see `laboratory.perform`; of a cut that cannot be trusted a failure is made."""
     if isinstance(test, LaboratoryTest):
         return laboratory.perform(test, watch, inspect)
-    result = laboratory.cut(test, section, watch, inspect)
+    result = laboratory.cut(test, watch, inspect)
     if (failure := distrusted(result)) is not None:
         raise failure
     return result

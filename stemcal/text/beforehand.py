@@ -1,9 +1,22 @@
 """What `check` says of designs and programs; light, for nothing is computed."""
 
-from stemcal.overview.beforehand import FactorsWanted, LengthsBelong, NotVaried, SmallScreening, TooFewFactors
+from stemcal.overview.beforehand import (
+    FactorsWanted,
+    LengthsBelong,
+    NotVaried,
+    SmallScreening,
+    TooFewFactors,
+    beforehand,
+)
+from stemcal.study.model import Study
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence, states
-from stemcal.text.notes import sentences as sentences
+from stemcal.text.notes import sentence, sentences, states
+
+
+def remarks(study: Study) -> list[str]:
+    """Say what the designs and the solver of a study want, lose, and take for granted."""
+    return sentences(beforehand(study))
+
 
 states(
     FactorsWanted,

@@ -7,8 +7,7 @@ from stemcal.overview.identify import Combination, Expected, Identified, Maximum
 from stemcal.text.calibration import change, with_unit
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import sentences as sentences
-from stemcal.text.notes import states
+from stemcal.text.notes import sentences, states
 from stemcal.text.numbers import interval, significant
 
 _WORTH_TELLING = 0.005  # of the specimens
@@ -44,6 +43,11 @@ def foot(found: Identified, names: Names) -> list[str]:
         say(divided, shares=shares, even=found.even_percent),
         *(loosest(one, units, names) for one in found.combinations if one.loosest and one.specimens == most),
     ]
+
+
+def remarks(found: Identified, names: Names) -> list[str]:
+    """Say what the foretelling assumes and leaves out."""
+    return sentences(found.notes, names)
 
 
 def loosest(one: Combination, units: Mapping[str, str], names: Names) -> str:

@@ -44,7 +44,11 @@ states(
     by="rows",
 )
 states(lab.SheetSkipped, "sheet {sheet} holds no curve and is not read")
-states(lab.FolderSkipped, "folder {folder} is not read: no test has this name")
+states(
+    lab.FolderSkipped,
+    {False: "folder {folder} is not read: no test has this name", True: "folder {folder} is not read beside {taken}"},
+    by=lambda note: bool(note.taken),
+)
 states(lab.SideBySide, "{specimens} specimens side by side")
 states(
     lab.SharedDisplacement,

@@ -33,7 +33,7 @@ def sentence(fact: Tagged, names: Names) -> str:
 
 
 def sentences(facts: Iterable[Tagged], names: Names | None = None) -> list[str]:
-    """Return what each of several notes says; a topic's module hands this on, so that its kinds are known."""
+    """Return what each of several notes says, of a topic whose module is imported."""
     return [sentence(fact, names or Names()) for fact in facts]
 
 

@@ -6,8 +6,7 @@ from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMem
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence, states
-from stemcal.text.notes import sentences as sentences
+from stemcal.text.notes import sentence, sentences, states
 from stemcal.text.numbers import duration, in_bytes
 
 

@@ -121,6 +121,16 @@ def test_folders_go_by_the_name_of_a_test_in_any_case_and_others_are_told(lab: P
     assert found.remarks == (FolderSkipped("'bend'"),)
 
 
+def test_of_two_folders_the_one_of_the_very_name_is_read_and_the_other_told(lab: Path) -> None:
+    (lab / "Pull").mkdir(exist_ok=True)
+    if (lab / "Pull").samefile(lab / "pull"):
+        pytest.skip("names of folders differ in more than case here")
+    (lab / "Pull" / "8mm-1.csv").write_text(sheet(300.0), encoding="utf-8")
+    done = command("measure", "tests", THREE, lab, "--preload", 0)
+    assert "maximum_force: 630 N" in done.stdout
+    assert "note: folder 'Pull' is not read beside 'pull'" in done.stderr.splitlines()
+
+
 def test_json_tells_means_and_targets(lab: Path) -> None:
     told = json.loads(command("measure", "tests", THREE, lab, "--json", "--preload", 0).stdout)
     assert told["stage"] == "measure-tests"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from stemcal import cutting, laboratory
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import cut
 from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
@@ -14,12 +15,13 @@ from stemcal.solvers.laboratory_runs import distrusted
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.study.rules.plausible import doubts
 
 THREE = (Path(__file__).parents[2] / "configs" / "three-tests.yaml").read_text(encoding="utf-8")
 
 
-def _study(folder: Path, changes: str, sections: str = "") -> Study:
-    """Return three-tests.yaml with one further test, of kind cutting."""
+def _study(folder: Path, changes: str, sections: str = "", solver: str = "") -> Study:
+    """Return three-tests.yaml with one further test, of kind cutting, and more keys under blade and solver."""
     head, rest = THREE.split("tests:\n", 1)
     targets = "targets:\n  calibrate_at" + rest.split("targets:\n  calibrate_at", 1)[1]
     measured = (
@@ -27,7 +29,8 @@ def _study(folder: Path, changes: str, sections: str = "") -> Study:
     )
     further = f"tests:\n  - {{name: again, kind: cutting, {changes}{measured}}}\n\n"
     path = folder / "further.yaml"
-    path.write_text((head + further + targets).replace("blade: {", f"blade: {{{sections}"), encoding="utf-8")
+    text = (head + further + targets).replace("blade: {", f"blade: {{{sections}")
+    path.write_text(text.replace("  kind: embedded\n", f"  kind: embedded\n{solver}"), encoding="utf-8")
     return load_study(path)
 
 
@@ -53,6 +56,14 @@ def test_a_blade_of_another_angle_gives_what_a_spec_with_that_blade_gives(tmp_pa
     assert set(found) == {"again_maximum_force", "again_work"}
 
 
+def test_its_mesh_has_the_phases_of_the_first(tmp_path: Path) -> None:
+    study = _study(tmp_path, "", solver="  phases: 2\n")
+    levels = study.midlevels()
+    first, again = simulate(study, levels), simulate_test(study, "again", levels, 8.0)
+    assert first.phase_peaks[0] != first.phase_peaks[1]
+    assert again.responses["maximum_force"] == first.peak_force == pytest.approx(sum(first.phase_peaks) / 2.0)
+
+
 def test_what_is_not_given_is_the_spec_s(tmp_path: Path) -> None:
     study = _study(tmp_path, "supports: {clearance: 12 mm}, speed: 400 mm/min, stroke: 1 mm, symmetry: half, ")
     (section,), own = study.tests, shear_test(study, study.midlevels(), 8.0)
@@ -67,17 +78,28 @@ def test_what_is_not_given_is_the_spec_s(tmp_path: Path) -> None:
     assert ratio == pytest.approx(16.0)
 
 
-def test_another_blade_is_another_run(tmp_path: Path) -> None:
+def test_another_blade_or_code_is_another_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plain, blunt = (_study(tmp_path, changes) for changes in ("", "blade: {edge_angle: 60 deg}, "))
     request = Request("rsm", 0, plain.midlevels(), 8.0)
     one, other = (Embedded(study).identity(request) for study in (plain, blunt))
     assert one["tests"] == other["tests"]
     assert one["laboratory"] != other["laboratory"]
+    for package in (cutting, laboratory):
+        with monkeypatch.context() as changed:
+            changed.setattr(package, "REVISION", 1000)
+            assert Embedded(plain).identity(request)["laboratory"] != one["laboratory"]
+
+
+def test_check_doubts_a_further_cut_as_the_first(tmp_path: Path) -> None:
+    """A speed in mm/s where mm/min was meant, and work, which depends on the mesh."""
+    found = doubts(_study(tmp_path, "speed: 60 mm/s, stroke: 90 m, "))
+    assert [doubt.path[2] for doubt in found if doubt.path[0] == "tests"] == ["stroke", "speed", "targets"]
+    assert not [d for d in doubts(_study(tmp_path, "blade: {edge_angle: 60 deg}, ")) if d.path[0] != "tests"]
 
 
 def test_a_cut_that_creates_energy_is_no_answer(tmp_path: Path) -> None:
     study = _study(tmp_path, "")
-    result = cut(shear_test(study, study.midlevels(), 8.0), study.tests[0])
+    result = cut((shear_test(study, study.midlevels(), 8.0),))
     assert distrusted(result) is None
     for changes, reason in (
         ({"energy_drift_percent": 5.1}, "energy_drift"),

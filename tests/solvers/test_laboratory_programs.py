@@ -138,6 +138,17 @@ def test_one_test_is_shown_beside_what_was_measured(study: Study) -> None:
     assert "--symmetry" in refused.stderr
 
 
+def test_a_result_of_an_earlier_run_is_not_put_beside_the_program(tmp_path: Path) -> None:
+    """It would pass for the answer of a program that writes none: as an argument it is not to be copied, nor may it."""
+    (tmp_path / "out.json").write_text('{"force": 17.0, "slope": 1.0}', encoding="utf-8")
+    named = TESTS.format(command=json.dumps([sys.executable, "torsion.py", "out.json"])).replace("{", "{{")
+    assert study_in(tmp_path, named.replace("}", "}}")).warnings == ()
+    with pytest.raises(SpecError, match=r"tests.torsion.solver.files\[2\]: Out.json is read as a result") as told:
+        (tmp_path / "Out.json").write_text("{}", encoding="utf-8")
+        study_in(tmp_path, TESTS.replace("[torsion.py]", "[torsion.py, Out.json]"))
+    assert "remove it, or let the program write another file" in str(told.value)
+
+
 def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None:
     wrong = (
         TESTS.replace("maximum_force: {{kind", "stiffness: {{kind")

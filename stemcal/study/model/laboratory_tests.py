@@ -134,7 +134,7 @@ class LaboratorySection(Frozen):
     hourglass: HourglassCoefficient = 0.03
     """Stiffness against hourglass modes, in the form `stiffness`."""
     symmetry: Literal["none", "half", "quarter"] = "quarter"
-    """Which part is computed; in cutting as under `solver` by default, where its mesh is given too."""
+    """Which part is computed; in cutting as under `solver` by default, whose mesh it has, phases too."""
     targets: tuple[LaboratoryMeans, ...] = ()
     """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
     `simulate --test`."""
@@ -146,11 +146,7 @@ class LaboratorySection(Frozen):
     def in_place_of(self, own: object) -> dict[str, Any]:
         """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
         mesh = {"symmetry": self.symmetry} if "symmetry" in self.model_fields_set else {}
-        given = {
-            "blade": _given(self.blade),
-            "supports": _given(self.supports),
-            "solver": {"phases": 1, "perturb": None, **mesh},
-        }
+        given = {"blade": _given(self.blade), "supports": _given(self.supports), "solver": mesh}
         sections = {name: getattr(own, name) for name in given}
         return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}
 
@@ -169,7 +165,9 @@ class LaboratorySection(Frozen):
     @property
     def told(self) -> tuple[str, ...]:
         """The responses that a calibration would use if all were measured: of a program all that are read."""
-        return USUAL if self.solver is None else tuple(self.solver.results)
+        if self.solver is not None:
+            return tuple(self.solver.results)
+        return ("maximum_force",) if self.kind == "cutting" else USUAL
 
     @property
     def measured(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from stemcal.words import did_you_mean
 
 _CUTTING = "cutting"
 _OF_PROGRAMS = {"name", "kind", "solver", "targets"}
-_OF_CUTTING = {"name", "kind", "targets", "blade", "supports", "stroke", "speed", "symmetry", "secant", "deflection"}
+_OF_CUTTING = {"name", "kind", "targets", "blade", "supports", "stroke", "speed", "symmetry"}
 _ABOUT_CUTTING = (
     geometry.stem_reaches_over_supports,
     geometry.blade_spans_stem,
@@ -73,13 +73,17 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Each test has a name of its own, from which the names of its responses are made."""
+    """Each test has a name of its own, of which the names of its responses and of its folder of sheets are made.
+
+    Case does not count, as in names of folders on Windows.
+    """
     seen: set[str] = set()
     for index, test in draft.tests.items():
-        if test.name in seen or test.name == _CUTTING:
-            taken = "the test of the sections above" if test.name == _CUTTING else "another test"
+        key = test.name.casefold()
+        if key in seen or key == _CUTTING:
+            taken = "the test of the sections above" if key == _CUTTING else "another test"
             yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
-        seen.add(test.name)
+        seen.add(key)
         for response in test.measured:
             if test.called(response) in draft.names:
                 message = f"{test.called(response)!r} is the name of a factor and of a response"
@@ -100,7 +104,12 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
                 yield Finding(place, "gives no response", "add slope: …, say")
             if not bends and test.kind != "other" and means.axis_slope is not None:
                 yield Finding((*place, "axis_slope"), f"the axis does not bend in {test.kind}", "give the slope")
-            if test.solver is None and test.deflection is None and means.force_at_deflection is not None:
+            if (
+                test.solver is None
+                and test.kind != "cutting"
+                and test.deflection is None
+                and means.force_at_deflection is not None
+            ):
                 message = "at which deflection is not said"
                 yield Finding((*place, "force_at_deflection"), message, "add deflection: … to the test")
             for response in RESPONSES:
@@ -118,6 +127,10 @@ def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Findin
     if test.kind == "cutting":
         for key in sorted(test.model_fields_set - _OF_CUTTING):
             yield Finding((*path, key), f"{key} is not of a cutting test beside the first", "remove it", at_key=True)
+        for entry, means in enumerate(test.targets):
+            for name in sorted({"slope", "force_at_deflection"} & set(means.given())):
+                message = f"the {name} of a cut holds the give of the contact, which belongs to the mesh"
+                yield Finding((*path, "targets", entry, name), message, "give the maximum force")
         return
     for key in sorted({"blade", "supports"} & test.model_fields_set):
         yield Finding((*path, key), f"{test.kind} has no {key}", "remove it", at_key=True)

@@ -43,13 +43,29 @@ _TUBE = 0.5  # the share of a tube's section that shear counts
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 1e-4  # of a mean
+_FALL = "elements two thirds as long give up to a tenth less"
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work, _climb), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement, _programs)
-    return [finding for of in found for finding in of(study)]
+    told = [finding for of in found for finding in of(study)]
+    return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
+
+
+def _of_further_cuts(study: Study) -> Iterator[Finding]:
+    """Question a further cut as the first, at the keys of its own."""
+    keys: dict[NodePath, NodePath] = {("loading", "speed"): ("speed",), ("loading", "duration"): ("stroke",)}
+    for index, test in enumerate(study.tests):
+        if test.kind != "cutting" or test.solver is not None:
+            continue
+        cut = study.cut_as(test, study.targets.calibrate_at)
+        for finding in (one for of in (_sizes, _speed, _swing) for one in of(cut)):
+            own = finding.path[0] in ("loading", "blade", "supports")
+            yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
+        if late := sorted({"travel", "work"} & set(test.measured)):
+            yield Finding(("tests", index, "targets"), f"{' and '.join(late)}: {_FALL}", "fit the maximum force alone")
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -185,7 +201,7 @@ def _path_and_work(study: Study) -> Iterator[Finding]:
     measured = study.mesh is not None and study.mesh.sizes
     if fitted and not measured and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
-        message = f"{depend} on the mesh: elements two thirds as long give up to a tenth less"
+        message = f"{depend} on the mesh: {_FALL}"
         sizes = "add mesh: {sizes: [d/24]}, which puts that into their scatter"
         alone = f"fit the force alone, or leave rsm.correct_with out and {sizes}"
         yield Finding(("invert", "responses"), message, sizes if study.rsm.correct_with is None else alone)
@@ -319,7 +335,8 @@ def _programs(study: Study) -> Iterator[Finding]:
         if not isinstance(solver, CommandSolver):
             continue
         beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-        lacking = beside - {file.name for file in (*solver.files, *solver.templates)}
+        written = {reader.file for reader in solver.readers.values()}
+        lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
         for index, argument in enumerate(solver.command):
             if index and argument in lacking:
                 message = f"{argument} lies beside the spec, but not in the folder of a run"

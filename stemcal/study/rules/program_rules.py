@@ -106,12 +106,16 @@ def mirrored_runs_stand_once(draft: Draft) -> Iterator[Finding]:
 
 
 def run_files_differ(draft: Draft) -> Iterator[Finding]:
-    """The files of a run have different names, also where case does not count."""
+    """The files of a run have different names, also where case does not count; what is read the program has written."""
     if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver):
         return
-    seen = set(_RESERVED)
+    readers = draft.solver.readers.values() if isinstance(draft.solver, model.CommandSolver) else ()
+    seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(draft.solver, key)):
+            if path.name.lower() in read:
+                message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
+                yield Finding(("solver", key, index), message, "remove it, or let the program write another file")
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
                 yield Finding(("solver", key, index), message, "rename one of them")
