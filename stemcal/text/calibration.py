@@ -375,25 +375,46 @@ states(
     "For {count} of the {of} measured means a Gaussian process takes the quadratic's place: it predicts runs left out "
     "clearly better.",
 )
+
+
+def _machine_told(note: MachineFound) -> str:
+    """Return what is told of the machine: a range, or where no machine is too stiff what it is above at least."""
+    return note.of if note.high is not None else "stiff" if note.low is not None else "too stiff"
+
+
+def _given_range(note: MachineFound, names: Names) -> str:
+    return "" if note.low is None or note.high is None else interval((note.low, note.high), 3)
+
+
 states(
     MachineFound,
     {
-        "stiffness": "With the curves the stiffness of the testing machine is {found:significant 3} ± "
-        "{found_sd:significant 2} N/mm, by itself {stated:.4g} ± {sd:.3g} N/mm.",
-        "toe": "With the curves their beginning lies {found:significant 2} ± {found_sd:significant 2} mm behind the "
-        "preload, by itself 0 ± {sd:.3g} mm.",
+        "stiffness": "With the fit to the curves the stiffness of the testing machine is {given} N/mm (95 %), by "
+        "`machine` alone {stated:.4g} ± {sd:.3g} N/mm.",
+        "stiff": "With the fit to the curves the stiffness of the testing machine is {low:significant 3} N/mm or more "
+        "(95 %), by `machine` alone {stated:.4g} ± {sd:.3g} N/mm.",
+        "too stiff": "The curves want a testing machine stiffer than a rigid one, by `machine` alone "
+        "{stated:.4g} ± {sd:.3g} N/mm.",
+        "toe": "With the fit to the curves contact begins {given} mm (95 %) later than the preload, by `toe_sd` alone "
+        "0 ± {sd:.3g} mm.",
     },
-    by="of",
+    by=_machine_told,
+    given=_given_range,
 )
 states(
     MachineContradicted,
     {
-        "stiffness": "The curves contradict the stiffness of the testing machine, {stated:.4g} ± {sd:.3g} N/mm: with "
-        "it they give {found:significant 3} ± {found_sd:significant 2} N/mm. Look at both.",
-        "toe": "The curves contradict where they begin, 0 ± {sd:.3g} mm behind the preload: with it they give "
-        "{found:significant 2} ± {found_sd:significant 2} mm. Look at both.",
+        "stiffness": "The curves say that the stiffness of the testing machine is {given} N/mm (95 %); `machine` "
+        "allows {stated:.4g} ± {sd:.3g} N/mm. Check `machine` and the start of the sheets.",
+        "stiff": "The curves say that the stiffness of the testing machine is {low:significant 3} N/mm or more "
+        "(95 %); `machine` allows {stated:.4g} ± {sd:.3g} N/mm. Check `machine` and the start of the sheets.",
+        "too stiff": "The curves want a testing machine stiffer than a rigid one; `machine` allows "
+        "{stated:.4g} ± {sd:.3g} N/mm. Check `machine` and the start of the sheets.",
+        "toe": "The curves say that contact begins {given} mm (95 %) later than the preload; `toe_sd` allows 0 "
+        "± {sd:.3g} mm. Check `machine` and the start of the sheets.",
     },
-    by="of",
+    by=_machine_told,
+    given=_given_range,
 )
 states(
     UnequalScatter,

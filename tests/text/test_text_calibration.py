@@ -57,15 +57,18 @@ def joint(results: Any) -> InvertResult:
 
 
 def test_what_the_curves_tell_of_the_machine() -> None:
-    found = MachineFound("stiffness", 1500.0, 60.0, 1552.3, 41.37)
-    assert sentence(found, Names()) == (
-        "With the curves the stiffness of the testing machine is 1552 ± 41 N/mm, by itself 1500 ± 60 N/mm."
-    )
-    against = MachineContradicted("toe", 0.0, 0.005, -0.0123, 0.00312)
-    assert sentence(against, Names()) == (
-        "The curves contradict where they begin, 0 ± 0.005 mm behind the preload: with it they give −0.012 ± 0.0031 "
-        "mm. Look at both."
-    )
+    known = "by `machine` alone 1500 ± 60 N/mm."
+    with_curves = "With the fit to the curves the stiffness of the testing machine is"
+    check = "Check `machine` and the start of the sheets."
+    told = {
+        MachineFound("stiffness", 1500.0, 60.0, 1474.3, 1638.2): f"{with_curves} 1474 to 1638 N/mm (95 %), {known}",
+        MachineFound("stiffness", 1500.0, 60.0, 1474.3, None): f"{with_curves} 1474 N/mm or more (95 %), {known}",
+        MachineContradicted("stiffness", 1500.0, 60.0, None, None): "The curves want a testing machine stiffer than a "
+        f"rigid one; `machine` allows 1500 ± 60 N/mm. {check}",
+        MachineContradicted("toe", 0.0, 0.01, 0.0371, 0.0389): "The curves say that contact begins 0.0371 to 0.0389 mm "
+        f"(95 %) later than the preload; `toe_sd` allows 0 ± 0.01 mm. {check}",
+    }
+    assert {note: sentence(note, Names()) for note in told} == told
 
 
 def said(stage: InvertResult) -> dict[str, str]:

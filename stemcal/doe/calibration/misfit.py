@@ -269,7 +269,7 @@ class Misfit:
         """Return mean and standard deviation of a shared error z after the fit at x; None where there is none.
 
         Before it they are 0 and 1. z moves the observations by u, and of it the residuals r tell uᵀV⁻¹r ± √(1 − uᵀQu),
-        Q as in `joint_fit.chance_of`.
+        Q as in `joint_fit.chance_of`. Where z is from 0 ± 1 that mean scatters with 1 − sd², not with 1.
         """
         u = next((source.loading for source in self.sources if source.name == name), None)
         if u is None:

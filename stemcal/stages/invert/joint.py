@@ -5,10 +5,11 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.doe.calibration.contradiction import allowed_by_others, contradiction, out_of_reach
+from stemcal.doe.calibration.contradiction import LEVEL, allowed_by_others, contradiction, out_of_reach
 from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit, best_fit
+from stemcal.doe.calibration.profile import chance_of_rise
 from stemcal.doe.calibration.ridge import presses_outwards
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
@@ -44,6 +45,10 @@ from stemcal.stages.invert.result import (
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
+from stemcal.study.model.measured_targets import MachineSection
+
+_NORMAL = 1.96  # of a normal distribution 95 % are within so many standard deviations
+_UNTOLD = 1e-4  # of the variance of what is known of the machine: of less the curves tell nothing
 
 
 def measured_means(study: Study) -> list[Measured]:
@@ -95,22 +100,31 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
             *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
-            *_machine_found(study, misfit, best_fit(misfit, region)),
+            *machine_found(study.targets.machine, misfit, best_fit(misfit, region)),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
 
 
-def _machine_found(study: Study, misfit: Misfit, x: Array) -> Iterator[MachineFound]:
-    """Yield what the fit tells of the machine: z deviations of its compliance, 1/k − z·sd/k², or of the toe."""
-    machine = study.targets.machine
+def machine_found(machine: MachineSection, misfit: Misfit, x: Array) -> Iterator[MachineFound]:
+    """Yield what the fit tells of the machine: z deviations of its compliance or of the toe."""
     known = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
     for of, stated, sd in known:
         if told := misfit.told_of(of, x):
             z, spread = told
-            bent = 1.0 / (1.0 - z * sd / stated) if stated else 1.0
-            kind = MachineContradicted if abs(z) > 2.0 else MachineFound
-            yield kind(of, stated, sd, stated + z * sd * bent, spread * sd * bent**2)
+            scatter = max(1.0 - spread**2, _UNTOLD)
+            kind = MachineFound
+            if chance_of_rise(z**2 / scatter, misfit.scale_df) < LEVEL:  # then by the curves alone
+                kind, z, spread = MachineContradicted, z / scatter, spread / scatter**0.5
+            ends = [z - _NORMAL * spread, z + _NORMAL * spread]
+            low, high = (_stiffness(stated, sd, end) if stated else sd * end for end in ends)
+            yield kind(of, stated, sd, low, high)
+
+
+def _stiffness(stated: float, sd: float, z: float) -> float | None:
+    """Return k of the compliance 1/k₀ − z·sd/k₀²; None where that is not above 0, as a rigid machine's."""
+    compliance = (1.0 - z * sd / stated) / stated
+    return 1.0 / compliance if compliance > 0.0 else None
 
 
 def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, coding: Coding) -> Desired | None:

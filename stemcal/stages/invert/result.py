@@ -29,18 +29,19 @@ class UnequalScatter(Note):
 class MachineFound(Note, weight=Weight.ASIDE):
     """What the fit tells of the testing machine: its stiffness (N/mm) or where its curves begin (toe, mm).
 
-    `stated` ± `sd` is what the spec says, `found` ± `found_sd` what that and the curves say together.
+    `stated` ± `sd` is what the spec says, `low` to `high` the 95 % interval of what that and the curves say together.
+    A stiffness without an upper end may be any above `low`; without both, no machine is stiff enough.
     """
 
     of: str
     stated: float
     sd: float
-    found: float
-    found_sd: float
+    low: float | None
+    high: float | None
 
 
 class MachineContradicted(MachineFound, weight=Weight.USE):
-    """What is found lies more than two standard deviations from what the spec says."""
+    """Were the spec right, fewer than 5 % of studies had curves as far from it; the interval is of these alone."""
 
 
 class ProcessesTaken(Note):

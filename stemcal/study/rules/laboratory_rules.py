@@ -64,6 +64,9 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     if targets is not None and targets.machine.model_fields_set and not curved:
         message = "no curves are given: what is known of the machine has no use"
         yield Finding(("targets", "machine"), message, "remove it, or name curves under forces", at_key=True)
+    if targets is not None and targets.machine.stiffness_sd and targets.machine.stiffness is None:
+        message = "there is no stiffness that it is the standard deviation of"
+        yield Finding(("targets", "machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
     if curved and draft.transfer is not None:
         message = "curves are compared here alone: parameters cannot be transferred by them"
         yield Finding(("transfer",), message, "leave out one of them", at_key=True)

@@ -49,7 +49,7 @@ _FALL = "elements two thirds as long give up to a tenth less"
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work, _climb), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _materials, _growth, _factors, _agreement, _programs)
+    found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement, _programs)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
 
@@ -269,6 +269,14 @@ def _outliers(study: Study) -> Iterator[Finding]:
                 f"{median(expected):.3g} N"
             )
             yield Finding(("targets", "forces", index, "force"), message, "look for a slip of the point or the unit")
+
+
+def _machine(study: Study) -> Iterator[Finding]:
+    """Question a stiffness so badly known that the machine might as well be rigid: 1/k ± sd/k² would reach 0."""
+    machine = study.targets.machine
+    if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
+        message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is hardly known: the machine may be rigid"
+        yield Finding(("targets", "machine", "stiffness_sd"), message, "measure its stiffness without a stem")
 
 
 def _materials(study: Study) -> Iterator[Finding]:
