@@ -6,7 +6,7 @@ from stemcal.files.typed import Tagged
 MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
-# Of how far a section has widened; a piece that stays straight has 0.3.
+# Of how far a section has widened; a piece that stays straight has up to 2.
 MOST_BUCKLING = 5.0
 # With less added mass than this inertia is the stem's own and no doubt, percent.
 NEGLIGIBLE_MASS = 1.0
@@ -43,7 +43,7 @@ class MaximumNotPassed(RunWarning):
 
 
 class Buckles(RunWarning):
-    """A piece pressed along its axis bends or wrinkles before it breaks, by that share of how far it has widened."""
+    """A piece between lubricated ends bends or wrinkles before it breaks, by that share of how far it has widened."""
 
     percent: float
 

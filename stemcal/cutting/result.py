@@ -250,9 +250,17 @@ _BEGINNING = 0.1
 
 
 def evaluate(
-    curve: ForceHistory, history: History, broken: int | None, elements: int, wall: float, window: int
+    curve: ForceHistory,
+    history: History,
+    broken: int | None,
+    elements: int,
+    wall: float,
+    window: int,
+    balanced: int | None = None,
 ) -> CuttingResult:
     """Return the peak of a force curve until the stem breaks, at row `broken`, if it does, and the measures of trust.
+
+    The energy balance is judged before row `balanced`, or over the whole stroke.
 
     Raises
     ------
@@ -265,7 +273,7 @@ def evaluate(
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
     added = 100.0 * history.added_mass
     checks = {
-        "energy_drift_percent": history.drift_percent(),
+        "energy_drift_percent": history.drift_percent(balanced),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
         "hourglass_ratio_percent": _ratio_percent(curve.hourglass, curve, peak),
         "inertia_percent": float(100.0 * abs(1.0 - curve.supports[peak] / curve.force_filtered[peak])),
@@ -313,6 +321,7 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
     """Return the largest part/internal in percent up to row `until`, past the first tenth of the work done by then."""
     rows = np.arange(len(part))
     counted = (rows <= until) & (curve.external > _BEGINNING * max(curve.external[until], 1e-12))
+    counted &= curve.internal > 0.0  # none is left where all elements are deleted
     return float(100.0 * np.max(part[counted] / curve.internal[counted], initial=0.0))
 
 

@@ -71,10 +71,10 @@ class History:
         held = self.kinetic + self.internal + self.hourglass + self.eroded + self.contact
         return np.asarray(held - held[0] - self.external)
 
-    def drift_percent(self) -> float:
-        """Return the largest |balance| as a percentage of the largest energy that went through."""
-        scale = max(np.abs(self.external).max(), self.kinetic.max(), 1e-30)
-        return float(100.0 * np.abs(self.balance).max() / scale)
+    def drift_percent(self, until: int | None = None) -> float:
+        """Return the largest |balance| before row `until` as a percentage of the largest energy that went through."""
+        scale = max(np.abs(self.external[:until]).max(), self.kinetic[:until].max(), 1e-30)
+        return float(100.0 * np.abs(self.balance[:until]).max() / scale)
 
     def row(self, name: str) -> Array:
         """Return one row of the elements' state as (E,), in the order of the mesh."""

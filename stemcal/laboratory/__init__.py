@@ -76,7 +76,7 @@ def perform(
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
     deflection = np.array(gauges.deflection) if gauges.deflection else None
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
-    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
+    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
     responses, r2 = responses_of(test, curve, deflection, result, broken)
     shape = shape_of(model, history, how.symmetry)
     warnings = _of_tests(result.warnings) + _buckling(gauges, curve)

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # Rows that a slope needs at least.
 _FEWEST = 3
+# A piece that has widened by less than this share has not widened.
+_WIDENED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -144,11 +146,16 @@ class Gauges:
 
 
 def _unevenness(before: Array, after: Array) -> float:
-    """Return how far the worst node (N, 2) is from where an even widening 1 + g, fitted, takes it: a share of g R."""
+    """Return how far the worst node (N, 2) is from where an even widening 1 + g, fitted, takes it: a share of g R.
+
+    Of a piece that has not widened, at a Poisson's ratio of 0, that would be rounding: 0.
+    """
     moved = after - before
     widening = float(np.vdot(before, moved) / np.vdot(before, before))
+    if abs(widening) < _WIDENED:
+        return 0.0
     off = np.linalg.norm(moved - widening * before, axis=1).max()
-    return float(off / (abs(widening) * np.linalg.norm(before, axis=1).max())) if widening else 0.0
+    return float(off / (abs(widening) * np.linalg.norm(before, axis=1).max()))
 
 
 def _section(nodes: Array, hexes: NDArray[np.int32], at: float) -> tuple[NDArray[np.int64], Array]:

@@ -13,7 +13,6 @@ from stemcal import cutting, laboratory
 from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
 from stemcal.errors import SimulationFailed
 from stemcal.fem.material import Hourglass, Material
-from stemcal.fem.model import Integration
 from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import (
@@ -37,9 +36,9 @@ from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 _OUTPUTS, _THROUGH_RING, _SMOOTHED, _WIDER, _LONGER = 400, 8, 0.01, 4.0, 3.0
 
 
-# A run whose energy balance is off by more than this is no answer, percent.
+# A run whose energy balance is off by more than this is no answer, percent; of laboratory tests until the break.
 _WORST_DRIFT = 5.0
-# Nor is a cut whose contact has created more than this share of the blade's work, percent (`CuttingResult`).
+# Nor is one whose contact has created more than this share of the tool's work, percent (`CuttingResult`).
 _LEAST_CONTACT = -1.0
 
 AnyTest = LaboratoryTest | tuple[ShearTest, ...]  # a cut in each of its mesh phases
@@ -73,9 +72,7 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
             edge_over="nodes",
             element=how.element,
             hourglass=Hourglass("stiffness", section.hourglass),
-            integration=Integration(
-                outputs=_OUTPUTS, threads=how.integration.threads, precision=how.integration.precision
-            ),
+            integration=replace(how.integration, outputs=_OUTPUTS, time_step=None, mass_scaling=1.0),
             filter_window=_SMOOTHED * duration,
             coarsening=_LONGER if section.kind == "three-point-bending" else 1.0,
             coarsening_around=_WIDER if ring else 1.0,
@@ -141,22 +138,23 @@ def perform(
     watch: Callable[[float, float], None] | None = None,
     inspect: Inspect | None = None,
 ) -> LaboratoryResult:
-    """Perform a test, see `laboratory.perform`; of a cut that cannot be trusted a failure is made."""
+    """Perform a test, see `laboratory.perform`; of one that cannot be trusted a failure is made."""
     if isinstance(test, LaboratoryTest):
-        return laboratory.perform(test, watch, inspect)
-    result = laboratory.cut(test, watch, inspect)
+        result = laboratory.perform(test, watch, inspect)
+    else:
+        result = laboratory.cut(test, watch, inspect)
     if (failure := distrusted(result)) is not None:
         raise failure
     return result
 
 
 def distrusted(result: CuttingResult) -> SimulationFailed | None:
-    """Return why a cut is no answer: energy that its numbers have lost or created."""
+    """Return why a run is no answer: energy that its numbers have lost or created."""
     if result.energy_drift_percent > _WORST_DRIFT:
         message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)
     if result.contact_energy_percent < _LEAST_CONTACT:
-        message = f"contact has created {-result.contact_energy_percent:.1f} % of the blade's work"
+        message = f"contact has created {-result.contact_energy_percent:.1f} % of the work"
         return SimulationFailed("contact_energy", message)
     return None
 

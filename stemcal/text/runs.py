@@ -61,8 +61,8 @@ states(
 states(
     of_runs.Buckles,
     "The pressed piece bends or wrinkles before it breaks: it is out of shape by {percent:.0f} % of how far it has "
-    "widened. Travel and work then depend on the mesh, the slope does not. Take a shorter piece, held ends or more "
-    "elements through the wall, or do not fit travel and work.",
+    "widened. Travel, work and, less so, the maximum force then depend on the mesh, the slope does not. Take a shorter "
+    "piece; where the wall wrinkles, fit the slope alone.",
 )
 states(
     of_runs.InertiaInForce,

@@ -10,7 +10,8 @@ import pytest
 from pieces import RATIO, E, material, piece
 
 from stemcal.laboratory import Axial, LaboratoryResult, LaboratoryTest, build, perform
-from stemcal.run_warnings import Buckles
+from stemcal.run_warnings import Buckles, EnergyDrifts
+from stemcal.solvers.laboratory_runs import distrusted
 
 LENGTH, YIELD, TANGENT, NU = 16.0, 15.0, 50.0, 0.3
 
@@ -142,3 +143,27 @@ def test_a_thin_wall_that_hardens_does_not_wrinkle() -> None:
 def test_a_thin_wall_that_hardly_hardens_wrinkles_and_says_so() -> None:
     (warning,) = [one for one in thin(0.5, 0.9).warnings if isinstance(one, Buckles)]
     assert warning.percent > 50.0
+
+
+def test_a_piece_that_does_not_widen_does_not_buckle() -> None:
+    """At a Poisson's ratio of 0 it keeps its section until it yields: what there is of widening is rounding."""
+    test = piece(Axial("compression", "lubricated"), material(YIELD, 0.5, 0.0), LENGTH, 0.1, 1.0)
+    assert not [one for one in perform(test).warnings if isinstance(one, Buckles)]
+
+
+@pytest.mark.parametrize("ends", ["held", "lubricated"])
+def test_energy_after_the_break_is_no_doubt_about_the_curve_before(ends: str) -> None:
+    """Of a thin wall pieces fly about: the balance of the whole stroke is off by a thousand per cent and more."""
+    kind = Axial("compression", ends)  # type: ignore[arg-type]
+    result = perform(piece(kind, material(YIELD, 0.5, NU, 0.03), LENGTH, 1.0, 1.0, 0.9, through_wall=5))
+    assert result.break_travel is not None
+    assert result.energy_drift_percent < 0.1
+    assert distrusted(result) is None
+    assert not [one for one in result.warnings if isinstance(one, EnergyDrifts)]
+
+
+def test_a_piece_that_bursts_at_the_start_is_no_answer() -> None:
+    """Of a wall a fortieth of the diameter thick in elements of d/8 the numbers run away within the first steps."""
+    result = perform(piece(Axial("compression", "lubricated"), material(YIELD, 0.5, NU, 0.03), LENGTH, 1.0, 1.0, 0.95))
+    failure = distrusted(result)
+    assert failure is not None and failure.reason == "energy_drift"

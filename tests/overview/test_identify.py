@@ -233,7 +233,7 @@ def test_a_product_of_powers_is_met_off_the_axes() -> None:
 
 
 def test_what_all_specimens_share_is_not_averaged_away() -> None:
-    """One factor, told by a score of variance v that the machine moves by u, and by a force of variance V; both slopes 1.
+    """One factor, told by a score of variance v that the machine moves by u, and by a force of variance V, slopes 1.
 
     w of N specimens tell wN/(v + wNu²), the others (1 − w)N/V: most where V v = (v + wNu²)², here w = 1/4.
     """

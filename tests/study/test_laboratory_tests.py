@@ -58,6 +58,8 @@ def test_a_piece_is_of_the_stem_that_is_cut(study: Study) -> None:
     assert bending.discretisation.element_size == pytest.approx(10.0 / 12.0)
     assert bending.material.yield_stress == 13.0
     assert bending.loading.speed * bending.loading.duration == pytest.approx(1.2)
+    careful = study.model_copy(update={"solver": study.solver.model_copy(update={"time_step_safety": 0.4})})
+    assert laboratory_test(study.tests[0], shear_test(careful, levels, 10.0)).discretisation.integration.safety == 0.4
     assert pull.kind == Axial("tension", "lubricated")
     assert pull.stem.length == 20.0
     ring = study.tests[1].model_copy(update={"kind": "radial-compression", "element_size": None})
