@@ -15,7 +15,7 @@ import numpy as np
 
 from stemcal.doe.calibration.misfit import Observation, misfit_of
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.designs.d_optimal import d_optimal_shares
+from stemcal.doe.designs.d_optimal import d_optimal_shares, log_determinant
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
@@ -137,11 +137,15 @@ class Measurable:
         told = self.response, None, self.specimens if most_modes(specimens) else "", self.systematic
         return Observation(self.surface, value, self.variation * abs(value), specimens, *told)
 
-    def information(self) -> Array:
-        """Return what one specimen tells of the factors, coded (k, k): outer product of slopes in standard errors."""
-        k = len(self.surface.names)
-        slope = self.surface.gradient(np.zeros(k)) / (self.variation * self.surface.beta[0])
-        return np.outer(slope, slope)
+    def information(self, errors: Sequence[str] = ()) -> Array:
+        """Return what one specimen tells of the k coded factors and m errors that all share, (k + m, k + m).
+
+        It is the outer product of slopes in standard errors.
+        """
+        slopes = self.surface.gradient(np.zeros(len(self.surface.names)))
+        moved = [self.systematic.get(name, 0.0) for name in errors]
+        in_errors = np.append(slopes, moved) / (self.variation * self.surface.beta[0])
+        return np.outer(in_errors, in_errors)
 
 
 def identify(work: Work, specimens: Sequence[int] = SPECIMENS) -> Identified:
@@ -332,16 +336,21 @@ def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurab
 def divided(found: Sequence[Measurable], region: Region, specimens: int) -> tuple[Rows[Allotted], float]:
     """Return the D-optimal division of so many specimens a place, and what an even one is worth of it, per cent.
 
-    What the ranges tell counts beside: that of an even distribution, whose variance is width²/12.
+    What the ranges tell counts beside: that of an even distribution, whose variance is width²/12. The testing machine,
+    which more specimens do not average away, is a parameter of its own, 0 ± 1, that is not asked for.
     """
     places = list(dict.fromkeys((one.test, one.condition) for one in found))
-    each = np.array([sum(one.information() for one in found if (one.test, one.condition) == place) for place in places])
+    errors = sorted({name for one in found for name in one.systematic})
+    each = np.array(
+        [sum(one.information(errors) for one in found if (one.test, one.condition) == place) for place in places]
+    )
     low, high = region.bounds()
-    known = np.diag(12.0 / (high - low) ** 2)
-    told = specimens * len(places) * each
-    shares = d_optimal_shares(told, known)
+    known = np.diag(np.append(12.0 / (high - low) ** 2, np.ones(len(errors))))
+    told, beside = specimens * len(places) * each, len(errors)
+    shares = d_optimal_shares(told, known, beside)
     best, even = (
-        np.linalg.slogdet(np.tensordot(w, told, 1) + known)[1] for w in (shares, np.ones_like(shares) / len(shares))
+        log_determinant(np.tensordot(w, told, 1) + known, beside)
+        for w in (shares, np.full_like(shares, 1 / len(shares)))
     )
     rows = Rows(Allotted(*place, float(share)) for place, share in zip(places, shares, strict=True))
     return rows, float(100.0 * np.exp((even - best) / region.k))

@@ -11,11 +11,20 @@ from scipy.stats import t as student
 
 import stemcal
 from stemcal.doe.calibration.misfit import misfit_of
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.d_optimal import d_optimal_shares
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.overview.identify import Identified, Measurable, central_differences, identify, local_surface, told_by
+from stemcal.overview.identify import (
+    Identified,
+    Measurable,
+    central_differences,
+    divided,
+    identify,
+    local_surface,
+    told_by,
+)
 from stemcal.runs.answer import ignore
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -221,6 +230,19 @@ def test_a_product_of_powers_is_met_off_the_axes() -> None:
     points = central_differences(2)
     surface = local_surface(points, (1.0 + 0.2 * points[:, 0]) * (1.0 - 0.1 * points[:, 1]), ["a", "b"])
     np.testing.assert_allclose(surface.predict(np.array([[1.0, 1.0], [-1.0, 1.0]])), [1.2 * 0.9, 0.8 * 0.9], rtol=1e-12)
+
+
+def test_what_all_specimens_share_is_not_averaged_away() -> None:
+    """One factor, told by a score of variance v that the machine moves by u, and by a force of variance V, slopes 1.
+
+    w of N specimens tell wN/(v + wNu²), the others (1 − w)N/V: most where V v = (v + wNu²)², here w = 1/4.
+    """
+    surface = local_surface(central_differences(1), 100.0 + central_differences(1)[:, 0], ("a",))
+    score = Measurable("cutting", 8.0, "curve_1", surface, 0.08, systematic={"stiffness": 0.8})
+    force = Measurable("pull", 8.0, "pull_maximum_force", surface, 0.1)
+    rows, even = divided([score, force], Region(np.full(1, -1e3), np.full(1, 1e3), None), 50)
+    assert [row.share for row in rows] == pytest.approx([0.25, 0.75], abs=1e-3)
+    assert even == pytest.approx(100.0 * (50 / (64 + 32) + 50 / 100) / (25 / (64 + 16) + 75 / 100), abs=0.01)
 
 
 def test_d_optimal_shares_of_a_line() -> None:

@@ -53,7 +53,9 @@ def contradiction(misfit: Misfit, region: Region) -> Contradiction | None:
 
 
 def allowed_by_others(misfit: Misfit, region: Region, groups: Sequence[object]) -> list[tuple[float, float]]:
-    """Return for each observation between which values the others predict it, at the level of the intervals.
+    """Return for each observation between which values the others predict its measured mean, in 95 % of studies.
+
+    What they leave to ŷᵢ and the variance of the mean about ŷᵢ add up as squares: ŷᵢ ± t √(var ŷᵢ + vᵢ).
 
     Parameters
     ----------
@@ -65,7 +67,14 @@ def allowed_by_others(misfit: Misfit, region: Region, groups: Sequence[object]) 
         members = [i for i, label in enumerate(groups) if label == group]
         others = misfit.without(*members)
         best = best_fit(others, region)
-        found |= {i: _allowed(misfit, others, i, region, best) for i in members}
+        rise = allowed_rise(misfit, others.value(best))
+        for i in members:
+            middle, own = float(misfit.observations[i].model.predict(best)[0]), rise * misfit.whole_variance[i]
+            low, high = _allowed(misfit, others, i, region, best)
+            found[i] = (
+                middle - float(np.hypot(middle - low, own**0.5)),
+                middle + float(np.hypot(high - middle, own**0.5)),
+            )
     return [found[i] for i in range(len(groups))]
 
 

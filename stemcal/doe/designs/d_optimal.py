@@ -32,11 +32,11 @@ def rows_missing(have: Array, want: Array) -> Array:
     return np.array(missing).reshape(-1, want.shape[1])
 
 
-def d_optimal_shares(each: Array, known: Array) -> Array:
+def d_optimal_shares(each: Array, known: Array, beside: int = 0) -> Array:
     """Return the shares w, Σw = 1, that make |Σ wᵢMᵢ + M₀| greatest: how to divide an effort over experiments.
 
     wᵢ ← wᵢ·tr(M⁻¹Mᵢ), scaled to Σw = 1, never lowers it: Silvey, Titterington and Torsney, Comm. Statist. A 7 (1978)
-    1379–1389.
+    1379–1389. Of parameters that are unknown but not asked for, z, what tells of them alone is taken off: |M|/|M_zz|.
 
     Parameters
     ----------
@@ -44,6 +44,8 @@ def d_optimal_shares(each: Array, known: Array) -> Array:
         Information Mᵢ if all effort went into experiment i.
     known : array (k, k)
         Information M₀ that is there anyway; with the sum of all Mᵢ it is not singular.
+    beside : int
+        The last so many of the k parameters are not asked for.
 
     Examples
     --------
@@ -52,14 +54,24 @@ def d_optimal_shares(each: Array, known: Array) -> Array:
     >>> d_optimal_shares(np.array([np.diag([1.0, 0.0]), np.diag([0.0, 9.0])]), np.zeros((2, 2)))
     array([0.5, 0.5])
     """
-    shares = np.full(len(each), 1.0 / len(each))
+    shares, asked = np.full(len(each), 1.0 / len(each)), len(known) - beside
     for _ in range(_MOST_STEPS):
-        inverse = np.linalg.inv(np.tensordot(shares, each, 1) + known)
-        gains = shares * np.einsum("ij,mji->m", inverse, each)
+        information = np.tensordot(shares, each, 1) + known
+        gains = shares * (_gains(information, each) - _gains(information[asked:, asked:], each[:, asked:, asked:]))
         before, shares = shares, gains / gains.sum()
         if np.abs(shares - before).max() < _SETTLED:
             break
     return shares
+
+
+def log_determinant(information: Array, beside: int = 0) -> float:
+    """Return log |M|/|M_zz|, z the last so many parameters, which are not asked for."""
+    asked = len(information) - beside
+    return float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(information[asked:, asked:])[1])
+
+
+def _gains(information: Array, each: Array) -> Array:
+    return np.asarray(np.einsum("ij,mji->m", np.linalg.inv(information), each))
 
 
 def _keys(coded: Array) -> list[list[int]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic import DIAMETERS, exact, misfit, region, surfaces
@@ -131,16 +133,23 @@ def test_one_alone_takes_the_scatter_that_all_have_told() -> None:
 
 
 def test_the_others_allow_a_left_out_mean_what_linear_theory_says() -> None:
-    """y = x₁, x₂ and x₁ + x₂ with SDs of 1, 1 and 10: what the first two allow the third is 0 ± 1.96 √2."""
+    """y = x₁, x₂ and x₁ + x₂ with SDs of 1, 1 and 3: the first two allow the third's mean 0 ± 1.96 √(2 + 9)."""
     runs = central_composite(2, 3, "rotatable")
     means = []
-    for beta, sd in (((1.0, 0.0), 1.0), ((0.0, 1.0), 1.0), ((1.0, 1.0), 10.0)):
+    for beta, sd in (((1.0, 0.0), 1.0), ((0.0, 1.0), 1.0), ((1.0, 1.0), 3.0)):
         surface = fit_surface(runs, list(100.0 + runs @ np.array(beta)), ["a", "b"])
         means.append(Observation(surface, 100.0, sd, None))
     far = Region(np.full(2, -50.0), np.full(2, 50.0), None)
     found = misfit_of(means, far)
     low, high = allowed_by_others(found, far, ["first", "second", "third"])[2]
-    half = 1.96 * 2.0**0.5
+    half = 1.96 * 11.0**0.5
     assert (low - 100.0, high - 100.0) == (pytest.approx(-half, rel=0.01), pytest.approx(half, rel=0.01))
     grouped = allowed_by_others(found, far, ["a", "b", "b"])[2]  # the first alone leaves the second free
     assert grouped[1] - grouped[0] > 90.0
+    inside, random = [], np.random.default_rng(8)
+    for _ in range(100):
+        drawn = (replace(o, measured=float(random.normal(100.0, o.sd))) for o in found.observations)
+        study = replace(found, observations=tuple(drawn))
+        each = allowed_by_others(study, far, ["first", "second", "third"])
+        inside += [low < o.measured < high for o, (low, high) in zip(study.observations, each, strict=True)]
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.03)  # of tests that agree
