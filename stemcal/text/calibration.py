@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
+from stemcal.naming import Named
 from stemcal.notes import Weight
 from stemcal.stages.invert.result import (
     Certainty,
@@ -168,6 +169,11 @@ def with_unit(number: str, unit: str) -> str:
     return f"{number} {unit_written(unit)}".rstrip()
 
 
+def counted(named: Named, value: float, mean: float) -> str:
+    """Write a value of a response as it is told beside its measured mean."""
+    return f"{short(named.counted(value, mean), 4)}{named.unit_suffix}"
+
+
 def known_beforehand(prior: PriorRow) -> str:
     """Write the prior of a factor."""
     sd = with_unit(short(prior.sd), prior.unit)
@@ -292,8 +298,8 @@ def _also_fitted(row: JointRow, names: Names) -> str:
         plain if names.naming.condition is None else at,
         response=named.long,
         condition=row.condition,
-        measured=named.text(row.measured, ".4g"),
-        predicted=named.text(row.predicted, ".4g"),
+        measured=counted(named, row.measured, row.measured),
+        predicted=counted(named, row.predicted, row.measured),
         error=row.error_percent,
     )
 

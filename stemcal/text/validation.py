@@ -23,11 +23,11 @@ def outcome(stage: ValidateResult, names: Names) -> list[str]:
         return [_single_outcome(stage, names)]
     first = (
         "Over {count} values of the {condition}, simulated and measured {response} differ by at most {worst:tenths} "
-        "%, {mean:fixed 1} % on average."
+        "%, {mean:tenths} % on average."
     )
     several = (
         "Over {count} values of the {condition}, simulated and measured responses differ by at most {worst:tenths} "
-        "%, {mean:fixed 1} % on average."
+        "%, {mean:tenths} % on average."
     )
     said = names.say(
         several if names.naming.others else first,
@@ -45,7 +45,7 @@ def _single_outcome(stage: ValidateResult, names: Names) -> str:
     errors = {names.response.long: row.compared.error_percent}
     errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
     each = [
-        names.say("{size:fixed 1} % ({response})", size=None if error is None else abs(error), response=response)
+        names.say("{size:tenths} % ({response})", size=None if error is None else abs(error), response=response)
         for response, error in errors.items()
     ]
     return names.say("Simulated and measured values differ by {errors:all}.", errors=each)

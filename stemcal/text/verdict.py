@@ -7,7 +7,7 @@ from stemcal.files.typed import to_json
 from stemcal.stages.base import stage_called
 from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
-from stemcal.text.calibration import change, known_beforehand, with_unit
+from stemcal.text.calibration import change, counted, known_beforehand, with_unit
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names, program
 from stemcal.text.notes import sentence, states
@@ -171,7 +171,7 @@ def _(reason: rules.Conflict, names: Names) -> str:
         "{standard_errors:.1f} standard errors off."
     )
     named = names.naming.named(found.response)
-    values = {end: named.text(getattr(found, end), ".4g") for end in ("measured", "low", "high")}
+    values = {end: counted(named, getattr(found, end), found.measured) for end in ("measured", "low", "high")}
     fields = {"condition": found.condition, "standard_errors": found.standard_errors, **values}
     return names.say(placed if names.placed else plain, response=named.long, **fields)
 

@@ -10,7 +10,7 @@ import pytest
 from stemcal.doe.calibration.inversion import FreeFactors
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Rows
-from stemcal.naming import Named, Naming
+from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.notes import Weight
 from stemcal.stages.invert.result import (
     InvertResult,
@@ -183,6 +183,14 @@ def test_remarks_on_a_joint_fit(joint: InvertResult) -> None:
     assert told["weights"].endswith("means without an SD take the coefficient of variation of the others.")
     assert told["misfit_too_large"].startswith("The misfit is 15.0 times what the known scatter explains (p = 0.0003)")
     assert "independent_means" in told and "dependent_work" in told and "one_of_many" not in told
+
+
+def test_a_score_that_is_fitted_is_told_by_how_far_the_surface_is_from_it(joint: InvertResult) -> None:
+    names = Names(Naming(DIAMETER, (FORCE, Named("curve_1", "Score of the first curve mode", "c1", "N", apart=True))))
+    row = JointRow(8.0, "curve_1", "N", 180.0, 6.0, 10, 178.5, 0.83, None)
+    stage = replace(joint, joint=replace(JOINT, further=Rows([row])))
+    (told,) = (one.sentence for one in calibration.remarks(stage, names) if one.kind == "also_fitted")
+    assert told == ("Also fitted: score of the first curve mode at 8 mm, measured 0 N, surface −1.5 N (+0.8 %).")
 
 
 def test_intervals_are_withheld_where_nothing_is_calibrated(results: Any) -> None:

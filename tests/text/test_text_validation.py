@@ -55,6 +55,14 @@ def test_outcome_and_certainty(results: Any) -> None:
     assert "published solution (Yield stress 17.96, failure_strain 0.0387 and strain_rate_c 87.27)" in table
 
 
+def test_a_small_error_is_not_none(results: Any) -> None:
+    """As of a study whose answer is known."""
+    small = replace(results.validation, max_abs_error_percent=0.0123, mean_abs_error_percent=0.0068)
+    assert validation.outcome(small, NAMES)[0].endswith("differ by at most 0.01 %, 0.007 % on average.")
+    one = rows_with(replace(small, rows=small.rows[:1]), error_percent=-0.0123)
+    assert validation.outcome(one, Names(ANGLE))[0].endswith("differ by 0.01 % (angle of repose).")
+
+
 def test_the_spec_says_what_counts_as_equal(results: Any) -> None:
     checked = validation.certainty(replace(results.validation, equivalent_within_percent=6.0), NAMES)[0]
     assert checked.endswith("1 of 4 are within 6 %.")

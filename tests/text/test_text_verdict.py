@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from stemcal.files.typed import Tagged
-from stemcal.naming import Named, Naming
+from stemcal.naming import DIAMETER, FORCE, Named, Naming
+from stemcal.stages.invert.result import Contradicted
 from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.physics import Doubt, DoubtAt, DoubtKind
 from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, Verdict
@@ -53,6 +54,16 @@ def test_reasons() -> None:
         "The validation has no maximum force at 7 and 9 mm: the run failed.",
         "The validation has no angle of repose: the run failed.",
     ]
+
+
+def test_a_score_that_contradicts_is_told_by_how_far_it_is_from_its_mean() -> None:
+    """As tables tell it; by itself it is the mean force and what a mode adds."""
+    scored = Names(Naming(DIAMETER, (FORCE, Named("curve_1", "Score of the first curve mode", "c1", "N", apart=True))))
+    found = Contradicted("curve_1", 8.0, 180.0, 168.25, 177.5, 3.2, 0.001)
+    assert said(rules.Conflict, scored, least_error_percent=5.0, contradiction=found) == (
+        "The measured score of the first curve mode at 8 mm, 0 N, contradicts what else is fitted: that allows "
+        "−11.75 N to −2.5 N, 3.2 standard errors off."
+    )
 
 
 def test_what_is_not_identified_names_the_combination() -> None:

@@ -205,7 +205,7 @@ def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateR
     def value(key: str, row: ValidateRow) -> Any:
         found: Any = compared(row)
         told = getattr(found, key, None)
-        return told - found.measured if named.apart and told is not None and key in ("measured", "simulated") else told
+        return named.counted(told, found.measured) if told is not None and key in ("measured", "simulated") else told
 
     return lambda key: partial(value, key)
 

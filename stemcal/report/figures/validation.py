@@ -44,8 +44,8 @@ def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
         _Pair(
             row.compared.condition,
             row.compared.role,
-            0.0 if response.apart else further.measured,
-            further.simulated - (further.measured if response.apart else 0.0),
+            response.counted(further.measured, further.measured),
+            response.counted(further.simulated, further.measured),
         )
         for row in validate.rows
         for further in row.further

@@ -104,9 +104,12 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names, mean: str = "measur
     """Return rows of responses; of one that counts so, how far values are from the measured mean."""
     found = []
     for row in rows:
-        if names.naming.named(row["response"]).apart:
-            values = {key: round(row[key] - row[mean], 4) for key in _VALUES if row.get(key) is not None}
-            values |= {key: [end - row[mean] for end in row[key]] for key in _INTERVALS if row.get(key) is not None}
+        if (named := names.naming.named(row["response"])).apart:
+            values: dict[str, Any] = {
+                key: named.counted(row[key], row[mean]) for key in _VALUES if row.get(key) is not None
+            }
+            ends = {key: row[key] for key in _INTERVALS if row.get(key) is not None}
+            values |= {key: [named.counted(end, row[mean]) for end in pair] for key, pair in ends.items()}
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found
