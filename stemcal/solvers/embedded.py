@@ -280,7 +280,7 @@ def simulate_test(
     test = _test_of(study, section, levels, diameter)
     how = test.discretisation if isinstance(test, LaboratoryTest) else test[0].discretisation
     inspect = None if frames is None else FrameWriter(frames, max(1, how.integration.outputs // 50))
-    result = perform(section, test, watch, inspect)
+    result = perform(test, watch, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 

@@ -133,7 +133,6 @@ class Performed:
 
 
 def perform(
-    section: LaboratorySection,
     test: AnyTest,
     watch: Callable[[float, float], None] | None = None,
     inspect: Inspect | None = None,
@@ -172,7 +171,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
     details: dict[str, Any] = {}
     for section, test in tests:
         try:
-            result = perform(section, test)
+            result = perform(test)
         except SimulationFailed as failure:
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
