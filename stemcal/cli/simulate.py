@@ -106,7 +106,8 @@ def simulate(
     from stemcal.solvers.embedded import simulate as shear_test
     from stemcal.text.runs import compiling, warning_text
 
-    alone = study.cut_as(section, at) if section is not None and section.kind == "cutting" else study
+    cuts = section is None or section.is_further_cut
+    alone = study.cut_as(section, at) if section is not None and cuts else study
     require_sense(demand_of_one(alone, [at], symmetry), 1, yes)
     if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
         note(compiling(seconds))
@@ -119,7 +120,7 @@ def simulate(
     if csv_file:
         write_history(result, csv_file)
     if figure:
-        _write_figure(result, figure, of_blade=section is None or section.kind == "cutting")
+        _write_figure(result, figure, of_blade=cuts)
     if as_json:
         say_json(summary(result, test or CUTTING))
     else:

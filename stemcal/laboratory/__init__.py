@@ -100,16 +100,9 @@ def cut(
     """
     results = [shear(tests[0], watch, inspect), *(shear(test, watch) for test in tests[1:])]
     result = mean_over_phases(results)
-    ends = [one.history.travel < (one.break_travel or np.inf) for one in results]
-    works = [
-        np.trapezoid(one.history.force_filtered[end], one.history.travel[end])
-        for one, end in zip(results, ends, strict=True)
-    ]
-    responses = {
-        "maximum_force": result.peak_force,
-        "travel": float(np.mean([one.peak_travel for one in results])),
-        "work": float(np.mean(works)),
-    }
+    ends = [(one.history, one.history.travel < (one.break_travel or np.inf)) for one in results]
+    each = [curve_responses(curve.travel[whole], curve.force_filtered[whole], None) for curve, whole in ends]
+    responses = {name: float(np.mean([told[name] for told in each])) for name in each[0]}
     return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result.warnings)})
 
 

@@ -288,7 +288,7 @@ def _test_of(
     study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float, replicate: int = 0
 ) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
-    if section.kind == "cutting":
+    if section.is_further_cut:
         return shear_tests(study.cut_as(section, diameter), levels, diameter, replicate)
     return laboratory_test(section, shear_test(study, levels, diameter))
 

@@ -143,6 +143,11 @@ class LaboratorySection(Frozen):
         """Return how far the machine moves at a stem diameter, mm; 0 where that is a program's matter."""
         return 0.0 if self.stroke is None else self.stroke.at(diameter)
 
+    @property
+    def is_further_cut(self) -> bool:
+        """Whether it is the spec's own cutting test in another way, simulated as that is."""
+        return self.kind == "cutting" and self.solver is None
+
     def in_place_of(self, own: object) -> dict[str, Any]:
         """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
         mesh = {"symmetry": self.symmetry} if "symmetry" in self.model_fields_set else {}
@@ -167,7 +172,7 @@ class LaboratorySection(Frozen):
         """The responses that a calibration would use if all were measured: of a program all that are read."""
         if self.solver is not None:
             return tuple(self.solver.results)
-        return ("maximum_force",) if self.kind == "cutting" else USUAL
+        return ("maximum_force",) if self.is_further_cut else USUAL
 
     @property
     def measured(self) -> tuple[str, ...]:

@@ -106,7 +106,7 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
                 yield Finding((*place, "axis_slope"), f"the axis does not bend in {test.kind}", "give the slope")
             if (
                 test.solver is None
-                and test.kind != "cutting"
+                and not test.is_further_cut
                 and test.deflection is None
                 and means.force_at_deflection is not None
             ):
@@ -124,7 +124,7 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
 
 def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:
     bends = test.kind == "three-point-bending"
-    if test.kind == "cutting":
+    if test.is_further_cut:
         for key in sorted(test.model_fields_set - _OF_CUTTING):
             yield Finding((*path, key), f"{key} is not of a cutting test beside the first", "remove it", at_key=True)
         for entry, means in enumerate(test.targets):
@@ -147,7 +147,7 @@ def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Findin
 def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     """A further cutting test keeps the rules of the first, with what it changes."""
     for index, test in draft.tests.items():
-        if test.kind != "cutting" or test.solver is not None:
+        if not test.is_further_cut:
             continue
         changed = replace(draft, **test.in_place_of(draft))
         for rule in _ABOUT_CUTTING:
@@ -188,7 +188,7 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         if thickest is None:
             return
-        if test.kind == "cutting":
+        if test.is_further_cut:
             continue
         path, stroke, length = ("tests", index), test.stroke_at(thickest), test.long(thickest)
         if test.span is not None and length <= test.span.at(thickest):

@@ -58,7 +58,7 @@ def _of_further_cuts(study: Study) -> Iterator[Finding]:
     """Question a further cut as the first, at the keys of its own."""
     keys: dict[NodePath, NodePath] = {("loading", "speed"): ("speed",), ("loading", "duration"): ("stroke",)}
     for index, test in enumerate(study.tests):
-        if test.kind != "cutting" or test.solver is not None:
+        if not test.is_further_cut:
             continue
         cut = study.cut_as(test, study.targets.calibrate_at)
         for finding in (one for of in (_sizes, _speed, _swing) for one in of(cut)):
