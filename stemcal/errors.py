@@ -12,7 +12,6 @@
 They are caught once, in `stemcal.cli.app`.
 """
 
-import copyreg
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,7 +24,11 @@ class StemcalError(Exception):
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]:
         """Pickle and copy the text and the attributes: `__init__` often takes other arguments than the text."""
-        return copyreg.__newobj__, (type(self), *self.args), self.__dict__
+        return _again, (type(self), self.args), self.__dict__
+
+
+def _again(kind: type[StemcalError], arguments: tuple[Any, ...]) -> StemcalError:
+    return kind.__new__(kind, *arguments)
 
 
 @dataclass(frozen=True)
