@@ -19,7 +19,6 @@ from stemcal.doe.designs.catalogue import (
 from stemcal.doe.designs.composite import axial_distance, blocked_composite, central_composite
 from stemcal.doe.designs.d_optimal import d_optimal_runs, rows_missing
 from stemcal.doe.designs.factorial import fraction
-from stemcal.doe.designs.power import RATIOS, judge_design, power
 from stemcal.doe.designs.space_filling import latin_hypercube, sobol
 from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import UsageError
@@ -159,32 +158,3 @@ def test_d_optimal_runs_repair_a_design_and_beat_random_ones():
     random = np.random.default_rng(0)
     grid = np.array([[a, b] for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
     assert all(det(grid[random.integers(0, 9, 4)]) <= det(added) * (1.0 + 1e-9) for _ in range(200))
-
-
-def test_power_agrees_with_simulation_and_theory():
-    """Power of a t test with known answers: statsmodels' non-central t at the same shift."""
-    from scipy.stats import nct, t
-
-    for shift, df in [(1.0, 3), (3.46, 2), (2.5, 10)]:
-        limit = t.ppf(0.975, df)
-        assert power(shift, df) == pytest.approx(nct.sf(limit, df, shift) + nct.cdf(-limit, df, shift), rel=1e-6)
-    assert power(0.0, 5) == pytest.approx(0.05)
-    assert power(2.0, 0) is None
-
-
-def test_a_screening_is_judged_before_it_is_run():
-    quality = judge_design(plackett_burman(9), [f"X{i}" for i in range(9)], quadratic=False)
-    assert (quality.residual_df, quality.pure_error_df) == (2, 0)
-    assert quality.leverage == pytest.approx([10 / 12] * 12)
-    assert quality.d_efficiency == pytest.approx(100.0) and quality.g_efficiency == pytest.approx(100.0)
-    assert all(term.vif == pytest.approx(1.0) for term in quality.terms)
-    assert quality.least_power(2.0) == pytest.approx(power(0.5 * 2.0 * 12**0.5, 2))
-    assert quality.least_power(2.0) == pytest.approx(0.4707, abs=1e-4)
-
-
-def test_a_saturated_design_has_no_power():
-    quality = judge_design(plackett_burman(11), [f"X{i}" for i in range(11)], quadratic=False)
-    assert quality.least_power(RATIOS[0]) is None
-    assert quality.residual_df == 0
-    with pytest.raises(UsageError, match="cannot estimate"):
-        judge_design(plackett_burman(3), list("abc"))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stemcal.doe.designs.catalogue import plackett_burman
-from stemcal.doe.designs.power import judge_design
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.doe.screening.lenth import fold_over_gain, unused_columns, unused_contrasts
 from stemcal.doe.screening.notes import UnusedContrasts
@@ -51,15 +50,6 @@ def test_no_advice_where_main_effects_are_clear() -> None:
 
     assert fold_over_gain(fold_over(plackett_burman(9)), [(3, 80.0), (8, 60.0)], 17.0, 0.05) is None
     assert fold_over_gain(plackett_burman(9), [(3, 80.0)], 17.0, 0.05) is None
-
-
-def test_power_does_not_count_copies() -> None:
-    """Six centre runs of a deterministic solver are one: nine distinct runs leave 3 residual df, not 8."""
-    from stemcal.doe.designs.catalogue import central_composite
-
-    whole = central_composite(2, 6, "rotatable")
-    once = np.unique(np.round(whole, 9), axis=0)
-    assert (judge_design(whole, ["a", "b"]).residual_df, judge_design(once, ["a", "b"]).residual_df) == (8, 3)
 
 
 def test_no_runs_are_advised_that_would_find_no_more() -> None:
