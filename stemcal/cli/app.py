@@ -13,23 +13,17 @@ from stemcal.cli import (
     augment,
     by_hand,
     check,
-    demo,
     doctor,
     explain,
     export,
     import_deck,
     init,
     measure,
-    plan,
     report,
-    retry,
     run,
-    runs,
-    schema,
     simulate,
     stages,
     status,
-    verify,
     verify_transfer,
 )
 from stemcal.cli.console import fail
@@ -59,17 +53,17 @@ app = typer.Typer(
 
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
-    "Stages of a study (each goes on where it stopped)": (
+    "Stages of a study (each resumes where it stopped)": (
         *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
     PUBLISH: (stages.audit_command(),),
     AROUND: (
-        *(init.init, check.check, plan.plan, simulate.simulate),
+        *(init.init, check.check, simulate.simulate),
         *(verify_transfer.verify_transfer, import_deck.import_deck),
     ),
-    "The study folder": (status.status, runs.runs, retry.retry, verify.verify),
-    "First steps and help": (demo.demo, doctor.doctor, schema.schema, explain.explain),
+    "The study folder": (status.status,),
+    "First steps and help": (doctor.doctor, explain.explain),
 }
 """The commands by the panel of the help that they stand in."""
 for _panel, _commands in COMMANDS.items():

@@ -1,6 +1,7 @@
 """`stemcal init`: a commented spec to start from."""
 
-from collections.abc import Iterable
+import json
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
@@ -8,74 +9,46 @@ import typer
 
 from stemcal.cli.console import note, say_whole
 from stemcal.errors import UsageError
-from stemcal.files.plain import holds
-from stemcal.kits import KITS
-from stemcal.words import did_you_mean
+
+MORE = "# ---- Everything below"  # begins what only --full writes
 
 
 def init(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of the file.")] = "my-study",
-    crop: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="With published ranges: wheat, rice, rape, sugarcane, chickpea, maize."),
-    ] = None,
-    kit: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help=f"Another study to start from, with its files: {', '.join(KITS)}."),
-    ] = None,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its file.")] = "my-study",
+    full: Annotated[bool, typer.Option("--full", help="Write the keys that have a default as well.")] = False,
 ) -> None:
-    """Write NAME.yaml, a commented spec to start from, and the files of a kit. An existing file is left alone.
+    """Write NAME.yaml, a commented spec to start from. An existing file is never overwritten.
 
-    Example: [bold]stemcal init maize-2026 --crop maize[/bold]
+    Example: [bold]stemcal init my-stems[/bold]
     """
-    from stemcal.study.reading.template import template
-
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    texts = {path: template(stem, crop)} if kit is None else _kit(kit, path, crop)
-    # another kit of the folder may have the same files
-    texts = {file: text for file, text in texts.items() if file == path or not holds(file, text.encode("utf-8"))}
-    require_new(texts)
-    for file, text in texts.items():
-        write_new(file, text)
-        say_whole(str(file))
+    write_new(path, spec_text(stem, full))
+    say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
     note("edit it, then")
-    for verb in ("check", "plan", "run"):
+    for verb in ("check", "run"):
         note(f"  stemcal {verb} {given}")
 
 
-def _kit(kit: str, path: Path, crop: str | None) -> dict[Path, str]:
-    """Return the spec of a kit, for a study of that name, and the files of the kit beside it."""
-    import json
+def spec_text(name: str, full: bool = False) -> str:
+    """Return the commented spec of a study called `name`; raise `UsageError` if no study can have that name."""
+    from pydantic import TypeAdapter, ValidationError
 
-    from stemcal.kits import kit_text
-    from stemcal.study.reading.template import study_name
+    from stemcal.study.types.field_types import StudyName
 
-    if kit not in KITS:
-        raise UsageError(f"--kit {kit[:60]!r}: there is none; {did_you_mean(kit, KITS)}")
-    if crop is not None:
-        raise UsageError("--crop is for a study of stems; leave out --kit")
-    name = json.dumps(study_name(path.stem), ensure_ascii=False)
-    spec = kit_text(kit).replace("runs/@NAME@", f"runs/{path.stem}").replace("@NAME@", name)
-    return {path: spec} | {path.parent / file: kit_text(file) for file in KITS[kit]}
-
-
-def require_new(paths: Iterable[Path]) -> None:
-    """Raise `UsageError` if one of these files is there already, before any is written."""
-    for path in paths:
-        if path.exists() or path.is_symlink():
-            raise UsageError(f"{path} exists already; choose another name or remove it first")
+    try:
+        TypeAdapter(StudyName).validate_python(name)
+    except ValidationError as error:
+        problem = error.errors()[0].get("ctx", {})
+        raise UsageError(f"{problem['message']}; {problem['remedy']}") from None
+    text = files("stemcal.cli").joinpath("study.yaml").read_text(encoding="utf-8")
+    text = text.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
+    return text if full else text[: text.index(MORE)]
 
 
 def write_new(path: Path, text: str) -> None:
-    """Write a spec that is not there yet.
-
-    Raises
-    ------
-    UsageError
-        If there is a file of that name, or none can be written.
-    """
+    """Write a file; raise `UsageError` if there is one of that name, or none can be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:

@@ -288,7 +288,7 @@ states(
     by="stopped",
 )
 states(advice.SimulateValidation, "Validate with a solver that simulates.")
-states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
+states(advice.RetryValidation, "`stemcal run SPEC --retry`.")
 states(
     advice.IntegrateFully,
     {

@@ -44,7 +44,7 @@ class ScreenOptions(Frozen):
     design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
         "plackett-burman"
     )
-    """The design; `stemcal plan` tells what it can find."""
+    """The design; `stemcal check` tells what it can find."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     """Runs in the middle of all ranges: they tell whether the response is curved, and its scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
