@@ -63,10 +63,10 @@ app = typer.Typer(
 AROUND = "Around a study"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each goes on where it stopped)": (
-        *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
+        *(run.run, *(stages.command_of(stage) for stage in STAGES), augment.augment),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
-    "Results to publish": (export.export, plot.plot, stages.audit_command()),
+    "Results to publish": (export.export, plot.plot),
     AROUND: (
         *(init.init, check.check, plan.plan, simulate.simulate, export_deck.export_deck),
         *(export_material.export_material, verify_transfer.verify_transfer, import_deck.import_deck),

@@ -31,7 +31,6 @@ from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import half_spaces
-from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, at_points, circumstances
 from stemcal.stages.surface.shape import RidgeRow, Shape
@@ -136,8 +135,7 @@ class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
     Where the design was run with coarse elements, or for another program, `coarse` tells how coefficients and intervals
-    were corrected; the analysis of variance is that of the design's runs. `anova_of_copies` counts every copy of a
-    deterministic run, as the tables of a paper that is analysed again do; it is there where that is another table.
+    were corrected; the analysis of variance is that of the design's runs.
     `deterministic` tells that equal inputs are known to give equal answers.
     """
 
@@ -179,8 +177,6 @@ class SurfaceResult(StageResult):
     coarse: Corrected | None = absent()
     pure_error: Note | None = None
     deterministic: bool = absent(False)
-    anova_of_copies: Rows[AnovaRow] = absent(Rows())
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     # ---- the fit
@@ -309,8 +305,6 @@ class SurfaceResult(StageResult):
             sobol=Rows(),
             comparison=None,
             conditions=Rows(),
-            anova_of_copies=Rows(),
-            published=None,
             notes=fit.notes,
         )
 
@@ -323,11 +317,6 @@ class SurfaceResult(StageResult):
     def anova_row(self, source: str) -> AnovaRow | None:
         """Return a line of the analysis of variance."""
         return next((row for row in self.anova if row.source == source), None)
-
-    @property
-    def as_published(self) -> Rows[AnovaRow]:
-        """The analysis of variance as a paper prints it, with every copy of a deterministic run."""
-        return self.anova_of_copies or self.anova
 
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""
