@@ -19,7 +19,6 @@ from stemcal.cli import (
     export,
     export_deck,
     export_material,
-    import_deck,
     init,
     measure,
     plan,
@@ -33,7 +32,6 @@ from stemcal.cli import (
     stages,
     status,
     verify,
-    verify_transfer,
 )
 from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
@@ -69,7 +67,7 @@ COMMANDS: dict[str, tuple[Any, ...]] = {
     "Results to publish": (export.export, plot.plot),
     AROUND: (
         *(init.init, check.check, plan.plan, simulate.simulate, export_deck.export_deck),
-        *(export_material.export_material, verify_transfer.verify_transfer, import_deck.import_deck),
+        export_material.export_material,
     ),
     "The study folder": (status.status, runs.runs, retry.retry, verify.verify),
     "First steps and help": (demo.demo, doctor.doctor, schema.schema, explain.explain),
