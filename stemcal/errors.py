@@ -16,7 +16,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-
 EXIT_CODES = {
     0: ("done", "done"),
     1: ("fault", "a fault of the system: disk, memory, a damaged file, an internal error"),

@@ -158,20 +158,6 @@ def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
             pytest.fail(f"{package}: {' → '.join(error.args[1])}")
 
 
-# Rooms that one can live in the house without entering, and who may.
-SECLUDED = {
-    "stemcal.solvers.deck_import": ("stemcal.cli",),
-    "stemcal.stages.audit": ("stemcal.workflow", "stemcal.text.audit", "stemcal.report.tables"),
-}
-
-
-@pytest.mark.parametrize("room", SECLUDED)
-def test_nothing_else_imports_secluded_rooms(room: str) -> None:
-    entering = {name_of(path) for path in MODULES for found, _ in imports(path, checked=True) if within(found, room)}
-    others = {module for module in entering if not any(within(module, one) for one in (room, *SECLUDED[room]))}
-    assert entering and others == set()
-
-
 def _module(imported: str, names: set[str]) -> str:
     """Return the module that an imported name lies in."""
     while imported and imported not in names:

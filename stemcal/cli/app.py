@@ -16,7 +16,6 @@ from stemcal.cli import (
     doctor,
     explain,
     export,
-    import_deck,
     init,
     measure,
     report,
@@ -24,7 +23,6 @@ from stemcal.cli import (
     simulate,
     stages,
     status,
-    verify_transfer,
 )
 from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
@@ -54,14 +52,10 @@ app = typer.Typer(
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each resumes where it stopped)": (
-        *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
+        *(run.run, *(stages.command_of(stage) for stage in STAGES), augment.augment),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
-    PUBLISH: (stages.audit_command(),),
-    AROUND: (
-        *(init.init, check.check, simulate.simulate),
-        *(verify_transfer.verify_transfer, import_deck.import_deck),
-    ),
+    AROUND: (init.init, check.check, simulate.simulate),
     "The study folder": (status.status,),
     "First steps and help": (doctor.doctor, explain.explain),
 }

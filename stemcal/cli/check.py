@@ -7,9 +7,9 @@ from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from stemcal.cli.console import note, say, say_json, say_tables, warn
+from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
 from stemcal.cli.options import AsJson, Out, Spec, Workers
-from stemcal.cli.session import folder_of, route_log
+from stemcal.cli.session import folder_of
 from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     from stemcal.overview.plan import plan
     from stemcal.study.reading import load_study
     from stemcal.text.names import Names
-    from stemcal.text.notes import sentences
+    from stemcal.text.plan import remarks as planned
 
     route_log()
     try:
@@ -45,12 +45,12 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         path = folder_of(study, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         warnings += _too_much(found)
-    remarks = [*beforehand(study), *(sentences(found.notes, Names(study.naming)) if found else ())]
+    remarks = [*beforehand(study), *(planned(found, Names(study.naming)) if found else ())]
     if as_json:
         say_json(_summary(study, warnings, remarks, found))
     else:
         count = f", {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else ""
-        say(f"{spec}: OK{count}. {study}.")
+        say_whole(f"{spec}: OK{count}. {study}.")
     for sentence in warnings:
         warn(sentence)
     if not as_json and found is not None:

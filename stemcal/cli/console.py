@@ -158,5 +158,3 @@ def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
 
     console = stderr()
     console.print(Text.assemble((f"{label}: ", f"bold {colour}"), console.render_str(text)), soft_wrap=whole)
-
-

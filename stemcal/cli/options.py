@@ -39,10 +39,9 @@ ExecutorName = Annotated[
 ]
 
 
-
 def _name_envelope(ctx: typer.Context, value: bool) -> bool:
     if value:
-        envelope.command = ctx.command_path.partition(" ")[2]
+        envelope.command = ctx.command_path.removeprefix(ctx.find_root().command_path).strip()
     return value
 
 

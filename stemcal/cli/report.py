@@ -4,6 +4,7 @@ from stemcal.cli.console import say_json, say_whole, warn
 from stemcal.cli.options import AsJson, Out, Quiet, Spec
 from stemcal.cli.session import existing_folder, read_study
 
+
 def report(
     spec: Spec,
     out: Out = None,

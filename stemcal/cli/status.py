@@ -21,11 +21,16 @@ MOST_NAMES = 20
 
 Runs = Annotated[bool, typer.Option("--runs", help="List every run: levels, result, or why there is none.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check every file against its SHA-256; exit code 1 if one fails.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check every file; exit code 1 if one was changed.")]
 
 
 def status(
-    spec: Spec, runs: Runs = False, failed: Failed = False, verify: Verify = False, out: Out = None, as_json: AsJson = False
+    spec: Spec,
+    runs: Runs = False,
+    failed: Failed = False,
+    verify: Verify = False,
+    out: Out = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show progress, failures and the verdict; also while the study runs.
 
@@ -71,8 +76,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
         say_tables(Table.of(columns, found.stages, f"Study {found.study}", lines(found, names)))
-    judged = verdict_json(found.verdict, names)
-    return {**to_json(found), **judged, "reasons": judged.get("verdict_reasons", [])}
+    return {**to_json(found), **verdict_json(found.verdict, names)}
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:

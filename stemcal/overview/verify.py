@@ -86,7 +86,8 @@ def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> S
         content, sealed = folder.examine_stage(stage.name)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             return StageState(stage.name, f"has schema version {version!r:.20}, not {SCHEMA_VERSION}", ())
-        changed, tables = changes_since(study, solver, folder, stage.name), ()
+        changed = changes_since(study, solver, folder, stage.name)
+        tables: tuple[str, ...] = ()
         if CODE not in changed:  # of other code it may have another shape
             tables = tuple(changed_tables(kind_of(stage).from_json(content), folder))
     except UsageError as error:

@@ -56,6 +56,11 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
     return sentences([*found, *(scarce(demand, workers, machine.free_memory()) if here else ())])
 
 
+def remarks(found: plan.Plan, names: Names) -> list[str]:
+    """Return what is noted of the designs and the runs that are decided later."""
+    return sentences(found.notes, names)
+
+
 TOPICS = (screening,)
 """A plan has notes of a screening's design too, whose sentences stand there."""
 

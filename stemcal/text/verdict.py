@@ -63,7 +63,7 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
     facts = {
         "verdict": verdict.verdict,
         "verdict_use": None if where is None else {**to_json(where), "text": use(where, names)},
-        "verdict_reasons": reasons,
+        "reasons": reasons,
     }
     if there is not None:
         facts["verdict_use_there"] = {**to_json(there), "text": use_there(there, names)}

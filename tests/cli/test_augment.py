@@ -20,7 +20,7 @@ def test_runs_are_added_and_nothing_is_computed_twice(tmp_path: Path) -> None:
     assert "11 runs become 13, 2 of them to compute" in told.stderr
     assert spec.read_text(encoding="utf-8") == text
     result = command("augment", spec, "--extra-runs", 2, "--out", out, "--json", "-q")
-    assert len(json.loads(result.stdout)["design"]["runs"]) == 13
+    assert len(json.loads(result.stdout)["result"]["design"]["runs"]) == 13
     after = {path.name: path.read_bytes() for path in (out / "runs").glob("*.json")}
     assert len(after) == len(records) + 2 and all(after[name] == content for name, content in records.items())
     assert "  extra_runs: 2\n" in spec.read_text(encoding="utf-8")
