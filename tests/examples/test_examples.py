@@ -46,9 +46,8 @@ def test_an_example_checks_and_has_the_files_that_it_names(spec: str, tmp_path: 
     done = CliRunner().invoke(app, ["check", str(ROOT / spec)])
     assert done.exit_code == 0 and not study.warnings, done.output
     assert f"stemcal run examples/{folder.name}/" in (folder / "README.md").read_text("utf-8")
-    texts = (ROOT / spec).read_text("utf-8") + (folder / "README.md").read_text("utf-8")
-    for path in (path for path in folder.iterdir() if path.name != "README.md"):
-        assert path.name in texts, path
+    texts = "".join(path.read_text("utf-8") for path in (*folder.glob("*.yaml"), folder / "README.md"))
+    assert [path.name for path in folder.glob("*.*") if path.name not in texts] == ["README.md"]
 
 
 # ---- scripts
