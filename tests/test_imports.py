@@ -19,7 +19,6 @@ FLOORS = {
     "stemcal.outputs": 1,
     "stemcal.interrupts": 0,
     "stemcal.child": 1,
-    "stemcal.kits": 0,
     "stemcal.naming": 0,
     "stemcal.notes": 2,
     "stemcal.run_warnings": 2,
@@ -51,7 +50,7 @@ PLACES = {
     "typer": ("stemcal.cli",),
     "rich": ("stemcal.cli", "stemcal.report"),
     "yaml": ("stemcal.study",),
-    "statsmodels": ("stemcal.doe", "stemcal.measured.normality"),
+    "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
     "arviz": ("stemcal.stages.invert.result",),
     "pyDOE3": ("stemcal.doe",),
@@ -69,10 +68,7 @@ INSIDE_FUNCTIONS = (
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
-KITS = PACKAGE / "kits"  # whose folders hold data: scripts for other programs
-MODULES = sorted(
-    path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts and KITS not in path.parent.parents
-)
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)
 
 
 def name_of(path: Path) -> str:

@@ -6,6 +6,7 @@ from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
 from stemcal.text.notes import sentences, states
 from stemcal.text.numbers import duration, in_bytes
 
