@@ -92,17 +92,15 @@ def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
     assert seen.naming.response.unit == "kg/m3" and seen.r2 == pytest.approx(fit.r2)
 
 
-def test_inverted_together_and_desirable(two: tuple[Study, StudyFolder, Results]) -> None:
+def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
     """The made-up program without its chance gives both targets at the solution, within what its chance allows."""
     inversion = two[2].inversion
-    assert inversion is not None and inversion.joint is not None and inversion.desirability is not None
+    assert inversion is not None and inversion.joint is not None
     assert [row.response for row in inversion.joint.rows] == ["angle", "bulk"]
-    for point in (inversion.parameters, {**inversion.parameters, **inversion.desirability.solution}):
-        static, rolling = point["static"], point["rolling"]
-        angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling - 0.6 + 0.2
-        bulk = 0.62 * point["grain_density"] * (1.0 - 0.12 * static - 0.2 * rolling)
-        assert angle == pytest.approx(32.6, abs=1.0) and bulk == pytest.approx(741.0, abs=6.0)
-    assert inversion.desirability.overall == pytest.approx(1.0, abs=1e-4)
+    static, rolling = inversion.parameters["static"], inversion.parameters["rolling"]
+    angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling - 0.6 + 0.2
+    bulk = 0.62 * inversion.parameters["grain_density"] * (1.0 - 0.12 * static - 0.2 * rolling)
+    assert angle == pytest.approx(32.6, abs=1.0) and bulk == pytest.approx(741.0, abs=6.0)
 
 
 def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> None:

@@ -49,10 +49,6 @@ LINES = {
     "left out": "Left out: predicted from a fit to the others.",
     "test left out": "Left out: predicted from a fit to the other tests. Others allow: where these put the mean, with "
     "95 %.",
-    "desired": "The most desirable point",
-    "desirability": "Overall desirability {overall:.3f} at {levels}.",
-    "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "
-    "there.",
     "known": "How well the measurements fix the parameters",
     "profile": "95 % intervals by profile likelihood; free: half of the range or more remains possible.",
     "climb": "Steps towards the target",

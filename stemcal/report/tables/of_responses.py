@@ -5,8 +5,8 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.report.tables.columns import ERROR, Form, condition, level_list, measured_of, simulated, to_decimals
-from stemcal.stages.invert.result import Desired, JointFitted
+from stemcal.report.tables.columns import ERROR, Form, condition, measured_of, simulated
+from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, interval, probability, short, significant
@@ -72,16 +72,6 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     return Table.of(columns, rows, line("joint"), foot)
 
 
-def desired_table(desired: Desired, names: Names) -> Table:
-    """Return the most desirable point: between which values each response is wanted, and what it is there."""
-    labels = {"low": "From", "target": "Measured", "high": "To", "predicted": "Surface"}
-    columns = measured_of(names, True, [(key, label, significant) for key, label in labels.items()])
-    columns.append(Column("desirability", "Desirability", form=to_decimals(3)))
-    overall = line("desirability", overall=desired.overall, levels=level_list(desired.solution, names))
-    rows = from_means(map(to_json, desired.rows), names, "target")
-    return Table.of(columns, rows, line("desired"), (overall, line("product"), *_scores(names)))
-
-
 def further_table(
     rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
 ) -> Table:
@@ -96,20 +86,20 @@ def _scores(names: Names) -> list[str]:
     return [line("scores")] if any(named.apart for named in names.naming.responses) else []
 
 
-_VALUES = "target", "measured", "predicted", "simulated", "low", "high", "measured_low", "measured_high"
+_VALUES = "measured", "predicted", "simulated", "measured_low", "measured_high"
 _INTERVALS = "left_out_interval", "mesh_interval"
 
 
-def from_means(rows: Iterable[dict[str, Any]], names: Names, mean: str = "measured") -> list[dict[str, Any]]:
+def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, Any]]:
     """Return rows of responses; of one that counts so, how far values are from the measured mean."""
     found = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:
             values: dict[str, Any] = {
-                key: named.counted(row[key], row[mean]) for key in _VALUES if row.get(key) is not None
+                key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None
             }
             ends = {key: row[key] for key in _INTERVALS if row.get(key) is not None}
-            values |= {key: [named.counted(end, row[mean]) for end in pair] for key, pair in ends.items()}
+            values |= {key: [named.counted(end, row["measured"]) for end in pair] for key, pair in ends.items()}
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found

@@ -6,7 +6,6 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 from collections.abc import Iterator, Sequence
 
 from stemcal.doe.calibration.contradiction import LEVEL, allowed_by_others, contradiction, out_of_reach
-from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import chance_of_rise
@@ -29,8 +28,6 @@ from stemcal.stages.invert.certainty import (
 )
 from stemcal.stages.invert.result import (
     Contradicted,
-    Desired,
-    DesiredRow,
     FlatDirection,
     InvertResult,
     JointFitted,
@@ -96,7 +93,6 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
         priors=prior_rows(study, coding, misfit, region),
-        desirability=_desired(study, means, misfit, region, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
             *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
@@ -125,25 +121,6 @@ def _stiffness(stated: float, sd: float, z: float) -> float | None:
     """Return k of the compliance 1/k₀ − z·sd/k₀²; None where that is not above 0, as a rigid machine's."""
     compliance = (1.0 - z * sd / stated) / stated
     return 1.0 / compliance if compliance > 0.0 else None
-
-
-def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, coding: Coding) -> Desired | None:
-    """Return the most desirable point of several responses, if it is wanted beside the fit."""
-    wanted = study.invert.desirability
-    if not (bool(study.own_further) if wanted is None else wanted):
-        return None
-    aims = []
-    for observation, mean in zip(misfit.observations, means, strict=True):
-        values = [mean.value, *observation.surface.response.tolist()]
-        aims.append(Aim(observation.model, min(values), mean.value, max(values)))
-    found = most_desirable(aims, region)
-    judged = zip(means, aims, found.predicted, found.each, strict=True)
-    rows = [
-        DesiredRow(m.condition, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
-        for m, aim, predicted, d in judged
-    ]
-    solution = coding.by_name(coding.to_natural(found.coded))
-    return Desired(solution, coding.by_name(found.coded), found.overall, Rows(rows))
 
 
 def _fitted(

@@ -279,30 +279,6 @@ class JointFitted:
     presses_outwards: bool = False
 
 
-@dataclass(frozen=True)
-class DesiredRow:
-    """A response of the most desirable point: not wanted at all at `low` and `high`, most at `target`."""
-
-    condition: float
-    response: str
-    unit: str
-    low: float
-    target: float
-    high: float
-    predicted: float
-    desirability: float
-
-
-@dataclass(frozen=True)
-class Desired:
-    """The point where the product of all desirabilities is greatest, by Derringer and Suich; `overall` is its root."""
-
-    solution: dict[str, float]
-    coded: dict[str, float]
-    overall: float
-    rows: Rows[DesiredRow]
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
@@ -331,7 +307,6 @@ class InvertResult(StageResult):
     belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
-    desirability: Desired | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
     published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()

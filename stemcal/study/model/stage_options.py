@@ -46,9 +46,6 @@ class InvertOptions(Frozen):
     discrepancy: Literal["none", "scale", "process"] = "none"
     """What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that changes
     smoothly with the diameter. Gives prediction intervals of the measured forces."""
-    desirability: Flag | None = None
-    """Put the most desirable point (Derringer and Suich) beside the fit; by default where the study declares several
-    responses."""
 
 
 class ClimbOptions(Frozen):

@@ -201,7 +201,7 @@ def test_a_surface_without_error_still_inverts():
 
 def test_senseless_requests_are_refused(ccd, box):
     with pytest.raises(UsageError, match=r"invert\.rule"):
-        solve_target(ccd, TARGET, *box, rule="desirability")
+        solve_target(ccd, TARGET, *box, rule="best")
     with pytest.raises(UsageError, match="lower end"):
         solve_target(ccd, TARGET, [1.0] * 3, [0.0] * 3)
     with pytest.raises(UsageError, match="no common point"):
