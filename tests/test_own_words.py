@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
@@ -104,13 +103,11 @@ def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
 
 
 def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> None:
-    """One simulated value against n specimens: Welch's test is the one-sample test."""
     validation = two[2].validation
     assert validation is not None
     (row,) = validation.rows
     (bulk,) = row.further
-    t = (bulk.measured - bulk.simulated) / (6.0 / 5**0.5)
-    assert bulk.p_different == pytest.approx(2.0 * stats.t.sf(abs(t), 4))
+    assert (bulk.measured, bulk.sd, bulk.n) == (741.0, 6.0, 5) and bulk.judged
     assert validation.max_abs_error_percent == pytest.approx(
         max(abs(row.compared.error_percent or 0.0), abs(bulk.error_percent or 0.0))
     )
@@ -172,7 +169,7 @@ def test_names_that_files_use_themselves_may_be_taken(
 
 
 def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
-    """Three heaps at the solution: the mean of each response, tested with the scatter of both sides (Welch)."""
+    """Three heaps at the solution: the mean of each response."""
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
     spec = tmp_path / "two.yaml"
     text = spec.read_text("utf-8").replace(
@@ -190,9 +187,6 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     assert row.replicates is not None
     heaps = row.replicates.of("bulk")
     assert bulk.simulated == pytest.approx(np.mean(heaps)) and np.std(heaps) > 0.0
-    measured = stats.norm.ppf((np.arange(5) + 0.5) / 5)
-    measured = 741.0 + 6.0 * (measured - measured.mean()) / measured.std(ddof=1)
-    assert bulk.p_different == pytest.approx(stats.ttest_ind(measured, heaps, equal_var=False).pvalue, rel=1e-6)
 
 
 def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:

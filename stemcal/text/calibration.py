@@ -316,8 +316,7 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     said = names.say(
         test if tests else each if several else response, condition=condition.long if condition else "", error=error
     )
-    after = "The ranges were chosen after the measured values were known: that is not an independent check."
-    return [said, say(after)] if joint.ranges_chosen == "after" else [said]
+    return [said]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:

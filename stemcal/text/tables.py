@@ -83,11 +83,6 @@ LINES = {
     "of stems": "Travel and work of the blade from first touch to the maximum force.",
     "other place": "With the mesh at another place the {response} at {at:condition} lies within {range:responses} (95 "
     "%).",
-    "tested further": "Tests against the scatter of the further responses",
-    "tested": "Tests against the scatter of the measured {response}",
-    "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",
-    "corrected": "With one scale for what the model misses",
-    "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
     # a transfer to another program
     "transferred": "Parameters for {there}",
     "alone": "What is not named stays as calibrated. The search ends at the first values within its tolerance; "

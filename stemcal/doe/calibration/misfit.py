@@ -59,7 +59,6 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
-_SEEN = 0.01
 UNEQUAL = 0.05
 """Level of the test that all diameters scatter alike."""
 
@@ -315,14 +314,6 @@ class Misfit:
     def without_prior(self, prior: Prior) -> Misfit:
         """Return it without one of its priors."""
         return replace(self, priors=tuple(other for other in self.priors if other is not prior))
-
-    def directions_seen(self, x: Array) -> int:
-        """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
-
-        Counted by the singular values of (∂ŷ/∂x)/ŷ.
-        """
-        slopes = self.slopes(x) / self.predict(x)[0][:, None]
-        return int(np.sum(np.linalg.svd(slopes, compute_uv=False) >= _SEEN))
 
     def objective(self, scale: float = 1.0) -> Objective:
         """Return D/scale as something to make small."""
