@@ -8,7 +8,7 @@
     screening     two-level effects: sums of squares, F, p, adjusted p; `lenth` for Lenth's method, `error_term` for
                   what effects are tested against; `ascent` walks along their slope
     calibration   where the surface takes a target value, or several fit what was measured, and how well that fixes
-                  the factors: `inversion`, `joint_fit`, `profile`, `posterior`; `solution_set` gives the ranges,
+                  the factors: `inversion`, `joint_fit`, `profile`; `solution_set` gives the ranges,
                   `solution_rules` pick the point, `levelset` searches, `search_region` bounds; `approach`
                   says where to simulate next
     validation    `comparison`: measured against simulated under every condition

@@ -322,8 +322,7 @@ def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurab
     kept = told_by(found, study.targets.modes.values(), specimens)
     misfit = replace(misfit_of([one.measured(specimens) for one in kept], region), foretold=True)
     misfit = misfit.with_priors(priors_of(study, coding), region)
-    without_posterior = study.model_copy(update={"invert": study.invert.model_copy(update={"posterior": False})})
-    known = certainty_of(without_posterior, coding, misfit, region, "joint", np.zeros(region.k))
+    known = certainty_of(study, coding, misfit, region, "joint", np.zeros(region.k))
     return Combination(
         tuple(dict.fromkeys(one.test for one in found)),
         tuple(dict.fromkeys(one.condition for one in found)),

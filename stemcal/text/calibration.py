@@ -226,13 +226,6 @@ def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
         yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
-        if part.posterior is not None and part.posterior.is_rough:
-            rough = (
-                "The chains of the posterior are only {length:.0f} autocorrelation times long ({samples:.0f} "
-                "independent samples): its intervals are rough."
-            )
-            fields = {"length": part.posterior.chain_length, "samples": part.posterior.effective_samples}
-            yield Remark(say(rough, **fields), Weight.TRUST, "short_chains", claims=True)
     if stage.published is not None:
         yield from _of_published(stage.published, names)
 

@@ -123,9 +123,6 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("joint fit", "One set of parameters for several diameters, or several responses, at once, weighted by how "
           "well each is known.",
           _MM, ("joint",)),
-    Entry("posterior", "What remains possible once the measurements are known, as samples of the parameters; before, "
-          "every point of the region counted the same.",
-          "J. Goodman, J. Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65"),
     Entry("refinement", "Simulate at the solution, correct the surface by what it was off there, solve again, until "
           "the simulated response meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
     Entry("verdict", "The outcome of a study by stated rules: calibrated, with reservations or not calibrated, with "

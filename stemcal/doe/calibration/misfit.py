@@ -183,6 +183,11 @@ class Misfit:
         return self.scatter not in ("misfit", "joint") and self.df > 0
 
     @property
+    def tests_priors(self) -> bool:
+        """Whether the least misfit tests the priors alone: the data have told their own scatter."""
+        return self.scatter == "joint" and bool(self.priors) and np.isfinite(self.scale_df)
+
+    @property
     def unequal(self) -> bool:
         """Whether the diameters scatter by different coefficients of variation."""
         p = self.equal_scatter_p
@@ -244,6 +249,21 @@ class Misfit:
         """Return D of the observations alone at (m, k) points."""
         gap = self.measured - self.predict(points)
         return np.asarray((gap * self.weighed(gap)).sum(axis=1))
+
+    def log_likelihood(self, points: Array) -> Array:
+        """Return the log of the likelihood at (m, k) points, up to a constant, with the density of the priors.
+
+        −D/2 where the variances are known; Student's −((ν + m)/2)·ln(1 + D/ν) where they were estimated with ν degrees
+        of freedom; −(m/2)·ln D where they are known up to a common factor alone.
+        """
+        d, m = self.of_data(points), len(self.observations)
+        if not self.scale_known:
+            found = -0.5 * m * np.log(np.maximum(d, 1e-300))
+        elif np.isfinite(self.scale_df):
+            found = -0.5 * (self.scale_df + m) * np.log1p(d / self.scale_df)
+        else:
+            found = -0.5 * d
+        return np.asarray(found + sum(prior.log_density(points) for prior in self.priors))
 
     @cached_property
     def shared(self) -> Array:
@@ -310,10 +330,6 @@ class Misfit:
             return self
         known = self if self.scale_known else self.scaled(self.value(best_fit(self, region)))
         return replace(known, priors=tuple(priors))
-
-    def without_prior(self, prior: Prior) -> Misfit:
-        """Return it without one of its priors."""
-        return replace(self, priors=tuple(other for other in self.priors if other is not prior))
 
     def objective(self, scale: float = 1.0) -> Objective:
         """Return D/scale as something to make small."""

@@ -69,12 +69,20 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
     ]
 
 
+def misfit_of_study(study: Study, surface: SurfaceResult) -> Misfit:
+    """Return the misfit of everything that the parameters are fitted to, priors among it."""
+    region, jointly = surface.region(study), bool(study.joint_targets)
+    means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
+    surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
+    return misfit_over(means, surfaces, region, jointly).with_priors(priors_of(study, surface.scales), region)
+
+
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     region = surface.region(study)
     priors = priors_of(study, coding)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True).with_priors(priors, region)
+    misfit = misfit_of_study(study, surface)
     fit = fit_jointly(misfit, region)
     first = measured_of(target, [FIRST], study.naming)
     if first[0] in means:
@@ -92,7 +100,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         rule="joint_least_squares",
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
-        priors=prior_rows(study, coding, misfit, region),
+        priors=prior_rows(study, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
             *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
@@ -143,7 +151,7 @@ def _fitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in responses),
         scatter="misfit" if misfit.scatter == "joint" else misfit.scatter,
-        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") else None,
+        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") or misfit.tests_priors else None,
         df=fit.df,
         p=fit.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),

@@ -10,14 +10,11 @@ from stemcal.doe.calibration.inversion import Assessment
 from stemcal.doe.calibration.misfit import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
-from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note, Weight
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
-
-_LONG_ENOUGH = 50  # autocorrelation times, the rule of emcee
 
 
 class UnequalScatter(Note):
@@ -129,42 +126,8 @@ class ProfileCurve:
 
 
 @dataclass(frozen=True)
-class PosteriorSummary:
-    """What remains possible, as some samples by factor and what all samples come to; units of the spec.
-
-    `chain_length` is in autocorrelation times.
-    """
-
-    mean: dict[str, float]
-    sd: dict[str, float]
-    intervals: dict[str, Interval]
-    correlation: tuple[tuple[float, ...], ...]
-    acceptance: float
-    effective_samples: float
-    samples: dict[str, tuple[float, ...]]
-    chain_length: float
-
-    @property
-    def is_rough(self) -> bool:
-        """Whether the chains are too short to trust."""
-        return self.chain_length < _LONG_ENOUGH
-
-    def to_inference_data(self) -> Any:
-        """Return the samples as `arviz.InferenceData`, one chain; needs the extra bayes."""
-        try:
-            import arviz
-        except ImportError:
-            raise UsageError('an InferenceData needs an extra: pip install "stemcal[bayes]"') from None
-        return arviz.from_dict(posterior={name: [list(values)] for name, values in self.samples.items()})
-
-
-@dataclass(frozen=True)
 class PriorRow:
-    """What was known of a factor beforehand, in its unit, and from where.
-
-    `p` is the probability that it lies so far from what the measurements and the other priors say, None where a process
-    has solved; where it is below 0.05, `allowed` is the interval that these give the factor without it.
-    """
+    """What was known of a factor beforehand, in its unit, and from where."""
 
     factor: str
     kind: Literal["normal", "lognormal"]
@@ -172,8 +135,6 @@ class PriorRow:
     sd: float
     unit: str
     source: str
-    p: float | None
-    allowed: Interval | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,7 +160,6 @@ class Certainty:
     loosest: dict[str, float] = field(default_factory=dict)
     directions: tuple[dict[str, float], ...] = ()
     unseen_changes: tuple[dict[str, float], ...] = ()
-    posterior: PosteriorSummary | None = None
     df: float | None = None
     units: dict[str, str]
 

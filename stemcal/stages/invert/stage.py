@@ -12,11 +12,10 @@ from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable
-from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.solvers.protocol import Belonging
 from stemcal.stages.invert import certainty
-from stemcal.stages.invert.joint import solve_jointly
+from stemcal.stages.invert.joint import misfit_of_study, solve_jointly
 from stemcal.stages.invert.result import (
     InvertResult,
     Point,
@@ -50,12 +49,10 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region(study), study.naming.response.unit_suffix
-    priors = certainty.priors_of(study, coding)
-    misfit = certainty.misfit_over(certainty.measured_of(target, [FIRST], study.naming), [surface.fitted], region)
-    misfit = misfit.with_priors(priors, region)
+    misfit = misfit_of_study(study, surface)
     try:
         ends, rule = (region.low, region.high, region.radius), study.invert.rule
-        found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within, priors)
+        found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within)
     except TargetUnreachable as unreachable:
         if surface.process is None:
             raise
@@ -73,7 +70,6 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         reachable=found.reachable,
         rule=found.rule,
         share=found.share,
-        priors=certainty.prior_rows(study, coding, misfit, region),
         notes=found.notes,
     )
 
@@ -100,7 +96,7 @@ def _solve_by_process(
         raise TargetUnreachable(target.response, low, high, study.naming.response.unit_suffix)
     laboratory = float(sum(source.variance[0] for source in misfit.sources if source.name == "laboratory"))
     df = min((source.df for source in misfit.sources if source.name == "laboratory"), default=np.inf)
-    found = solve_by_process(process, coding.names, target.response, laboratory, df, region, misfit.priors)
+    found = solve_by_process(process, coding.names, target.response, laboratory, df, region)
     known = certainty.certainty_by_process(study, coding, found, process.gradient(found.coded), misfit)
     point = Point.of(surface.assess(study, found.coded, process), coding)
     opinion = surface.second_opinion
@@ -111,8 +107,7 @@ def _solve_by_process(
         None if opinion is None else opinion.process_predicted_r2,
     )
     reachable, rule = found.reachable, "process_nearest_to_centre"
-    rows = certainty.prior_rows(study, coding, None, region)
-    more = {"reachable": reachable, "rule": rule, "priors": rows, "notes": (note,)}
+    more = {"reachable": reachable, "rule": rule, "notes": (note,)}
     return InvertResult.of(study, head, surface.radius, point, known, **more)
 
 

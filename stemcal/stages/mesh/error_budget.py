@@ -1,4 +1,4 @@
-"""The scatter of the mesh carried into prediction, ranges, profiles and posterior of an inversion, and the budget."""
+"""The scatter of the mesh carried into prediction, ranges and profiles of an inversion, and the budget."""
 
 from __future__ import annotations
 

@@ -25,20 +25,17 @@ class InvertOptions(Frozen):
     More `responses` than the force make a joint fit even of one diameter.
     """
 
-    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
-    """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
-    one with all factors but the strongest at their centre. Where factors have a prior it is the one most probable by
-    these."""
+    rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
+    """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
+    but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias=AliasChoices("diameters", "conditions")
     )
     """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
-    posterior: Flag = False
-    """Sample what the forces leave possible (extra `bayes`)."""
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
-    """What solution, ranges and posterior have to keep to, in the units of the factors, whatever the design; those of
+    """What solution and ranges have to keep to, in the units of the factors, whatever the design; those of
     `rsm.constraints` hold here too."""
 
 
