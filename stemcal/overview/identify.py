@@ -134,7 +134,7 @@ class Measurable:
     def measured(self, specimens: int) -> Observation:
         """Return it as measured over so many specimens whose mean is what mid-levels give; by itself without modes."""
         value = float(self.surface.beta[0])
-        told = self.response, None, self.specimens if most_modes(specimens) else "", self.systematic
+        told = self.response, self.specimens if most_modes(specimens) else "", self.systematic
         return Observation(self.surface, value, self.variation * abs(value), specimens, *told)
 
     def information(self, errors: Sequence[str] = ()) -> Array:

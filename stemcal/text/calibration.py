@@ -19,10 +19,8 @@ from stemcal.stages.invert.result import (
     MachineFound,
     PriorRow,
     PriorUnused,
-    ProcessesTaken,
     PublishedIncomplete,
     PublishedPoint,
-    SolvedByProcess,
     UnequalScatter,
 )
 from stemcal.text.language import say
@@ -361,18 +359,6 @@ _WEIGHTS = {
     "misfit": "No SD was given: relative weights are equal, and the misfit of the fit itself gives the scatter.",
     "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",
 }
-
-states(
-    SolvedByProcess,
-    "The quadratic reaches {low:.4g} to {high:response} only, but it predicts its own runs badly (predicted R² "
-    "{quadratic_predicted_r2:fixed 3}). A Gaussian process predicts them better ({process_predicted_r2:fixed 3}) and "
-    "may reach the target: the values are where it does. Confirm them with `refine: {{model: process}}`.",
-)
-states(
-    ProcessesTaken,
-    "For {count} of the {of} measured means a Gaussian process takes the quadratic's place: it predicts runs left out "
-    "clearly better.",
-)
 
 
 def _machine_told(note: MachineFound) -> str:

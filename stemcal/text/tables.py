@@ -25,11 +25,6 @@ LINES = {
     "region of the runs.",
     "curvature": "Negative: the {response} falls on both sides along that axis; the columns give its direction, coded.",
     "sobol": "Variance shares of the {response}",
-    "comparison": "Kinds of surface on the same runs",
-    "compared": "{runs} runs predicted from the others in {folds} folds, all runs of a point left out together; "
-    "R² of the fit: of the runs that it is fitted to. Network: mean of {networks}, {neurons} hidden units. "
-    "The calibration does not depend on this table.",
-    "passed over": "Of {count} more no prediction is compared: without them the quadratic cannot be fitted.",
     "uniform": "Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",
     "ridge": "Ridge of steepest ascent",
     "of another": "{title}: {response}",

@@ -11,7 +11,6 @@ from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import RULES
 from stemcal.doe.calibration.solution_set import SolutionSet
 from stemcal.doe.designs.i_optimal import HalfSpace
-from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
@@ -116,7 +115,7 @@ def solve_target(
 
 
 def assess_point(
-    surface: Surface | GaussianProcess,
+    surface: Surface,
     coded: ArrayLike,
     low: ArrayLike | None = None,
     high: ArrayLike | None = None,

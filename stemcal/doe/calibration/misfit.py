@@ -47,7 +47,6 @@ from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, f_test
 from stemcal.doe.regression.mean_error import POOLED
 from stemcal.doe.regression.surface import Surface
@@ -65,7 +64,7 @@ UNEQUAL = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured.
+    """A measured mean with the surface that predicts it; `kind` is what was measured.
 
     Observations of the same `specimens`, by their name, have one covariance matrix, in which they are uncorrelated.
     `systematic` has, by its name, by how much one standard deviation of what moves all specimens alike moves the mean:
@@ -77,29 +76,16 @@ class Observation:
     sd: float | None = None
     n: int | None = None
     kind: str = FIRST
-    process: GaussianProcess | None = None
     specimens: str = ""
     systematic: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def model(self) -> Surface | GaussianProcess:
-        """What predicts the mean."""
-        return self.process or self.surface
-
-    @property
     def error_df(self) -> int:
         """Degrees of freedom behind the error of the prediction."""
-        if self.process is not None:
-            return len(self.process.response) - 1
         return self.surface.mean_error.df if self.surface.mean_error else 0
 
     def error_at(self, point: Array | None) -> float:
-        """Return the variance of the prediction at a point, or its mean over the runs; of a process that of left out.
-
-        A process knows its runs, and next to one it is sharp: what it is off by between them the runs left out tell.
-        """
-        if self.process is not None:
-            return float(np.mean(self.process.left_out**2))
+        """Return the variance of the prediction at a point, or its mean over the runs."""
         where = self.surface.design if point is None else point
         return 0.0 if self.surface.mean_error is None else float(np.mean(self.surface.mean_variance(where)))
 
@@ -208,11 +194,6 @@ class Misfit:
         """Coefficients, a row per observation."""
         return np.array([observation.surface.beta for observation in self.observations])
 
-    @cached_property
-    def processes(self) -> list[tuple[int, GaussianProcess]]:
-        """The observations that a process predicts, with it."""
-        return [(i, o.process) for i, o in enumerate(self.observations) if o.process is not None]
-
     @property
     def k(self) -> int:
         """Number of factors."""
@@ -225,17 +206,11 @@ class Misfit:
 
     def predict(self, points: Array) -> Array:
         """Return ŷ, (m points, observations)."""
-        found = np.asarray(term_columns(points) @ self.beta.T)
-        for i, process in self.processes:
-            found[:, i] = process.predict(points)
-        return found
+        return np.asarray(term_columns(points) @ self.beta.T)
 
     def slopes(self, x: Array) -> Array:
         """Return J = ∂ŷ/∂x at one point, (observations, factors)."""
-        found = np.asarray(self.beta @ term_gradient(x))
-        for i, process in self.processes:
-            found[i] = process.gradient(x)
-        return found
+        return np.asarray(self.beta @ term_gradient(x))
 
     def errors_percent(self, x: Array) -> Array:
         """Return 100·(measured − ŷ)/measured at one point."""
@@ -550,7 +525,7 @@ def _tested_together(observations: Sequence[Observation]) -> list[Observation]:
     """
     found = list(observations)
     for kind in dict.fromkeys(o.kind for o in found):
-        mine = [i for i, o in enumerate(found) if o.kind == kind and o.process is None]
+        mine = [i for i, o in enumerate(found) if o.kind == kind]
         sums = np.zeros((2, 2))  # lack of fit and pure error: relative sum of squares, degrees of freedom
         for i in mine:
             rows = {row.source: row for row in found[i].surface.anova}

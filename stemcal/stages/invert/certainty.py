@@ -5,15 +5,11 @@ from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
 from typing import Literal
 
-import numpy as np
-
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.files.rows import Rows
@@ -70,13 +66,8 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return found
 
 
-def misfit_over(
-    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, jointly: bool = False
-) -> Misfit:
-    """Return the misfit of measured means, each with its surface, within a region.
-
-    In a joint fit a process takes the place of a surface where it predicts the runs left out clearly better.
-    """
+def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
+    """Return the misfit of measured means, each with its surface, within a region."""
     observations = [
         Observation(
             surface,
@@ -84,7 +75,6 @@ def misfit_over(
             mean.sd,
             mean.n,
             mean.response,
-            better_process(surface) if jointly else None,
             mean.specimens,
             mean.systematic,
         )
@@ -124,17 +114,6 @@ def certainty_of(
     directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
     found = _told(study, coding, misfit, profiles_of(misfit, region, best), *directions)
     return replace(found, source=source)
-
-
-def certainty_by_process(
-    study: Study, coding: Coding, found: ProcessSolution, slope: Array, misfit: Misfit
-) -> Certainty:
-    """Return what the calibration target leaves possible by a process with this gradient at the solution.
-
-    `misfit` tells what is known of the measured mean.
-    """
-    _, _, rows = np.linalg.svd(slope[None, :])
-    return _told(study, coding, misfit, found.profiles, rows[1:], rows[-1])
 
 
 def _told(

@@ -36,7 +36,6 @@ from stemcal.stages.invert.result import (
     MachineFound,
     Mean,
     Point,
-    ProcessesTaken,
     UnequalScatter,
 )
 from stemcal.stages.result import Head, Interval
@@ -69,7 +68,7 @@ def misfit_of_study(study: Study, surface: SurfaceResult) -> Misfit:
     region, jointly = surface.region(study), bool(study.joint_targets)
     means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
     surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
-    return misfit_over(means, surfaces, region, jointly).with_priors(priors_of(study, surface.scales), region)
+    return misfit_over(means, surfaces, region).with_priors(priors_of(study, surface.scales), region)
 
 
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
@@ -83,8 +82,8 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
     if first[0] in means:
         single = misfit.alone(means.index(first[0]), fit.misfit)
     else:  # a joint fit may leave the force at the calibration diameter out
-        single = misfit_over(first, [surface.fitted], region, jointly=True).with_priors(priors, region)
-    point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
+        single = misfit_over(first, [surface.fitted], region).with_priors(priors, region)
+    point = Point.of(surface.assess(study, fit.coded), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
     return InvertResult.of(
         study,
@@ -98,7 +97,6 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         priors=prior_rows(study, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
-            *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
             *machine_found(study.targets.machine, misfit, best_fit(misfit, region)),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),

@@ -41,13 +41,6 @@ class MachineContradicted(MachineFound, weight=Weight.USE):
     """Were the spec right, fewer than 5 % of studies had curves as far from it; the interval is of these alone."""
 
 
-class ProcessesTaken(Note):
-    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
-
-    count: int
-    of: int
-
-
 class FlatDirection(Note, weight=Weight.USE):
     """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
 
@@ -68,18 +61,6 @@ class PublishedIncomplete(Note):
     """The published solution lacks factors of the surface: their centres are taken."""
 
     factors: tuple[str, ...]
-
-
-class SolvedByProcess(Note, weight=Weight.USE):
-    """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
-
-    `low` and `high` are what the quadratic reaches; both predicted R² are given.
-    """
-
-    low: float
-    high: float
-    quadratic_predicted_r2: float | None
-    process_predicted_r2: float | None
 
 
 @dataclass(frozen=True)

@@ -466,7 +466,10 @@ def _transfer(evidence: Evidence) -> Iterator[Reason]:
 
 def _rough(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
-    if surface is None or not isinstance(surface.pure_error, EqualRepeats):
+    if surface is None:
+        return
+    repeats = surface.pure_error
+    if not isinstance(repeats, EqualRepeats) and not (repeats is None and surface.deterministic):
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         yield RoughResponse(weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=abs(cv))

@@ -63,11 +63,6 @@ class RefineOptions(Frozen):
     """Done once the simulated force is within this of the measured one."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
     """Most simulations it may take."""
-    model: Literal["quadratic", "process", "better"] = "quadratic"
-    """What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at predicting the
-    design's runs left out."""
-    batch: Annotated[Whole, Field(ge=1, le=64)] = 4
-    """How many points a Gaussian process proposes at a time; they are simulated together."""
 
 
 class MeshOptions(Frozen):

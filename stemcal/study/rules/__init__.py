@@ -63,7 +63,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.claims_known,
     target_rules.joint_conditions_measured,
     target_rules.responses_measured,
-    target_rules.process_fits_one_response,
     laboratory_rules.tests_are_simulated,
     laboratory_rules.curves_are_simulated,
     laboratory_rules.tests_differ,
