@@ -96,6 +96,5 @@ def test_a_joint_fit_of_quadratics_that_fail_is_reported(judge, truth: tuple[flo
     rows = [f"{{diameter: {d:g} mm, force: {waves.of(*truth, d):.6f} N, sd: 0.5 N, n: 10}}" for d in (7.0, 8.0, 10.0)]
     of_one = "forces: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]"
     spec = SPEC.replace(of_one, f"forces: [{', '.join(rows)}]").replace("runs: 14", "runs: 20")
-    verdict, results = judge(waves, 0.0, "invert: {diameters: all}\n", spec)
+    verdict, _ = judge(waves, 0.0, "invert: {diameters: all}\n", spec)
     assert verdict.verdict != "calibrated" and verdict.says("rough_response")
-    print([r.kind for r in verdict.reasons], results.inversion.joint)
