@@ -83,15 +83,6 @@ def test_chosen_diameters_only(tmp_path: Path) -> None:
     assert len(folder.keys()) == 9 * 2
 
 
-def test_posterior_lies_in_the_file_if_asked_for(tmp_path: Path) -> None:
-    pytest.importorskip("emcee")
-    stage, _ = solved(tmp_path, "invert: {diameters: all, posterior: true}\n")
-    posterior = stage["certainty"]["posterior"]
-    low, high = posterior["intervals"]["yield_stress"]
-    assert low < 16.0 < high
-    assert len(posterior["samples"]["failure_strain"]) == 500
-
-
 def test_validation_simulates_the_joint_solution(tmp_path: Path) -> None:
     path, folder = tmp_path / "joint.yaml", StudyFolder(tmp_path / "out")
     path.write_text(spec("invert: {diameters: all}\n"), encoding="utf-8")
