@@ -11,7 +11,7 @@ from stemcal.doe.calibration.misfit import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Column, Rows, Table
-from stemcal.files.typed import Spread, absent, inline
+from stemcal.files.typed import absent, inline
 from stemcal.notes import Note, Weight
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
@@ -57,12 +57,6 @@ class PriorUnused(Note):
     factors: tuple[str, ...]
 
 
-class PublishedIncomplete(Note):
-    """The published solution lacks factors of the surface: their centres are taken."""
-
-    factors: tuple[str, ...]
-
-
 @dataclass(frozen=True)
 class Point:
     """A point in natural and coded units and what the surface says of it; no intervals of a saturated surface."""
@@ -87,14 +81,6 @@ class Point:
             assessed.prediction_interval,
             assessed.inside,
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class PublishedPoint(Spread):
-    """A published solution as this surface sees it, and how far its prediction is from the target, N."""
-
-    point: Point = inline()
-    difference: float
 
 
 @dataclass(frozen=True)
@@ -247,7 +233,6 @@ class InvertResult(StageResult):
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
-    published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
 
     @classmethod

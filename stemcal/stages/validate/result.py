@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_percent
@@ -12,18 +12,14 @@ from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.result import Head, Interval, StageResult
-from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
 
 
 class FromTable(Note, weight=Weight.USE):
-    """The simulated responses are a table's, which belong to these levels (none: unknown), not to this calibration."""
-
-    levels: dict[str, float]
+    """The simulated responses are a table's and belong to its levels, not to this calibration."""
 
 
 _COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n")
@@ -93,7 +89,6 @@ class ValidateResult(StageResult):
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -110,10 +105,6 @@ class ValidateResult(StageResult):
     def independent(self) -> list[ValidationRow]:
         """The comparisons that check the result: what was not fitted, and was simulated."""
         return [row for row in self.compared if row.role != "calibration" and row.error_percent is not None]
-
-    def against_published(self, study: Study) -> ValidateResult:
-        """Return it with the errors that a paper printed compared."""
-        return replace(self, published=audit_validation(study))
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison."""

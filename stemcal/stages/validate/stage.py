@@ -90,7 +90,7 @@ def _result(
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are a table's, which belong to other parameters."""
     if solver.given_design("validate") is not None:
-        yield FromTable(dict(study.published.solution) if study.published is not None else {})
+        yield FromTable()
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:

@@ -59,8 +59,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_rules.constraints_fit,
     surface_rules.surface_weights_known,
     surface_rules.coding_fits,
-    target_rules.published_factors_exist,
-    target_rules.claims_known,
     target_rules.joint_conditions_measured,
     target_rules.responses_measured,
     laboratory_rules.tests_are_simulated,
