@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from stemcal.cli.console import note
 from stemcal.errors import UsageError
+from stemcal.numbers import short
 from stemcal.outputs import make_folder
-from stemcal.text.numbers import short
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder

@@ -31,10 +31,9 @@ def verify_transfer(path: DeckOrFolder, within: Within = None, as_json: AsJson =
     from stemcal.cli.console import say, say_json, waiting, warn
     from stemcal.errors import RunsFailed, UsageError
     from stemcal.files.typed import from_json
-    from stemcal.run_warnings import RunWarning
+    from stemcal.note import Note
     from stemcal.solvers.check_deck import read_run, run_deck
     from stemcal.text.decks import checked_told
-    from stemcal.text.runs import warning_text
 
     if not path.exists():
         raise UsageError(f"{path} does not exist")
@@ -52,6 +51,6 @@ def verify_transfer(path: DeckOrFolder, within: Within = None, as_json: AsJson =
     for sentence in rest:
         warn(sentence)
     for warning in answer.details.get("warnings", []):
-        warn(warning_text(from_json(RunWarning, warning)))
+        warn(str(from_json(Note, warning)))
     if within is not None and abs(off) > within:
         raise typer.Exit(1)

@@ -28,7 +28,7 @@ from stemcal.files.durable import Broken, as_json, opened, plain, remove_leftove
 from stemcal.files.plain import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, is_key, problem_of, up_to_date
+from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
@@ -206,9 +206,8 @@ class StudyFolder:
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        record = up_to_date(content)
-        problem = problem_of(record, key) if has_seal else "has no SHA-256"
-        return (None, problem) if problem else (record, "")
+        problem = problem_of(content, key) if has_seal else "has no SHA-256"
+        return (None, problem) if problem else (content, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
         logger.warning("%s %s; set aside, the run is done again", path, problem)

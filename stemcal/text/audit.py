@@ -1,12 +1,12 @@
 """What an audit of a paper has found."""
 
+from stemcal.numbers import minus
 from stemcal.stages.audit import consistency, paper, suspicions
 from stemcal.stages.audit.stage import AuditResult, Finding, NoValidationTable
 from stemcal.stages.base import stage_called
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
-from stemcal.text.numbers import minus
 
 
 def outcome(stage: AuditResult, _names: Names) -> list[str]:

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 
 from stemcal.notes import Weight
+from stemcal.numbers import minus
 from stemcal.stages.printed_numbers import Disagreement, decimals_of
 from stemcal.stages.printed_tables import Audited, Difference
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, sentence
-from stemcal.text.numbers import minus
 
 _MOST = 5
 

@@ -55,7 +55,7 @@ def folder(tmp_path: Path) -> StudyFolder:
 def test_what_is_saved_is_loaded(folder: StudyFolder) -> None:
     folder.save(record(message="Kraft fällt auf 0 N — 切割"))
     loaded = folder.load(KEY)
-    assert loaded == {"record_version": 3, **record(message="Kraft fällt auf 0 N — 切割")}
+    assert loaded == {"record_version": 4, **record(message="Kraft fällt auf 0 N — 切割")}
     assert folder.keys() == [KEY]
 
 
@@ -129,7 +129,7 @@ def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, mo
 
 
 RETYPED = {
-    "record_version": [4, "2", None],
+    "record_version": [3, "4", None],
     "identity": [{"solver": "another"}, [], None],
     "request": [{}, [], {"stage": "screen", "row": "0", "levels": {}, "condition": 8.0}],
     "status": ["done", 1],
@@ -143,45 +143,13 @@ RETYPED = {
 
 @pytest.mark.parametrize("name", [*RETYPED, "key"])
 def test_a_sealed_record_of_another_shape_is_set_aside(folder: StudyFolder, name: str) -> None:
-    whole = {"record_version": 3, **record()}
+    whole = {"record_version": 4, **record()}
     without = {key: value for key, value in whole.items() if key != name}
     for content in (without, *({**whole, name: value} for value in RETYPED.get(name, ["f" * 32, 1]))):
         folder.record_path(KEY).write_bytes(sealed(content).encode())
         found, problem = folder.examine(KEY)
         assert found is None and problem, content
         assert folder.load(KEY) is None and not folder.record_path(KEY).exists()
-
-
-HEAP = {"response": {"name": "angle"}, "condition": {"name": "moisture"}, "further": []}
-
-
-@pytest.mark.parametrize(
-    ("named", "response", "asked"),
-    [
-        ({}, "force", {"diameter": 8.0}),
-        ({"naming": HEAP}, "angle", {"moisture": 8.0}),
-        ({"naming": {**HEAP, "condition": None}}, "angle", {}),
-    ],
-)
-def test_a_record_of_version_1_is_read(
-    folder: StudyFolder, named: dict[str, Any], response: str, asked: dict[str, float]
-) -> None:
-    """It had response and condition under the names of the study, which it told where they were its own."""
-    today = record()
-    old = {key: value for key, value in today.items() if key != "response"}
-    request = {key: value for key, value in today["request"].items() if key != "condition"}
-    old |= {"record_version": 1, response: 120.1, "request": {**request, **asked}, **named}
-    folder.record_path(KEY).write_bytes(sealed(old).encode())
-    wanted = {**today, "request": {**request, "condition": 8.0 if asked else 0.0}}
-    assert folder.load(KEY) == {"record_version": 3, **wanted}
-
-
-def test_warnings_of_a_record_of_version_2_are_kept_as_the_words_they_were(folder: StudyFolder) -> None:
-    old = {**record(), "record_version": 2, "details": {"warnings": ["inertia has 7.1 % of the force"]}}
-    folder.record_path(KEY).write_bytes(sealed(old).encode())
-    loaded = folder.load(KEY)
-    assert loaded is not None
-    assert loaded["details"] == {"warnings": [{"kind": "message", "text": "inertia has 7.1 % of the force"}]}
 
 
 def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:
