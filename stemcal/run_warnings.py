@@ -88,8 +88,3 @@ def nothing_deleted() -> Note:
         "deleted."
     )
     return Note("nothing_deleted", "warning", text)
-
-
-def message(text: str) -> Note:
-    """Return the words of another program."""
-    return Note("message", "warning", text)

@@ -88,6 +88,10 @@ class StudyFolder:
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
 
+    def __reduce__(self) -> tuple[type, tuple[Path]]:
+        """Pickle and copy the place, not the lock."""
+        return type(self), (self.path,)
+
     # ---- lock
 
     def __enter__(self) -> Self:
@@ -201,13 +205,13 @@ class StudyFolder:
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
         """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
         try:
-            content, has_seal = opened(self.record_path(key))
+            record, has_seal = opened(self.record_path(key))
         except FileNotFoundError:
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        problem = problem_of(content, key) if has_seal else "has no SHA-256"
-        return (None, problem) if problem else (content, "")
+        problem = problem_of(record, key) if has_seal else "has no SHA-256"
+        return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
         logger.warning("%s %s; set aside, the run is done again", path, problem)

@@ -17,7 +17,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
 from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
-from stemcal.run_warnings import hourglass_energy, message
+from stemcal.run_warnings import hourglass_energy, nothing_deleted
 
 VOID = {"meta", "br", "link", "img"}
 
@@ -206,14 +206,15 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
 
     records = {
         "screen 1": record("a", hourglass_energy(16.3), hourglass_energy(17.0)),
-        "screen 2": record("b", hourglass_energy(17.1), message("shell 12 is warped")),
-        "rsm 1": record("b", hourglass_energy(17.1), message("shell 12 is warped")),
+        "screen 2": record("b", hourglass_energy(17.1), nothing_deleted()),
+        "rsm 1": record("b", hourglass_energy(17.1), nothing_deleted()),
         "8 mm": record("c"),
     }
     assert run_warnings(records) == [
         "2 of 3 runs, first screen 1: Hourglass energy is 16.3 % of internal energy. Use smaller elements "
         "(solver.element_size).",
-        "1 of 3 runs, first screen 2: shell 12 is warped",
+        "1 of 3 runs, first screen 2: The material has no failure criterion: at the failure strain, elements lose "
+        "their shear stress but are not deleted.",
     ]
 
 
