@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
-from stemcal.numbers import fixed, interval, short, significant
+from stemcal.numbers import fixed, interval, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import Interval
@@ -27,9 +27,8 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     `refined` has the values after a refinement.
     """
     point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
-    published = {} if stage.published is None else stage.published.point.solution
     rows: list[dict[str, Any]] = [
-        {"factor": name, "range": ranges.get(name), "coded": point.coded[name], "published": published.get(name)}
+        {"factor": name, "range": ranges.get(name), "coded": point.coded[name]}
         | {"solution": (refined or point.solution)[name], "share": known and share_of_range(known, name)}
         for name in point.solution
     ]
@@ -39,7 +38,6 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         Column("range", head, form=interval, claims=True),
         *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
-        *([Column("published", "Published", form=short)] if published else []),
     ]
     found = {"target": stage.target, "predicted": point.predicted, "radius": point.coded_radius, "rule": stage.rule}
     ends = line("intervals of the response", names, mean=point.mean_interval, one=point.prediction_interval)
