@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
+from stemcal.numbers import interval, significant
 from stemcal.stages.validate.result import FromTable, ValidateResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
