@@ -69,7 +69,7 @@ def beforehand(study: Study) -> list[str]:
 def say_plan(found: Plan) -> None:
     """Print the runs, the time and the memory of every stage."""
     from stemcal.files.rows import Column, Table
-    from stemcal.text.numbers import duration, in_bytes
+    from stemcal.numbers import duration, in_bytes
     from stemcal.text.plan import total
 
     timed = any(stage.seconds is not None for stage in found.stages)

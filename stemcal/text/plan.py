@@ -2,13 +2,13 @@
 
 from stemcal.errors import UsageError
 from stemcal.executors import machine
+from stemcal.numbers import duration, in_bytes
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentences, states
-from stemcal.text.numbers import duration, in_bytes
 
 
 def total(found: plan.Plan) -> list[str]:
