@@ -10,7 +10,6 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import (
-    augment,
     by_hand,
     check,
     demo,
@@ -63,7 +62,7 @@ app = typer.Typer(
 AROUND = "Around a study"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each goes on where it stopped)": (
-        *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
+        *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit")),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
     "Results to publish": (export.export, plot.plot, stages.audit_command()),

@@ -5,7 +5,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.designs.definitive_screening import spare_column_note
 from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import UsageError
@@ -296,12 +295,7 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
-    requests = [
-        request
-        for requested in (design.requests, *([] if design.there else [design.fine_requests]))
-        for condition in dict.fromkeys(conditions)
-        for request in requested(condition)
-    ]
+    requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
     return Asked("rsm", requests, known is not None, None if known else FactorsAssumed(len(names)), design)
 
 
@@ -342,4 +336,3 @@ def judged(design: Design) -> Iterator[Note]:
         yield CannotEstimate(design.stage, design.kind, len(design.coded), tuple(lost))
     elif screening:
         yield aliases_note(design.coded, design.names)
-        yield from spare_column_note(design.coded)

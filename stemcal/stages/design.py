@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 
 from stemcal.doe.designs import catalogue
-from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
@@ -17,9 +16,9 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import outcome_of
-from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import CoarseOptions, Constraint, RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.study.model import RsmOptions, Study, factors_taken, strongest_asked
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -59,7 +58,7 @@ class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
     Of a program with chance in it they are the design `replicates` times over. The runs of the rows `fine` correct its
-    surface: made with the study's own elements beside `coarse` ones, or `there`, by the solver of the transfer.
+    surface: they are made by the solver of the transfer.
     """
 
     stage: str
@@ -67,17 +66,8 @@ class Design:
     coding: Coding
     coded: Array
     levels: tuple[Mapping[str, float], ...]
-    blocks: tuple[str, ...] | None = None
     replicates: int = 0
-    coarse: str | None = None
-    phases: int | None = None
     fine: tuple[int, ...] = ()
-    there: bool = False
-
-    @property
-    def counts_fine(self) -> str:
-        """The key of the spec that says how many rows are `fine`."""
-        return "rsm.correct_runs" if self.there else "rsm.coarse.fine_runs"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -87,22 +77,13 @@ class Design:
     def requests(self, condition: float) -> list[Request]:
         """Return a request per row."""
         return [
-            Request(
-                self.stage,
-                row,
-                levels,
-                condition,
-                phases=self.phases,
-                element_size=self.coarse,
-                replicate=self.replicate(row),
-            )
+            Request(self.stage, row, levels, condition, replicate=self.replicate(row))
             for row, levels in enumerate(self.levels)
         ]
 
     def fine_requests(self, condition: float) -> list[Request]:
-        """Return a request per row that corrects the surface; those of another solver are of its stage."""
-        stage = "transfer" if self.there else self.stage
-        return [Request(stage, row, self.levels[row], condition) for row in self.fine]
+        """Return a request of the transfer per row that corrects the surface."""
+        return [Request("transfer", row, self.levels[row], condition) for row in self.fine]
 
     def replicate(self, row: int) -> int:
         """Return which time over a row belongs to, from 1; 0 without chance."""
@@ -110,9 +91,8 @@ class Design:
 
     def repeated(self, times: int) -> Design:
         """Return the design so many times over, each row to be simulated anew; itself for 0."""
-        blocks = None if self.blocks is None else self.blocks * (times or 1)
         coded = np.tile(self.coded, (times or 1, 1))
-        return replace(self, coded=coded, levels=self.levels * (times or 1), blocks=blocks, replicates=times)
+        return replace(self, coded=coded, levels=self.levels * (times or 1), replicates=times)
 
 
 class Screened(Protocol):
@@ -134,8 +114,6 @@ def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answe
             run=request.row + 1,
             levels=dict(request.levels),
             coded=dict(zip(design.names, coded, strict=True)),
-            block=answer.details.get("block") if design.blocks is None else design.blocks[request.row],
-            weight=answer.details.get("weight"),
             replicate=request.replicate or None,
             outcome=outcome_of(request, answer, solver),
         )
@@ -167,38 +145,20 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     design = _surface_runs(study, solver, names)
     if study.rsm.correct_with is None:
         return design
-    fine = _spread_over(design, study.rsm.correct_runs, "correct_runs")
-    return replace(design.repeated(study.replicates), fine=fine, there=True)
+    if study.rsm.correct_runs > len(np.unique(design.coded, axis=0)):
+        raise UsageError(f"rsm.correct_runs: the design has fewer than {study.rsm.correct_runs} different runs")
+    fine = tuple(spread_runs(design.coded, study.rsm.correct_runs))
+    return replace(design.repeated(study.replicates), fine=fine)
 
 
 def _surface_runs(study: Study, solver: Solver, names: Sequence[str]) -> Design:
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
-        options = replace(surface_options(study), within=half_spaces(study, coding, study.rsm.constraints))
-        coded, blocks = catalogue.surface_runs(len(names), options), catalogue.surface_blocks(len(names), options)
-        levels = coding.runs(coded, study.midlevels())
-        once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
-        if study.rsm.coarse is not None:
-            return _coarsened(once, study.rsm.coarse, solver)
+        coded = catalogue.surface_runs(len(names), surface_options(study))
+        once = Design("rsm", study.rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once if study.rsm.correct_with else once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
-
-
-def _coarsened(design: Design, options: CoarseOptions, solver: Solver) -> Design:
-    """Return the design with larger elements, over as many places of the mesh, and which of its runs are fine too."""
-    if not isinstance(solver, Meshed):
-        raise UsageError("rsm.coarse: the solver does not say how it would mesh otherwise; leave it out")
-    fine = _spread_over(design, options.fine_runs, "coarse.fine_runs")
-    phases = solver.phases if solver.phases > 1 else None
-    return replace(design, coarse=str(options.element_size), phases=phases, fine=fine)
-
-
-def _spread_over(design: Design, count: int, key: str) -> tuple[int, ...]:
-    """Return so many rows that are spread over the design."""
-    if count > len(np.unique(design.coded, axis=0)):
-        raise UsageError(f"rsm.{key}: the design has fewer than {count} different runs")
-    return tuple(spread_runs(design.coded, count))
 
 
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:
@@ -223,27 +183,8 @@ def surface_options(study: Study) -> catalogue.SurfaceOptions:
     """Return what the spec chooses about the design of the surface."""
     rsm = study.rsm
     return catalogue.SurfaceOptions(
-        rsm.design,
-        rsm.centre_points,
-        rsm.alpha,
-        rsm.core,
-        rsm.runs,
-        rsm.seed,
-        rsm.extra_runs,
-        rsm.blocks == "orthogonal",
-        rsm.axial,
+        rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.seed, rsm.extra_runs
     )
-
-
-def half_spaces(study: Study, coding: Coding, constraints: Sequence[Constraint]) -> tuple[HalfSpace, ...]:
-    """Return constraints in coded units; a factor that does not vary counts with its mid-level."""
-    found = []
-    for constraint in constraints:
-        held = sum(c * study.factor(n).centre for n, c in constraint.of.items() if n not in coding.names)
-        weights = np.array([constraint.of.get(name, 0.0) for name in coding.names])
-        limit = constraint.at_most - held - float(weights @ np.array(coding.centre))
-        found.append(HalfSpace(tuple((weights * np.array(coding.half_step)).tolist()), limit))
-    return tuple(found)
 
 
 def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[Note]]:

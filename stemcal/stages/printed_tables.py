@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.screening.effect_sizes import Effect
+from stemcal.doe.screening.effects import Effect
 from stemcal.doe.validation.comparison import Validation, compare_conditions
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.typed import Tagged, inline

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 
 from stemcal.doe.regression import surface_notes
-from stemcal.doe.regression.surface import PREDICTS
-from stemcal.doe.regression.transform import BoxCox
+from stemcal.doe.regression.canonical import Shape
+from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.notes import Weight
 from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
-from stemcal.stages.surface.result import Corrected, ReductionSteps, SurfaceResult
+from stemcal.stages.surface.result import Corrected, SurfaceResult
 from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
-from stemcal.stages.surface.shape import Shape
 from stemcal.text import published
 from stemcal.text.language import all_of, say
 from stemcal.text.names import Names
@@ -67,15 +66,6 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield Remark(_correction(stage.coarse, names), Weight.TRUST, "coarse")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
-    if stage.canonical is not None and stage.predicted_r2 is not None and stage.predicted_r2 < PREDICTS:
-        withheld = (
-            "The shares of the variance (Sobol' indices) are withheld: the surface predicts runs left out too badly "
-            "(predicted R² {predicted:fixed 3}, at least {least:g} is asked)."
-        )
-        fields = {"predicted": stage.predicted_r2, "least": PREDICTS}
-        yield Remark(names.say(withheld, **fields), Weight.TRUST, "shares_withheld")
-    if stage.box_cox is not None and stage.box_cox.advised != 1.0:
-        yield Remark(_box_cox(stage.box_cox, names), Weight.TRUST, "box_cox")
     if stage.second_opinion is not None and stage.second_opinion.process_is_better:
         yield Remark(_second_opinion(stage, names), Weight.TRUST, "second_opinion")
     by_chance = isinstance(stage.pure_error, ScatterOfSeeds | EqualSeeds)
@@ -83,17 +73,16 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield remark(stage.pure_error, names)
 
 
-def _reduction(found: ReductionSteps, names: Names) -> str:
-    all_stay = "Reduction ({method}): every term stays."
-    some_go = (
-        "Reduction ({method}) leaves out {terms:factors}. The terms were chosen by the same runs, so p-values and "
-        "intervals are somewhat too favourable."
+def _reduction(steps: tuple[ReductionStep, ...], names: Names) -> str:
+    removed = (
+        "Backward elimination removed {terms:factors}. The same runs chose the terms, so p-values and intervals are "
+        "somewhat too favourable."
     )
-    return names.say(some_go if found.dropped else all_stay, method=found.method, terms=found.dropped)
+    template = removed if steps else "Backward elimination removed no term."
+    return names.say(template, terms=[step.term for step in steps])
 
 
 def _correction(found: Corrected, names: Names) -> str:
-    elements = "The design was run with elements of {size}, {fine} of its runs with the study's own too."
     solvers = (
         "The design was run by the study's own solver, {fine} of its runs by that of `transfer`, {there:program}, too. "
         "The surface is that of {there:program}, and so are calibration and validation."
@@ -112,8 +101,7 @@ def _correction(found: Corrected, names: Names) -> str:
         names.say("{slope:response +.3g} along {name:factor}", slope=value, name=name)
         for name, value in found.tilt.items()
     )
-    there = found.solver or ""
-    asked = names.say(solvers if there else elements, size=found.element_size, there=there, fine=len(found.fine_runs))
+    asked = names.say(solvers, there=found.solver, fine=len(found.fine_runs))
     learnt = names.say(
         tilted if found.tilt else alone, factor=found.factor, tilt=all_of(slopes), sd=found.sd, df=found.df
     )
@@ -152,24 +140,6 @@ def _shape(shape: Shape, names: Names) -> str:
     return names.say(template, kind=shape_name(shape), predicted=shape.predicted, radius=shape.coded_radius)
 
 
-def _box_cox(found: BoxCox, names: Names) -> str:
-    scales = {
-        -1.0: say("the reciprocal 1/y"),
-        -0.5: say("1/√y"),
-        0.0: say("the logarithm"),
-        0.5: say("the square root"),
-        2.0: say("the square"),
-    }
-    return names.say(
-        "Box–Cox: {scale} of the response would fit better (best power {best:.2f}, 95 % interval {low:.2f} to "
-        "{high:.2f}).",
-        scale=scales[found.advised],
-        best=found.best,
-        low=-3.0 if found.low is None else found.low,
-        high=3.0 if found.high is None else found.high,
-    )
-
-
 def _second_opinion(stage: SurfaceResult, names: Names) -> str:
     return names.say(
         "A Gaussian process predicts the runs better than the quadratic (predicted R² {process_predicted_r2:.3f} "
@@ -182,12 +152,7 @@ def _second_opinion(stage: SurfaceResult, names: Names) -> str:
 states(
     surface_notes.SurfaceRunsFailed,
     "{failed} of {runs} runs failed; the surface is fitted to the others, with {df} residual df; the design is no "
-    "longer as planned (largest variance inflation {inflation:.2f}, as planned {planned:.2f}).",
-)
-states(
-    surface_notes.TermsDropped,
-    "The runs left cannot estimate {terms:factors}: these terms are left out. What they stand for is now in the other "
-    "coefficients, and the surface must not be trusted beyond the runs it has.",
+    "longer as planned (largest variance inflation factor {inflation:.2f}).",
 )
 states(
     surface_notes.TermsEntangled,

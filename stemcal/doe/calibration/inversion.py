@@ -11,7 +11,6 @@ from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import RULES
 from stemcal.doe.calibration.solution_set import SolutionSet
-from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -70,7 +69,6 @@ def solve_target(
     radius: float | None = None,
     rule: str = "least_coded_distance",
     unit: str = " N",
-    within: tuple[HalfSpace, ...] = (),
     priors: Sequence[Prior] = (),
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
@@ -85,8 +83,6 @@ def solve_target(
         One of `RULES`.
     unit : str
         Of the target, as it stands behind a number.
-    within : half spaces
-        Linear constraints on the coded factors; no point of the set breaks one.
     priors : sequence of Prior
         What is known of factors beforehand: the rule is then `most_probable` where it would be the least distance.
 
@@ -98,7 +94,7 @@ def solve_target(
     if rule not in RULES:
         raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
     rule = "most_probable" if priors and rule == "least_coded_distance" else rule
-    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius, within)
+    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)

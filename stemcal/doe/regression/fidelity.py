@@ -57,10 +57,8 @@ def spread_runs(coded: Array, count: int) -> list[int]:
     return chosen
 
 
-def correction_of(surface: Surface, points: Array, coarse: Array, fine: Array, key: str) -> Correction:
+def correction_of(surface: Surface, points: Array, coarse: Array, fine: Array) -> Correction:
     """Fit ρ and τ to responses at (m, k) coded points; NaN marks a run that failed. No tilt along terms left out.
-
-    `key` of the spec says how many points are run both ways.
 
     Raises
     ------
@@ -72,8 +70,9 @@ def correction_of(surface: Surface, points: Array, coarse: Array, fine: Array, k
     m, k = int(there.sum()), len(along)
     if m < FEWEST:
         raise RunsFailed(
-            f"{key}: of {len(points)} points {m} succeeded both in the design and beside it; the correction needs "
-            f"{FEWEST}; `stemcal runs SPEC --status failed` shows why the others failed, or raise {key}"
+            f"rsm.correct_runs: of {len(points)} points {m} succeeded both in the design and beside it; the "
+            f"correction needs {FEWEST}; `stemcal runs SPEC --status failed` shows why the others failed, or raise "
+            "rsm.correct_runs"
         )
     tilted = m >= k + _FOR_A_TILT
     z = np.column_stack([coarse[there], points[there][:, along]] if tilted else [coarse[there]])

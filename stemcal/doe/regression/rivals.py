@@ -78,7 +78,7 @@ def compare_surfaces(surface: Surface) -> Comparison | None:
     if len(y) > MOST_RUNS:
         del methods["gaussian_process"]
     folds = [fold for fold in _folds(same_points(x)) if _carries(x[~fold], kept)]
-    if not folds or surface.block_effects or np.ptp(y) == 0.0:
+    if not folds or np.ptp(y) == 0.0:
         return None
     judged: Truths = np.any(folds, axis=0)
     with threadpool_limits(1):  # several threads take up to fifty times as long on matrices as small as these

@@ -178,7 +178,6 @@ def _fitted(
         out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(misfit, region)),
         separated=not len(fit.flat),
         presses_outwards=presses_outwards(misfit, region, fit.coded),
-        ranges_chosen=study.invert.ranges_chosen,
     )
 
 

@@ -255,7 +255,6 @@ class Contradicted:
 class JointFitted:
     """What a joint fit comes to; `rows` are of the force, `further` of the other responses.
 
-    `ranges_chosen` tells whether the factor ranges were chosen before or after the measured values were known.
     `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
     nowhere in the region. `separated` is False where the data leave a direction of the parameters flat;
     `presses_outwards` tells whether they ask for a point beyond the region.
@@ -272,7 +271,6 @@ class JointFitted:
     best_worst_error_percent: float
     best_worst_solution: dict[str, float]
     null: NullModel | None = None
-    ranges_chosen: Literal["before", "after"] = "before"
     contradiction: Contradicted | None = absent()
     out_of_reach: Rows[Mean] = absent(Rows())
     separated: bool = True

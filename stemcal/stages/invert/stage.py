@@ -55,7 +55,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     misfit = misfit.with_priors(priors, region)
     try:
         ends, rule = (region.low, region.high, region.radius), study.invert.rule
-        found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within, priors)
+        found = solve_target(surface.fitted, target.response, *ends, rule, unit, priors)
     except TargetUnreachable as unreachable:
         if surface.process is None:
             raise

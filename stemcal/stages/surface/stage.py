@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.regression.anova import in_sequence
+from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.fidelity import corrected, correction_of
-from stemcal.doe.regression.reduction import Reduction, reduce_surface
+from stemcal.doe.regression.gaussian_process import second_opinion
+from stemcal.doe.regression.reduction import ReductionStep, reduce_surface
 from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed
@@ -30,13 +31,10 @@ from stemcal.stages.surface.result import (
     Corrected,
     FactorCoding,
     FitSummary,
-    ReductionSteps,
     SurfaceResult,
-    region_in,
     told_by,
 )
-from stemcal.stages.surface.runs import ConditionRun, at_points, circumstances, pure_error_of, weighed
-from stemcal.stages.surface.shape import shape_of
+from stemcal.stages.surface.runs import ConditionRun, at_points, pure_error_of, scatter_within
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study, Target
 
@@ -55,10 +53,9 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     screening = read_before(study, solver, work.folder)
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
-    region_in(study, design.coding, None)  # refuses constraints that leave nothing, before any run
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
-    runs = weighed(study, runs_of(design, requests, answers, solver).runs)
+    runs = runs_of(design, requests, answers, solver).runs
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)
     coarse, fit = _corrected(work, design, runs, fit)
@@ -69,7 +66,7 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
 
 
 def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surface) -> tuple[Corrected | None, Surface]:
-    """Return how a surface was corrected by finer runs, or by those of another solver, and the surface after it."""
+    """Return how a surface was corrected by runs of another solver, and the surface after it."""
     if not design.fine:
         return None, fit
     fine = fine_runs(work, design, work.study.targets.calibrate_at)
@@ -80,12 +77,10 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
         design.coded[rows],
         np.array(coarse, dtype=float),
         np.array(responses, dtype=float),
-        design.counts_fine,
     )
     tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
     result = Corrected(
-        element_size=design.coarse,
-        solver=work.seeing("transfer").study.solver.kind if design.there else None,
+        solver=work.seeing("transfer").study.solver.kind,
         fine_runs=Rows(fine),
         factor=found.factor,
         tilt=tilt if any(tilt.values()) else {},
@@ -96,32 +91,29 @@ def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surfa
 
 
 def _result(
-    study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
+    study: Study,
+    head: Head,
+    design: Design,
+    runs: DesignRuns,
+    fit: Surface,
+    reduction: tuple[ReductionStep, ...] | None,
 ) -> SurfaceResult:
     """Return the result without what other conditions add."""
-    beside = shape_of(study, design, fit, [runs.runs[row.run - 1].block for row in fit.runs_diagnostics])
-    printed = _counting_copies(study, design, runs.runs, fit) if fit.copies and study.published else fit
-    middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
+    printed = _counting_copies(design, runs.runs, fit) if fit.copies and study.published else fit
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
         head=head,
         names=design.names,
         factors=Rows(entries),
         coding={e.factor: CodedScale(e.center, e.half_step) for e in entries},
-        fixed={name: level for name, level in middle.items() if name not in design.names},
+        fixed={name: level for name, level in study.midlevels().items() if name not in design.names},
         radius=design_radius(study, len(design.names)),
         design=runs,
-        anova=Rows(in_sequence(fit.anova, fit.sequential_ss) if sequential else fit.anova),
+        anova=Rows(fit.anova),
         **told_by(fit),
-        inestimable=study.rsm.inestimable,
-        weights=study.rsm.weights,
-        sums_of_squares="sequential" if sequential else None,
-        reduction=None if reduction is None else ReductionSteps(reduction.method, reduction.steps, reduction.dropped),
-        canonical=beside.canonical,
-        ridge=beside.ridge,
-        box_cox=beside.box_cox,
-        second_opinion=beside.second_opinion,
-        sobol=Rows(beside.sobol),
+        reduction=reduction,
+        canonical=canonical_analysis(fit, design.coding),
+        second_opinion=second_opinion(fit),
         comparison=compare_surfaces(fit) if study.rsm.compare else None,
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
@@ -130,15 +122,10 @@ def _result(
     )
 
 
-def _counting_copies(study: Study, design: Design, runs: Sequence[DesignRun], fit: Surface) -> Surface:
+def _counting_copies(design: Design, runs: Sequence[DesignRun], fit: Surface) -> Surface:
     """Return the same terms fitted to every run, copies of deterministic ones too: what a paper prints."""
-    known = circumstances(_blocks(runs), runs, FIRST)
-    responses, drop = [run.number(FIRST) for run in runs], study.rsm.inestimable == "drop"
-    return fit_surface(design.coded, responses, design.names, fit.terms, *known, drop=drop, each_once=False)
-
-
-def _blocks(runs: Sequence[DesignRun]) -> list[str | None] | None:
-    return [run.block for run in runs] if any(run.block is not None for run in runs) else None
+    responses, within = [run.number(FIRST) for run in runs], scatter_within(runs, FIRST)
+    return fit_surface(design.coded, responses, design.names, fit.terms, within, each_once=False)
 
 
 def _entry(study: Study, design: Design, j: int) -> FactorCoding:
@@ -162,15 +149,15 @@ def recentred(study: Study, before: ScreenResult | ClimbResult | None) -> Study:
     return study.model_copy(update={"rsm": study.rsm.model_copy(update={"coding": {**found, **study.rsm.coding}})})
 
 
-def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[Surface, Reduction | None]:
-    """Fit the surface to runs as the spec asks; returns it, and how its terms were chosen if they were."""
-    rsm, drop = study.rsm, study.rsm.inestimable == "drop"
-    known = circumstances(_blocks(runs), runs, FIRST)
-    responses = [run.number(FIRST) for run in runs]
-    if rsm.reduce == "none":
-        return fit_surface(design.coded, responses, design.names, None, *known, drop=drop), None
-    reduced = reduce_surface(design.coded, responses, design.names, rsm.reduce, rsm.reduce_alpha, *known, drop=drop)
-    return reduced.surface, reduced
+def fit_terms(
+    study: Study, design: Design, runs: Sequence[DesignRun]
+) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
+    """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
+    given = design.coded, [run.number(FIRST) for run in runs], design.names
+    within = scatter_within(runs, FIRST)
+    if study.rsm.reduce == "none":
+        return fit_surface(*given, within=within), None
+    return reduce_surface(*given, study.rsm.reduce_alpha, within)
 
 
 # ---- the design run at the other diameters of a joint fit
@@ -188,7 +175,7 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
     told_of = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    runs, fine = weighed(work.study, told_of), fine_runs(work, design, condition)
+    runs, fine = told_of, fine_runs(work, design, condition)
     with reasons_given(requests, answers):
         fits = {name: _summary(study, result, runs, name, condition, fine) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
@@ -202,8 +189,8 @@ def fine_runs(work: Work, design: Design, condition: float) -> list[ConditionRun
     requests = design.fine_requests(condition)
     if not requests:
         return []
-    there = work.seeing("transfer") if design.there else work
-    times = there.study.replicates if design.there else 0
+    there = work.seeing("transfer")
+    times = there.study.replicates
     outcomes = merged(there.outcomes(repeated(requests, times)), times)
     return [
         ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in zip(requests, outcomes, strict=True)

@@ -30,7 +30,6 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import (
     FromTable,
     FurtherRow,
-    RangesChosenAfter,
     TooFewForDiscrepancy,
     ValidateResult,
     ValidateRow,
@@ -172,9 +171,7 @@ def _directions_seen(work: Work) -> int:
 
 
 def _stage_notes(study: Study, solver: Solver, missed: _Missed) -> Iterator[Note]:
-    """Find what the comparison itself does not know: how the ranges were chosen, where the answers come from."""
-    if len(study.joint_targets) > 1 and study.invert.ranges_chosen == "after":
-        yield RangesChosenAfter()
+    """Find what the comparison itself does not know: where the answers come from."""
     if missed.asked != "none" and missed.scale is None:
         yield TooFewForDiscrepancy(needed(missed.seen), missed.seen)
     if solver.given_design("validate") is not None:

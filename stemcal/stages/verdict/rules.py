@@ -392,9 +392,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
 
 
 def _left_out(evidence: Evidence) -> bool:
-    """Whether what is left out of a joint fit in turn is predicted within the percentage, and is a check at all."""
-    if evidence.study.invert.ranges_chosen == "after":
-        return False
+    """Whether what is left out of a joint fit in turn is predicted within the percentage."""
     found = evidence.results.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
     return error is not None and error <= evidence.equivalent_percent

@@ -5,7 +5,6 @@ from typing import Annotated, Literal
 from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
-from stemcal.study.model.design_options import Constraint
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.model.measured_targets import AtSize
 from stemcal.study.types.field_types import Number, Whole
@@ -37,12 +36,6 @@ class InvertOptions(Frozen):
     """What is fitted: the force alone, or also travel and work to the maximum."""
     posterior: Flag = False
     """Sample what the forces leave possible (extra `bayes`)."""
-    ranges_chosen: Literal["before", "after"] = "before"
-    """Whether the factors' ranges were fixed before the measured forces were seen; after that no diameter that is
-    left out is an independent check."""
-    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
-    """What solution, ranges and posterior have to keep to, in the units of the factors, whatever the design; those of
-    `rsm.constraints` hold here too."""
     discrepancy: Literal["none", "scale", "process"] = "none"
     """What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that changes
     smoothly with the diameter. Gives prediction intervals of the measured forces."""
