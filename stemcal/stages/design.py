@@ -10,7 +10,6 @@ import numpy as np
 
 from stemcal.doe.designs import catalogue
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
@@ -57,8 +56,7 @@ class ManySignificant(Note):
 class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
-    Of a program with chance in it they are the design `replicates` times over. The runs of the rows `fine` correct its
-    surface: they are made by the solver of the transfer.
+    Of a program with chance in it they are the design `replicates` times over.
     """
 
     stage: str
@@ -67,7 +65,6 @@ class Design:
     coded: Array
     levels: tuple[Mapping[str, float], ...]
     replicates: int = 0
-    fine: tuple[int, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -80,10 +77,6 @@ class Design:
             Request(self.stage, row, levels, condition, replicate=self.replicate(row))
             for row, levels in enumerate(self.levels)
         ]
-
-    def fine_requests(self, condition: float) -> list[Request]:
-        """Return a request of the transfer per row that corrects the surface."""
-        return [Request("transfer", row, self.levels[row], condition) for row in self.fine]
 
     def replicate(self, row: int) -> int:
         """Return which time over a row belongs to, from 1; 0 without chance."""
@@ -141,23 +134,13 @@ def screening_design(study: Study, solver: Solver) -> Design:
 
 
 def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
-    """Return the design of the spec over the named factors, or the rows the solver has, and what corrects it."""
-    design = _surface_runs(study, solver, names)
-    if study.rsm.correct_with is None:
-        return design
-    if study.rsm.correct_runs > len(np.unique(design.coded, axis=0)):
-        raise UsageError(f"rsm.correct_runs: the design has fewer than {study.rsm.correct_runs} different runs")
-    fine = tuple(spread_runs(design.coded, study.rsm.correct_runs))
-    return replace(design.repeated(study.replicates), fine=fine)
-
-
-def _surface_runs(study: Study, solver: Solver, names: Sequence[str]) -> Design:
+    """Return the design of the spec over the named factors, or the rows the solver has."""
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
         coded = catalogue.surface_runs(len(names), surface_options(study))
         once = Design("rsm", study.rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
-        return once if study.rsm.correct_with else once.repeated(study.replicates)
+        return once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
 
 

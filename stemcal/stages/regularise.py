@@ -92,11 +92,6 @@ def without_lengths(study: Study) -> Study:
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver):
         raise UsageError(f"export-material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
-    if study.rsm.correct_with is not None:
-        raise UsageError(
-            "export-material: rsm.correct_with makes the calibrated parameters those of transfer.solver; leave it out, "
-            "or export from a study without it"
-        )
     if STRAIN not in study.names:
         raise UsageError(f"export-material adjusts {STRAIN}, which is no factor of this study")
     sections = {

@@ -7,10 +7,10 @@ from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.notes import Weight
 from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
-from stemcal.stages.surface.result import Corrected, SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
 from stemcal.text import published
-from stemcal.text.language import all_of, say
+from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
 
@@ -62,8 +62,6 @@ def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
 def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
     if stage.reduction is not None:
         yield Remark(_reduction(stage.reduction, names), Weight.TRUST, "reduction")
-    if stage.coarse is not None:
-        yield Remark(_correction(stage.coarse, names), Weight.TRUST, "coarse")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
     if stage.second_opinion is not None and stage.second_opinion.process_is_better:
@@ -80,32 +78,6 @@ def _reduction(steps: tuple[ReductionStep, ...], names: Names) -> str:
     )
     template = removed if steps else "Backward elimination removed no term."
     return names.say(template, terms=[step.term for step in steps])
-
-
-def _correction(found: Corrected, names: Names) -> str:
-    solvers = (
-        "The design was run by the study's own solver, {fine} of its runs by that of `transfer`, {there:program}, too. "
-        "The surface is that of {there:program}, and so are calibration and validation."
-    )
-    alone = (
-        "The surface is corrected by these: {factor:.3f} times that of the design. They are too few to tell a slope "
-        "along the factors: what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is "
-        "in every interval, that of the mean too. Analysis of variance and R² are of the design's runs."
-    )
-    tilted = (
-        "The surface is corrected by these: {factor:.3f} times that of the design, with a slope per coded unit of "
-        "{tilt}. What that leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval; "
-        "analysis of variance and R² are of the design's runs."
-    )
-    slopes = (
-        names.say("{slope:response +.3g} along {name:factor}", slope=value, name=name)
-        for name, value in found.tilt.items()
-    )
-    asked = names.say(solvers, there=found.solver, fine=len(found.fine_runs))
-    learnt = names.say(
-        tilted if found.tilt else alone, factor=found.factor, tilt=all_of(slopes), sd=found.sd, df=found.df
-    )
-    return f"{asked} {learnt}"
 
 
 def shape_name(shape: Shape) -> str:

@@ -169,15 +169,6 @@ def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
         without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
 
 
-def test_parameters_of_another_program_are_not_taken_for_those_of_this_mesh(tmp_path: Path) -> None:
-    corrected = TWO.replace("centre_points: 3", "correct_with: transfer.solver, correct_runs: 3")
-    study = make_study(tmp_path, f"{corrected}transfer: {{solver: {{kind: embedded, element_size: 1 mm}}}}\n")
-    with pytest.raises(
-        UsageError, match=r"the calibrated parameters those of transfer\.solver; leave it out, or export"
-    ):
-        without_lengths(study)
-
-
 def test_a_curve_rises_in_its_sizes() -> None:
     text = curve_text([(2.0, 0.0146), (0.707, 0.27)], ["Failure strain over element size, mm."])
     lines = text.splitlines()

@@ -10,7 +10,6 @@ from stemcal.files.typed import inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.replicates import merged
 from stemcal.stages.result import DesignRun, DesignRuns
 
 
@@ -23,12 +22,6 @@ class ConditionRun:
 
 
 Answered = DesignRun | ConditionRun
-
-
-def at_points(runs: Sequence[Answered], rows: Sequence[int], times: int) -> list[Outcome]:
-    """Return what came of some rows of a design that was run so many times over: the mean over these, of each row."""
-    points = len(runs) // max(1, times)
-    return merged([run.outcome for row in rows for run in runs[row::points]], times)
 
 
 def scatter_within(answered: Sequence[Answered], response: str, further: int = 0) -> Within | None:

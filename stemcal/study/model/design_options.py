@@ -140,13 +140,6 @@ class RsmOptions(Frozen):
     """`backward` removes terms that are not significant, one by one; hierarchy is kept."""
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
     """The p from which a term is removed."""
-    correct_with: Literal["transfer.solver"] | None = None
-    """What corrects the surface from the start: `transfer.solver` makes `correct_runs` of the design's runs too. The
-    surface is then that of the other program: calibration, refinement and validation are for it, within the factors'
-    ranges, and the transfer goes on from there."""
-    correct_runs: Annotated[Whole, Field(ge=3, le=100)] = 5
-    """How many runs of the design `correct_with` makes, spread over it: with three more than there are factors the
-    correction has a slope along each, with fewer it is one factor on the response."""
     compare: Flag = False
     """Whether the quadratic surface, a Gaussian process and a small neural network are put side by side, under the same
     cross-validation on the same runs. Nothing else changes by it. Needs `pip install "stemcal[compare]"`."""

@@ -55,7 +55,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_rules.surface_design_takes_factors,
     surface_rules.steps_stay_inside,
     surface_rules.runs_are_used,
-    surface_rules.surface_can_be_corrected_there,
     surface_rules.coding_fits,
     target_rules.published_factors_exist,
     target_rules.claims_known,

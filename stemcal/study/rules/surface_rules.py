@@ -70,30 +70,6 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "runs"), message, f"leave it out or write design: {LATIN_HYPERCUBE}")
 
 
-def surface_can_be_corrected_there(draft: Draft) -> Iterator[Finding]:
-    """`rsm.correct_with` needs a transfer whose solver can be asked, a quadratic, and nothing that is of one mesh."""
-    if draft.rsm is None or draft.rsm.correct_with is None:
-        return
-    path = ("rsm", "correct_with")
-    if draft.transfer is None:
-        yield Finding(path, "the spec has no section transfer", "add one, or leave it out")
-    elif draft.transfer.solver.kind == "manual":
-        message = "the runs of transfer.solver are entered by hand"
-        yield Finding(path, message, "leave it out: the transfer itself takes such a solver")
-    elif draft.naming.is_cutting and draft.transfer.solver.kind != "embedded" and _beside_force(draft):
-        message = f"transfer.solver ({draft.transfer.solver.kind}) answers with a force only"
-        yield Finding(("invert", "responses"), message, "remove it, or leave rsm.correct_with out")
-    if draft.mesh is not None:
-        yield Finding(path, "the section mesh is about the study's own elements", "leave one of them out")
-    if draft.refine is not None and draft.refine.model != "quadratic":
-        message = "a Gaussian process takes the runs of the design for those of transfer.solver"
-        yield Finding(("refine", "model"), message, "leave it out, or leave rsm.correct_with out")
-
-
-def _beside_force(draft: Draft) -> bool:
-    return draft.invert is not None and len(draft.invert.responses) > 1
-
-
 def coding_fits(draft: Draft) -> Iterator[Finding]:
     """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
     if draft.rsm is None:
