@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
-from stemcal.stages.validate.result import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.stages.validate.result import FromTable, TooFewForDiscrepancy, ValidateResult
 from stemcal.text import published
 from stemcal.text.language import say
 from stemcal.text.names import Names
@@ -204,11 +204,6 @@ states(
     ErrorTrend,
     "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
     "removes.",
-)
-states(
-    RangesChosenAfter,
-    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is not an "
-    "independent check either.",
 )
 states(
     BetterCurve,

@@ -128,11 +128,11 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
     def take_out(content: dict[str, Any]) -> None:
         content["lenth"] = {"pse": None, "me": None, "sme": None}
         for effect in content["effects"]:
-            effect |= {"f": None, "p": None, "p_holm": None, "lenth_t": None, "stars": ""}
+            effect |= {"f": None, "p": None, "lenth_t": None}
 
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
-    assert len(tables_of(stage)[0].foot) == 1
+    assert len(tables_of(stage)[0].foot) == 2
 
 
 def test_a_measured_scatter_without_its_number_of_specimens_has_no_number(stages: dict[str, Any], edited: Any) -> None:

@@ -13,6 +13,7 @@ import pytest
 from stemcal import workflow
 from stemcal.doe.designs.catalogue import central_composite, plackett_burman
 from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import stars
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.executors.inline import InlineExecutor
@@ -74,7 +75,7 @@ def sound(seed: int, noise: float = 1.5) -> Paper:
         rsm=[[*ACTIVE, "force"], *[[*row, f] for row, f in zip(runs.tolist(), forces.tolist(), strict=True)]],
         effects=[
             ["factor", "effect", "f", "p", "stars"],
-            *[[e.factor, f"{e.effect:.2f}", f"{e.f:.2f}", f"{e.p:.4f}", e.stars] for e in screening.effects],
+            *[[e.factor, f"{e.effect:.2f}", f"{e.f:.2f}", f"{e.p:.4f}", stars(e.p)] for e in screening.effects],
         ],
         anova=[
             ["source", "sum_of_squares", "df", "f", "stars"],

@@ -15,9 +15,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.results import Results
-from stemcal.stages.validate.result import RangesChosenAfter, TooFewForDiscrepancy
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.validate.result import TooFewForDiscrepancy
 from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
@@ -117,17 +115,6 @@ def test_other_diameters_make_the_surface_stale(tmp_path: Path) -> None:
 def test_a_diameter_without_a_force_is_named(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="no force is given for 9 mm"):
         make_study(tmp_path, TWO + "invert: {diameters: [8 mm, 9 mm]}\n")
-
-
-def test_ranges_chosen_after_the_forces_leave_no_check(tmp_path: Path) -> None:
-    before, _ = solved(tmp_path, "invert: {diameters: all}\n")
-    after, folder = solved(tmp_path, "invert: {diameters: all, ranges_chosen: after}\n")
-    assert (before["joint"]["ranges_chosen"], after["joint"]["ranges_chosen"]) == ("before", "after")
-    study = load_study(tmp_path / "joint.yaml")
-    checked = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
-    assert RangesChosenAfter() in checked.notes
-    verdict = verdict_of(study, folder, Results(validation=checked))
-    assert verdict.says("unchecked")
 
 
 def test_a_fit_in_two_directions_leaves_three_diameters_nothing_to_tell(tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from stemcal.stages.invert.certainty import Measured
 from stemcal.stages.validate.result import (
     FromTable,
     FurtherRow,
-    RangesChosenAfter,
     TooFewForDiscrepancy,
     ValidateResult,
 )
@@ -161,4 +160,3 @@ def test_one_scale_for_what_the_model_misses(results: Any) -> None:
 
 def test_other_notes() -> None:
     assert "belongs to the levels the table was made with" in sentence(FromTable({}), NAMES)
-    assert sentence(RangesChosenAfter(), NAMES).endswith("is not an independent check either.")

@@ -29,10 +29,6 @@ class FromTable(Note, weight=Weight.USE):
     levels: dict[str, float]
 
 
-class RangesChosenAfter(Note):
-    """The ranges were chosen after seeing the measurements, so leaving them out in turn is not an independent check."""
-
-
 class TooFewForDiscrepancy(Note):
     """What the model misses takes more fitted conditions, since the parameters are seen in so many directions."""
 

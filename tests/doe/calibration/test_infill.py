@@ -5,7 +5,7 @@ import pytest
 
 from stemcal.doe.calibration.infill import crossings, nearest_crossing, next_batch, possible
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.designs.space_filling import latin_hypercube
+from stemcal.doe.designs.latin_hypercube import latin_hypercube
 from stemcal.doe.regression.gaussian_process import fit_process
 
 BOX = Region(np.full(2, -1.0), np.full(2, 1.0), None)
