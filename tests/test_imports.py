@@ -54,7 +54,6 @@ PLACES = {
     "statsmodels": ("stemcal.doe", "stemcal.measured.normality"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
     "arviz": ("stemcal.stages.invert.result",),
-    "pyDOE3": ("stemcal.doe",),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
@@ -65,7 +64,7 @@ PLACES = {
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
 INSIDE_FUNCTIONS = (
-    "arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee", "sklearn",
+    "arviz", "statsmodels", "pandas", "matplotlib", "jinja2", "distributed", "emcee", "sklearn",
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
