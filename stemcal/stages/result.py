@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 from stemcal.errors import UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, from_json, inline, to_json
+from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,7 +56,7 @@ class CodedScale:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DesignRun:
+class DesignRun(Spread):
     """One run of a design, numbered from 1: the level of every factor, the varied ones coded, and what came of it."""
 
     run: int
@@ -101,7 +100,7 @@ class DesignRuns:
             yield f"design.runs[{index}].coded", run.coded, varied
 
 
-class StageResult:
+class StageResult(Spread):
     """The result of a stage: frozen, typed, the same as its file."""
 
     name: ClassVar[str]
@@ -153,10 +152,6 @@ class StageResult:
     def tables(self) -> dict[str, Table]:
         """Return the tables that the stage leaves as CSV, by file name, headed as the study calls things."""
         return {name: table.headed(self.naming.headings) for name, table in self._tables().items()}
-
-    def against_published(self, study: Study) -> Self:
-        """Return it with what a paper printed of it compared; itself where nothing can be."""
-        return self
 
     def _tables(self) -> dict[str, Table]:
         """Return the tables with columns called as the fields are; the one of the stage itself comes first."""

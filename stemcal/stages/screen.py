@@ -17,7 +17,6 @@ from stemcal.notes import Note, Weight
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import Outcome, lower_bounds
 from stemcal.stages.design import runs_of, screening_design
-from stemcal.stages.printed_tables import Audited, audit_screening
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
@@ -61,7 +60,6 @@ class ScreenResult(StageResult):
     runs_used: int
     runs_failed: int
     responses: dict[str, Screening] | None = absent()
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -73,7 +71,7 @@ class ScreenResult(StageResult):
         """Return the screening of a further response as if it were the only one."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
-        return replace(self, head=head, **_fields(further), responses=None, published=None)
+        return replace(self, head=head, **_fields(further), responses=None)
 
     @property
     def active_factors(self) -> tuple[str, ...]:
@@ -113,10 +111,6 @@ class ScreenResult(StageResult):
         """Whether Lenth's method chose the factors, because the residual has too few degrees of freedom or is zero."""
         tested = self.residual.df >= LEAST_DF and any(effect.f is not None for effect in self.effects)
         return self.lenth.me is not None and not tested
-
-    def against_published(self, study: Study) -> ScreenResult:
-        """Return it with the effects that a paper printed compared."""
-        return replace(self, published=audit_screening(study, self.effects))
 
     def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""

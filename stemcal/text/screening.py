@@ -9,7 +9,6 @@ from stemcal.doe.screening.analysis import LEAST_DF
 from stemcal.doe.screening.effects import Curvature, Effect
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
-from stemcal.text import published
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -81,7 +80,7 @@ def remarks(stage: ScreenResult, names: Names) -> list[Remark]:
     """Return the remarks next to the tables of a screening."""
     curvature = stage.curvature
     said = [] if curvature is None else [Remark(_curvature(curvature, names), Weight.TRUST, "curvature")]
-    return [*said, *(remark(note, names) for note in stage.notes), *published.remarks(stage.published, names)]
+    return [*said, *(remark(note, names) for note in stage.notes)]
 
 
 def _curvature(found: Curvature, names: Names) -> str:

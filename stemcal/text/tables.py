@@ -12,9 +12,6 @@ LINES = {
     "by F": "The F test chooses the factors: its residual has at least 3 degrees of freedom.",
     "by Lenth": "Lenth's method chooses the factors: the residual has fewer than 3 degrees of freedom or is zero.",
     "anova": "Analysis of variance",
-    "anova of copies": "Analysis of variance as published",
-    "copies counted": "Every copy of a deterministic run counts here, as the published table has it. That makes "
-    "standard errors and p-values look better than they are: no interval is made from it.",
     "untestable": "Lack of fit cannot be tested.",
     "coefficients": "Response surface in coded units",
     "fit": "Quality of the fit",
@@ -114,9 +111,7 @@ LINES = {
     "every place reaches the force within the strains searched, {lowest:g} to {highest:g}.",
     "valid": "yes",
     "not valid": "no",
-    # audit and runs
-    "audit": "What does not agree",
-    "agree": "Printed cells that agree: {counts}.",
+    # runs
     "checks": "Checks of every run",
     "shares": "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, "
     "hourglass: largest share of the internal energy on the way to the peak; small shares mean a quasi-static test.",

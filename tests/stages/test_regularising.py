@@ -182,7 +182,7 @@ def test_the_material_of_a_study(tmp_path: Path) -> None:
     spec, out, folder = ROOT / "configs" / "smoke.yaml", tmp_path / "out", tmp_path / "material"
     stemcal.calibrate(spec, out=out, workers=1)
     options = ["--for", "openradioss", "--element-size", "2 mm", "--size", "1.5 mm", "--places", "3", "--json"]
-    done = CliRunner().invoke(app, ["export-material", str(spec), str(folder), *options, "--out", str(out)])
+    done = CliRunner().invoke(app, ["export", "material", str(spec), str(folder), *options, "--out", str(out)])
     assert done.exit_code == 0, done.stderr
     told = json.loads(done.stdout)
     assert told == json.loads((folder / "material.json").read_text("utf-8"))
@@ -210,5 +210,5 @@ def test_the_material_of_a_study(tmp_path: Path) -> None:
 def test_elements_too_large_for_the_stem_are_refused(tmp_path: Path) -> None:
     spec = ROOT / "configs" / "smoke.yaml"
     options = ["--for", "lsdyna", "--element-size", "5 mm", "--out", str(tmp_path / "out")]
-    done = CliRunner().invoke(app, ["export-material", str(spec), str(tmp_path / "m"), *options])
+    done = CliRunner().invoke(app, ["export", "material", str(spec), str(tmp_path / "m"), *options])
     assert done.exit_code == 2 and "elements of 5 mm are too large for a 8 mm stem; take 4 mm at most" in done.stderr

@@ -73,7 +73,7 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         heads = {"source": "", "sum_of_squares": "", "df": "df", "mean_square": "", "f": "F-Value", "p": "p-Value"}
         tables.append(_levels(surface))
         tables.append(_printed("surface-runs", design_table(surface.design, symbols), _runs(study, "run")))
-        anova = _printed("anova", anova_table(replace(surface, anova=surface.as_published)), heads, f"{stars} {note}")
+        anova = _printed("anova", anova_table(surface), heads, f"{stars} {note}")
         tables.append(replace(anova, caption=line("published anova")))
     if inversion is not None:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}

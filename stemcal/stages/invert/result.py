@@ -67,12 +67,6 @@ class PriorUnused(Note):
     factors: tuple[str, ...]
 
 
-class PublishedIncomplete(Note):
-    """The published solution lacks factors of the surface: their centres are taken."""
-
-    factors: tuple[str, ...]
-
-
 class SolvedByProcess(Note, weight=Weight.USE):
     """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
 
@@ -109,14 +103,6 @@ class Point:
             assessed.prediction_interval,
             assessed.inside,
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class PublishedPoint:
-    """A published solution as this surface sees it, and how far its prediction is from the target, N."""
-
-    point: Point = inline()
-    difference: float
 
 
 @dataclass(frozen=True)
@@ -331,7 +317,6 @@ class InvertResult(StageResult):
     certainty_alone: Certainty | None = absent()
     desirability: Desired | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
-    published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
 
     @classmethod

@@ -23,11 +23,10 @@ from stemcal.doe.regression.rivals import Comparison
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline, to_json
+from stemcal.files.typed import Spread, absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, scatter_within
 from stemcal.study.model import Study
@@ -80,7 +79,7 @@ class FitSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AtCondition:
+class AtCondition(Spread):
     """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
 
     condition: float
@@ -103,8 +102,7 @@ class Prediction:
 class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    `anova_of_copies` counts every copy of a deterministic run, as the tables of a paper that is analysed again do; it
-    is there where that is another table. `deterministic`: equal inputs are known to give equal answers.
+    `deterministic`: equal inputs are known to give equal answers.
     """
 
     name: ClassVar[str] = "rsm"
@@ -136,8 +134,6 @@ class SurfaceResult(StageResult):
     conditions: Rows[AtCondition] = absent(Rows())
     pure_error: Note | None = None
     deterministic: bool = absent(False)
-    anova_of_copies: Rows[AnovaRow] = absent(Rows())
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     # ---- the fit
@@ -220,8 +216,6 @@ class SurfaceResult(StageResult):
             second_opinion=None,
             comparison=None,
             conditions=Rows(),
-            anova_of_copies=Rows(),
-            published=None,
             notes=fit.notes,
         )
 
@@ -234,11 +228,6 @@ class SurfaceResult(StageResult):
     def anova_row(self, source: str) -> AnovaRow | None:
         """Return a line of the analysis of variance."""
         return next((row for row in self.anova if row.source == source), None)
-
-    @property
-    def as_published(self) -> Rows[AnovaRow]:
-        """The analysis of variance as a paper prints it, with every copy of a deterministic run."""
-        return self.anova_of_copies or self.anova
 
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.regression.within import Within
-from stemcal.files.typed import inline
+from stemcal.files.typed import Spread, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
@@ -14,7 +14,7 @@ from stemcal.stages.result import DesignRun, DesignRuns
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConditionRun:
+class ConditionRun(Spread):
     """One run of the surface's design at another diameter."""
 
     run: int

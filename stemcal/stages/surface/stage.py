@@ -19,7 +19,6 @@ from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
 from stemcal.stages.fresh import read_fresh
-from stemcal.stages.printed_tables import audit_surface
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import (
@@ -67,7 +66,6 @@ def _result(
     reduction: tuple[ReductionStep, ...] | None,
 ) -> SurfaceResult:
     """Return the result without what other conditions add."""
-    printed = _counting_copies(design, runs.runs, fit) if fit.copies and study.published else fit
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
         head=head,
@@ -85,15 +83,7 @@ def _result(
         comparison=compare_surfaces(fit) if study.rsm.compare else None,
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
-        anova_of_copies=Rows(printed.anova if printed is not fit else ()),
-        published=audit_surface(study, printed.anova, printed.coefficients),
     )
-
-
-def _counting_copies(design: Design, runs: Sequence[DesignRun], fit: Surface) -> Surface:
-    """Return the same terms fitted to every run, copies of deterministic ones too: what a paper prints."""
-    responses, within = [run.number(FIRST) for run in runs], scatter_within(runs, FIRST)
-    return fit_surface(design.coded, responses, design.names, fit.terms, within, each_once=False)
 
 
 def _entry(study: Study, design: Design, j: int) -> FactorCoding:

@@ -10,23 +10,19 @@ from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_per
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.replicates import Scatter
-from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.result import Head, Interval, StageResult
-from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
 
 
 class FromTable(Note, weight=Weight.USE):
-    """The simulated responses are a table's, which belong to these levels (none: unknown), not to this calibration."""
-
-    levels: dict[str, float]
+    """The simulated responses are a table's and belong to its levels, not to this calibration."""
 
 
 class TooFewForDiscrepancy(Note):
@@ -82,7 +78,7 @@ class FurtherRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValidateRow:
+class ValidateRow(Spread):
     """One diameter: measured and simulated force compared, and what came of the run.
 
     `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the
@@ -127,7 +123,6 @@ class ValidateResult(StageResult):
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
     discrepancy: Discrepancy | None = absent()
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -150,10 +145,6 @@ class ValidateResult(StageResult):
         """Whether each measured mean lies in the interval that the other fitted conditions predict for it."""
         pairs = [(row.compared.measured, row.corrected.interval) for row in self.rows if row.corrected is not None]
         return [low <= measured <= high for measured, (low, high) in pairs]
-
-    def against_published(self, study: Study) -> ValidateResult:
-        """Return it with the errors that a paper printed compared."""
-        return replace(self, published=audit_validation(study))
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison."""

@@ -15,7 +15,7 @@ from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.laboratory_tests import LaboratoryMeans, LaboratorySection
 from stemcal.study.model.manual_options import ManualSolver
-from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
+from stemcal.study.model.measured_targets import Mean, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.model.program_options import (
     Commanded,
@@ -28,10 +28,8 @@ from stemcal.study.model.program_options import (
     ProgramOptions,
 )
 from stemcal.study.model.result_readers import (
-    CalculixResult,
     CsvResult,
     JsonResult,
-    RcforcResult,
     RegexResult,
     ResultReader,
 )
@@ -52,14 +50,14 @@ from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 # fmt: off
 __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
-    "CalculixResult", "ClimbOptions",
+    "ClimbOptions",
     "CodingEntry", "CommandSolver", "Commanded", "Condition", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
-    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions",
+    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
     "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",
