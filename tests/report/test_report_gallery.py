@@ -22,7 +22,7 @@ from stemcal.text.glossary import GLOSSARY, look_up
 
 def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:
     names = [plot.name for plot in gallery(replayed[0], results, {})]
-    assert len(set(names)) == len(names) == 16
+    assert len(set(names)) == len(names) == 15
     assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
 
 

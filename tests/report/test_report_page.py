@@ -118,7 +118,7 @@ def test_structure(page: str) -> None:
     assert outline.all("html") == [{"lang": "en"}]
     assert all(th.get("scope") in ("row", "col") for th in outline.all("th"))
     pictures = outline.all("svg")
-    assert len(pictures) == 16
+    assert len(pictures) == 15
     assert all(svg.get("role") == "img" and svg.get("aria-label") for svg in pictures)
     anchors = {a["href"] for a in outline.all("a")}
     assert anchors <= {f"#{name}" for name in ids}

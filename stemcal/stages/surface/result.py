@@ -127,7 +127,7 @@ class SurfaceResult(StageResult):
     runs_failed: int
     runs_diagnostics: Rows[RunDiagnostics] = Rows()
     error_source: str | None = absent()
-    reduction: tuple[ReductionStep, ...] | None = absent()
+    reduction: tuple[ReductionStep, ...] | None = None
     canonical: Shape | None = None
     second_opinion: SecondOpinion | None = None
     comparison: Comparison | None = absent()
