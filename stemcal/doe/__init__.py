@@ -1,14 +1,14 @@
 """Designed experiments on a scalar response: arrays in, results out, no files and no printing.
 
     regression    the least-squares fit under all of them, and the full quadratic in coded units: intervals, `anova`,
-                  `influence`, `terms`; `reduction` removes terms, `canonical` finds the stationary point,
-                  `gaussian_process` gives a second opinion; `coding` natural ↔ coded units
+                  `influence`, `terms`; `reduction` removes terms, `canonical` finds the stationary point;
+                  `coding` natural ↔ coded units
     designs       which runs to make, by name (`catalogue`), each built in a module of its own; `extra_runs` adds runs,
                   `aliases` finds the interactions that main effects are aliased with
     screening     two-level effects: sums of squares, F and p; `lenth` for Lenth's method; `ascent` walks along their
                   slope
     calibration   where the surface takes a target value, or several fit what was measured, and how well that fixes
-                  the factors: `inversion`, `joint_fit`, `profile`, `posterior`; `solution_set` gives the ranges,
+                  the factors: `inversion`, `joint_fit`, `profile`; `solution_set` gives the ranges,
                   `solution_rules` pick the point, `levelset` searches, `search_region` bounds; `approach`
                   says where to simulate next
     validation    `comparison`: measured against simulated under every condition

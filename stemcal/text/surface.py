@@ -44,13 +44,6 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
     return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
 
 
-RIVALS = {
-    "quadratic": "Quadratic surface",
-    "gaussian_process": "Gaussian process",
-    "neural_network": "Neural network",
-}
-
-
 def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
     """Return what a surface says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
@@ -63,8 +56,6 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield Remark(_reduction(stage.reduction, names), Weight.TRUST, "reduction")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
-    if stage.second_opinion is not None and stage.second_opinion.process_is_better:
-        yield Remark(_second_opinion(stage, names), Weight.TRUST, "second_opinion")
     by_chance = isinstance(stage.pure_error, ScatterOfSeeds | EqualSeeds)
     if stage.pure_error is not None and (by_chance or stage.lack_of_fit_testable):
         yield remark(stage.pure_error, names)
@@ -109,15 +100,6 @@ def _shape(shape: Shape, names: Names) -> str:
         return say(none)
     template = inside if shape.inside else outside
     return names.say(template, kind=shape_name(shape), predicted=shape.predicted, radius=shape.coded_radius)
-
-
-def _second_opinion(stage: SurfaceResult, names: Names) -> str:
-    return names.say(
-        "A Gaussian process predicts the runs better than the quadratic (predicted R² {process_predicted_r2:.3f} "
-        "against {polynomial_predicted_r2:.3f}): it bends too little. Within the region of the runs they differ by "
-        "{typical_difference:response .3g} typically, {largest_difference:response .3g} at most.",
-        **vars(stage.second_opinion),
-    )
 
 
 states(

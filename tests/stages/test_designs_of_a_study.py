@@ -130,7 +130,6 @@ def test_the_surface_stage_tells_its_shape(tmp_path: Path) -> None:
     study = make_study(tmp_path, THREE.format("centre_points: 2"))
     stage = workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=FakeSolver()).to_json()
     assert stage["canonical"]["eigenvalues"][0] > 0.0
-    assert stage["second_opinion"]["largest_difference"] < 5.0
 
 
 def test_plan_shows_aliases_and_terms_without_an_estimate(tmp_path: Path) -> None:

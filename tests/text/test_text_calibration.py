@@ -18,7 +18,6 @@ from stemcal.stages.invert.result import (
     JointRow,
     MachineContradicted,
     MachineFound,
-    PosteriorSummary,
 )
 from stemcal.text import calibration
 from stemcal.text.names import Names
@@ -191,15 +190,6 @@ def test_a_score_that_is_fitted_is_told_by_how_far_the_surface_is_from_it(joint:
 def test_intervals_are_withheld_where_nothing_is_calibrated(results: Any) -> None:
     kinds = {remark.kind for remark in shown_remarks(results.inversion, holds=False)}
     assert calibration.KNOWN not in kinds and {"withheld", "one_of_many"} <= kinds
-
-
-@pytest.mark.parametrize(("length", "rough"), [(12.0, True), (50.0, False)])
-def test_short_chains_are_rough(results: Any, length: float, rough: bool) -> None:
-    posterior = PosteriorSummary({}, {}, {}, (), 0.4, 480.0, {}, length)
-    stage = replace(results.inversion, certainty=replace(results.inversion.certainty, posterior=posterior))
-    told = said(stage).get("short_chains")
-    assert (told is not None) is rough
-    assert told is None or "only 12 autocorrelation times long (480 independent samples)" in told
 
 
 def test_what_values_hold_for_and_ranges_assume(results: Any) -> None:

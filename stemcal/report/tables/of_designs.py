@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.least_squares import stars
-from stemcal.doe.regression.rivals import NETWORKS, NEURONS, Comparison
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FIRST, FORCE, Named
@@ -34,7 +33,7 @@ from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import fixed, percent, short, significant
 from stemcal.text.screening import standing
-from stemcal.text.surface import RIVALS, shape_name
+from stemcal.text.surface import shape_name
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     """Return all tables of a surface."""
     tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
     tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
-    return tables + ([comparison_table(stage.comparison, names)] if stage.comparison else [])
+    return tables
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
@@ -173,22 +172,6 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         point = line(place, names, levels=level_list(shape.natural, names), **found)
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, line("canonical"), (point, line("curvature", names)), detail=True)
-
-
-def comparison_table(found: Comparison, names: Names) -> Table:
-    """Return how kinds of surface predict runs that they were not fitted to."""
-    response = names.response
-    columns = [
-        Column("method", "Surface", form=lambda method: say(RIVALS[method]), words=True),
-        Column("predicted_r2", "Predicted R²", form=to_decimals(4)),
-        Column("rms_error", "Root mean square error", response.written, significant),
-        Column("largest_error", "Largest error", response.written, significant),
-        Column("r2", "R² of the fit", form=to_decimals(4)),
-    ]
-    counts = {"runs": found.runs, "folds": found.folds, "networks": NETWORKS, "neurons": NEURONS}
-    foot = [line("compared", names, **counts)]
-    foot += [line("passed over", names, count=found.passed_over)] if found.passed_over else []
-    return Table.of(columns, found.rivals, line("comparison"), foot)
 
 
 def _short_names(stage: SurfaceResult, names: Names) -> Names:

@@ -15,11 +15,9 @@ from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpinion, better_process
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
-from stemcal.doe.regression.rivals import Comparison
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.files.rows import Rows, Table
@@ -129,8 +127,6 @@ class SurfaceResult(StageResult):
     error_source: str | None = absent()
     reduction: tuple[ReductionStep, ...] | None = None
     canonical: Shape | None = None
-    second_opinion: SecondOpinion | None = None
-    comparison: Comparison | None = absent()
     conditions: Rows[AtCondition] = absent(Rows())
     pure_error: Note | None = None
     deterministic: bool = absent(False)
@@ -178,14 +174,9 @@ class SurfaceResult(StageResult):
         found = assess_point(self.fitted, point, radius=self.radius)
         return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
 
-    @cached_property
-    def process(self) -> GaussianProcess | None:
-        """The process through the runs where it predicts runs left out clearly better than the surface; else None."""
-        return better_process(self.fitted)
-
-    def assess(self, study: Study, coded: Array, process: GaussianProcess | None = None) -> Assessment:
-        """Return what the surface, or a process, says of a coded point, and whether it lies in ranges and design."""
-        return assess_point(process or self.fitted, coded, *box_of(study, self.scales), self.radius)
+    def assess(self, study: Study, coded: Array) -> Assessment:
+        """Return the surface's prediction at a coded point, and whether it lies in ranges and design."""
+        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
 
     def region(self, study: Study) -> Region:
         """Return where a solution may lie: within the ranges that the surface was made in."""
@@ -213,8 +204,6 @@ class SurfaceResult(StageResult):
             **told_by(fit),
             pure_error=None,
             canonical=None,
-            second_opinion=None,
-            comparison=None,
             conditions=Rows(),
             notes=fit.notes,
         )

@@ -4,9 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.gaussian_process import second_opinion
 from stemcal.doe.regression.reduction import ReductionStep, reduce_surface
-from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
@@ -35,12 +33,7 @@ from stemcal.study.model import CodingEntry, Study, Target
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
 
-def _can_compare(_stage: str, study: Study, _solver: Solver) -> None:
-    if study.rsm.compare:
-        require_networks()
-
-
-@a_stage(SurfaceResult, _can_compare)
+@a_stage(SurfaceResult)
 def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
@@ -79,8 +72,6 @@ def _result(
         **told_by(fit),
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
-        second_opinion=second_opinion(fit),
-        comparison=compare_surfaces(fit) if study.rsm.compare else None,
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
     )

@@ -140,8 +140,5 @@ class RsmOptions(Frozen):
     """`backward` removes terms that are not significant, one by one; hierarchy is kept."""
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
     """The p from which a term is removed."""
-    compare: Flag = False
-    """Whether the quadratic surface, a Gaussian process and a small neural network are put side by side, under the same
-    cross-validation on the same runs. Nothing else changes by it. Needs `pip install "stemcal[compare]"`."""
     coding: dict[str, CodingEntry] = {}
     """What coded 0 and +1 mean, by factor; others get theirs from their range."""
