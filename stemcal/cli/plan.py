@@ -28,11 +28,11 @@ def plan(
     from stemcal.executors.machine import machine_memory
     from stemcal.files.rows import Column, Table
     from stemcal.folder.study_folder import StudyFolder
+    from stemcal.numbers import duration
     from stemcal.overview.foresight import Demand, excess
     from stemcal.overview.plan import plan as make_plan
     from stemcal.text.names import Names
     from stemcal.text.notes import sentences
-    from stemcal.text.numbers import duration
     from stemcal.text.plan import total
 
     study = read_study(spec)

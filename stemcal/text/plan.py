@@ -1,12 +1,12 @@
 """What is said of a plan: what a study takes, what is too much."""
 
 from stemcal.executors import machine
+from stemcal.numbers import duration, in_bytes
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.notes import sentences, states
-from stemcal.text.numbers import duration, in_bytes
 
 
 def total(found: plan.Plan) -> list[str]:

@@ -12,6 +12,7 @@ from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FIRST, FORCE, Named
+from stemcal.numbers import fixed, percent, short, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
     condition,
@@ -31,7 +32,6 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, percent, short, significant
 from stemcal.text.screening import standing
 from stemcal.text.surface import shape_name
 from stemcal.text.tables import line
