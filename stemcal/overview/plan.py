@@ -5,7 +5,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.designs.definitive_screening import spare_column_note
 from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import UsageError
@@ -328,4 +327,3 @@ def judged(design: Design) -> Iterator[Note]:
         yield CannotEstimate(design.stage, design.kind, len(design.coded), tuple(lost))
     elif screening:
         yield aliases_note(design.coded, design.names)
-        yield from spare_column_note(design.coded)
