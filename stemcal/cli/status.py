@@ -15,9 +15,9 @@ def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
     """
     from stemcal.files.rows import Column, Table
     from stemcal.overview.status import status as count
+    from stemcal.stages.verdict.words import verdict_json
     from stemcal.text.names import Names
     from stemcal.text.status import lines
-    from stemcal.text.verdict import verdict_json
 
     study = read_study(spec)
     found, names = count(study, existing_folder(study, out)), Names(study.naming)

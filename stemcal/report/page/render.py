@@ -28,6 +28,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.language import say
@@ -35,7 +36,6 @@ from stemcal.text.names import Names
 from stemcal.text.notes import sentence
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
-from stemcal.text.verdict import uses, word
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
             *study.warnings,
             *results.stale,
             *failures(done),
-            *([] if verdict.says("physics") else run_warnings(records)),
+            *([] if verdict.has("physics") else run_warnings(records)),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
