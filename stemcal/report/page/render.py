@@ -33,7 +33,6 @@ from stemcal.study.model import Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
 
@@ -132,7 +131,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         word=word(verdict),
         use=" ".join(uses(verdict, people)),
         further=further_reasons(len(verdict.reasons) - 1),
-        reasons=[(sentence(reason, people), sentence(reason.remedy, people)) for reason in verdict.reasons],
+        reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
