@@ -117,7 +117,7 @@ def pulled_here(breadth: float, size: float, law: Material = LAW) -> Pulled:
     model = Model(
         mesh, law, held=held(mesh), velocity=velocity, integration=how, hourglass=Hourglass("stiffness", 0.01)
     )
-    history = simulate(model, DURATION, lambda _time, _force, deleted, _parted: deleted > 0, look)
+    history = simulate(model, DURATION, lambda _time, _force, deleted: deleted > 0, look)
     assert history.deleted[-1] > 0, "the bar was not parted"
     return pulled(mesh, rows, seen[-2], averaged(model, seen[-2]), history.time[:-1], history.external[:-1])
 

@@ -49,17 +49,6 @@ class Loading:
 
 
 @dataclass(frozen=True)
-class Toughness:
-    """Failure by cutting: the plane of the cut opens at `strength` (MPa), and parting it takes `toughness` (N/mm).
-
-    1 N/mm is 1 kJ/m². Elements do not fail then.
-    """
-
-    strength: float
-    toughness: float
-
-
-@dataclass(frozen=True)
 class Discretisation:
     """How the stem is meshed and integrated.
 
@@ -124,7 +113,7 @@ class Moved(Protocol):
 
 @dataclass(frozen=True)
 class ShearTest:
-    """Everything that determines one virtual shear test; without `failure` elements fail by their strain."""
+    """Everything that determines one virtual shear test."""
 
     material: Material
     stem: Stem = field(default_factory=Stem)
@@ -133,4 +122,3 @@ class ShearTest:
     loading: Loading = field(default_factory=Loading)
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
     discretisation: Discretisation = field(default_factory=Discretisation)
-    failure: Toughness | None = None

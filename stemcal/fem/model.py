@@ -6,7 +6,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.cohesive import Cohesion
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import BulkViscosity, Hourglass, Material
 from stemcal.fem.mesh import Mesh
@@ -72,8 +71,6 @@ class Model:
         that holds ghosts counts half in the energies.
     crowns : array (E, 6), optional
         How far the true surface bulges over the middle of each face along a spread edge, mm.
-    cohesion : Cohesion, optional
-        What holds the plane x = 0 together, on which a tool parts the body; components along x must not be held there.
     settling : float
         Share of what velocities differ by from those at the start that is taken from them at every output, so that a
         slow loading does not swing; its energy counts as lost with eroded nodes.
@@ -92,5 +89,4 @@ class Model:
     loads: Array | None = None
     ghosts: NDArray[np.int32] | None = None
     crowns: Array | None = None
-    cohesion: Cohesion | None = None
     settling: float = 0.0

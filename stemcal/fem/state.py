@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.fem.averaging import exchange
-from stemcal.fem.cohesive import cut_plane
 from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
-from stemcal.fem.kernels.cohesive import CutPlane
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.erosion import Exchange
@@ -47,7 +45,6 @@ class State:
     tools: ToolArrays
     edge: EdgeArrays
     spread: SpreadEdge
-    cut: CutPlane
     candidates: Candidates
     exchange: Exchange
     lanes: Lanes
@@ -61,8 +58,8 @@ class State:
     def parts(self) -> tuple[Any, ...]:
         """Return the arguments of `kernels.march.march` after the time."""
         return (
-            self.body, self.topology, self.tools, self.edge, self.spread, self.cut, self.candidates, self.exchange,
-            self.clock, self.ledger, self.material, self.friction, self.settings,
+            self.body, self.topology, self.tools, self.edge, self.spread, self.candidates, self.exchange, self.clock,
+            self.ledger, self.material, self.friction, self.settings,
         )  # fmt: skip
 
 
@@ -87,7 +84,6 @@ def start(model: Model) -> State:
         tools=tools,
         edge=edge_arrays(model.tools, body.x, size),
         spread=spread_edge(model.tools, body.x, body.ghosts, model.mesh.hexes, float(np.cbrt(volumes.min()))),
-        cut=cut_plane(model.cohesion, model.tools, model.mesh, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes), len(tools.skin)),
         exchange=exchange(
             model.mesh,

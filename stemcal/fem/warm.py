@@ -193,7 +193,7 @@ def compile_contact(precision: Precision) -> None:
     """Compile what meets the tools."""
     state = start(_smallest_model(precision))
     _compile(
-        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread, state.cut,
+        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread,
         state.candidates, state.clock, state.ledger, state.friction, state.settings,
     )  # fmt: skip
 

@@ -62,7 +62,7 @@ def perform(
         if inspect is not None:
             inspect(t, state)
 
-    def report(t: float, forces: NDArray[np.float64], deleted: int, _parted: float) -> bool:
+    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
         step = test.loading.duration / how.integration.outputs
         driven = (worked[-1] - worked[-2]) / (test.loading.speed * step)
         force = scale * (float(forces[0, 2]) if len(forces) else driven)

@@ -26,7 +26,6 @@ from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
-    cutting_revision,
     determining,
     distrusted,
     doubts,
@@ -94,7 +93,7 @@ class Embedded(OfSpecAlone):
         tests = self._tests(request)
         return {
             "solver": "embedded",
-            **cutting_revision(tests[0]),
+            "revision": cutting.REVISION,
             "tests": [determining(test) for test in tests],
             **({"laboratory": beside} if (beside := self._identities(request)) else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
@@ -161,8 +160,6 @@ class Embedded(OfSpecAlone):
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
         study, options = self.study, _options(self.study)
-        if study.failure.kind == "toughness":
-            return {"element_size": _told(options.element_size, diameter)}
         lengths = {
             "element_size": options.element_size,
             "edge_spread": study.blade.edge_spread,
@@ -308,14 +305,14 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
     solver, discretisation = _options(study), _discretisation(study, diameter)
     study = study.at(levels)
-    blade, contact, failure = study.blade, study.contact, _toughness(study)
+    blade, contact = study.blade, study.contact
     return cutting.ShearTest(
         material=Material(
             **study.parameters(levels, diameter),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             rate_filter=cutting.rate_filter(diameter, study.loading.speed),
             failure_length=solver.failure_length,
-            internal_length=0.0 if failure else study.material.internal_length.at(diameter),
+            internal_length=study.material.internal_length.at(diameter),
         ),
         stem=cutting.Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
         blade=cutting.Blade(
@@ -332,14 +329,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
         discretisation=discretisation,
-        failure=failure,
     )
-
-
-def _toughness(study: Study) -> cutting.Toughness | None:
-    """Return what the plane of the cut opposes to the blade, None where elements fail by their strain."""
-    law = study.failure
-    return cutting.Toughness(law.strength or 0.0, law.toughness or 0.0) if law.kind == "toughness" else None
 
 
 def _options(study: Study) -> EmbeddedSolver:

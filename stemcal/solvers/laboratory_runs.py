@@ -99,7 +99,7 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
     if isinstance(test, LaboratoryTest):
         return {**known, **determining(test)}
-    return {**known, "cutting": cutting_revision(test[0]), "tests": [determining(one) for one in test]}
+    return {**known, "cutting": cutting.REVISION, "tests": [determining(one) for one in test]}
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
@@ -107,12 +107,6 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
     return plain
-
-
-def cutting_revision(test: ShearTest) -> dict[str, int]:
-    """Return the revisions of the code that decides a shear test's force."""
-    parting = {"parting": cutting.PARTING_REVISION} if test.failure else {}
-    return {"revision": cutting.REVISION, **parting}
 
 
 @dataclass(frozen=True)

@@ -35,11 +35,9 @@ def known_result() -> CuttingResult:
         "contact_supports",
         "contact_friction",
         "supports",
-        "cohesion",
         "external",
         "balance",
         "deleted",
-        "parted",
     )
     history = ForceHistory(time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros))
     return CuttingResult(
@@ -152,17 +150,6 @@ def test_refused_before_the_computation(calls: list[Any], tmp_path: Path) -> Non
     assert "does not exist" in command("simulate", SMOKE, "--csv", tmp_path / "none" / "a.csv").stderr
     assert "kind: embedded" in command("simulate", REPLAY).stderr
     assert calls == []
-
-
-def test_a_cut_tells_its_work_and_area() -> None:
-    """Where elements fail by their strain there is neither."""
-    from dataclasses import replace
-
-    from stemcal.cli.simulate import summary
-
-    cut = replace(known_result(), work_of_cutting=752.1, cut_area_percent=100.0)
-    assert summary(cut).items() >= {("work_of_cutting", 752.1), ("cut_area_percent", 100.0)}  # type: ignore[attr-defined]
-    assert not {"work_of_cutting", "cut_area_percent"} & set(summary(known_result()))  # type: ignore[call-overload]
 
 
 @pytest.fixture

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.cohesive import part
 from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
@@ -225,13 +224,12 @@ def add_contact_forces(
     tools: Floats,
     edge: Floats,
     spread: Floats,
-    cut: Floats,
     candidates: Floats,
     clock: Floats,
     friction: Floats,
     settings: Floats,
 ) -> None:
-    """Push nodes and faces out of the tools, and hold together or part the plane of the cut."""
+    """Push nodes and faces out of the tools."""
     tools.force[:, :] = 0.0
     x, v, dt0, dt = body.x, body.v, settings.penalty_step, clock.step[0]
     push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.pushes, dt0, dt, friction)
@@ -242,8 +240,6 @@ def add_contact_forces(
         push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.mass, body.pushes, dt0, dt, friction)
     if spread.tool >= 0:
         push_spread_edge(spread, tools, body, mean_step(clock), dt, friction)
-    if cut.tool >= 0:
-        part(cut, tools, candidates, body, mean_step(clock), dt, friction)
 
 
 @kernel
@@ -267,7 +263,6 @@ def meet_tools(
     tools: Floats,
     edge: Floats,
     spread: Floats,
-    cut: Floats,
     candidates: Floats,
     clock: Floats,
     ledger: Floats,
@@ -285,7 +280,7 @@ def meet_tools(
     if spread.tool >= 0 and due:
         faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
         take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.inverse_mass, tip)
-    add_contact_forces(body, tools, edge, spread, cut, candidates, clock, friction, settings)
+    add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
 @kernel
@@ -325,7 +320,6 @@ def march(
     tools: Floats,
     edge: Floats,
     spread: Floats,
-    cut: Floats,
     candidates: Floats,
     exchange: Floats,
     clock: Floats,
@@ -353,7 +347,7 @@ def march(
         meet(team)
         if leads:
             failed = team.failed.sum() > 0 or apart
-            meet_tools(failed, body, topology, tools, edge, spread, cut, candidates, clock, ledger, friction, settings)
+            meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
             kick_by_contact(until, body, tools, clock, ledger)
         meet(team)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])

@@ -197,20 +197,10 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
     return rows
 
 
-def _cut(result: CuttingResult) -> list[tuple[str, str]]:
-    if result.work_of_cutting is None or result.cut_area_percent is None:
-        return []
-    return [
-        ("Work of cutting", f"{significant(result.work_of_cutting)} mJ"),
-        ("Cut", f"{fixed(result.cut_area_percent, 1)} % of the section"),
-    ]
-
-
 def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
         *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
-        *_cut(result),
         ("Elements", say("{elements}, {deleted_elements} of them eroded by then", **vars(result))),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),

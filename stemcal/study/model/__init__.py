@@ -40,7 +40,6 @@ from stemcal.study.model.result_readers import (
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
-    FailureSection,
     LoadingSection,
     MaterialSection,
     SpecimenSection,
@@ -56,7 +55,7 @@ __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
     "CalculixResult", "ClimbOptions",
     "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
-    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
+    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor",
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",

@@ -61,25 +61,6 @@ def symmetry_holds(draft: Draft) -> Iterator[Finding]:
         yield Finding(("solver", "symmetry"), message, "write symmetry: half")
 
 
-def plane_of_the_cut_is_a_mirror(draft: Draft) -> Iterator[Finding]:
-    """The plane that a blade parts is the mirror plane of a quarter model, with nodes on it."""
-    if draft.embedded is None or not draft.is_cut:
-        return
-    if draft.embedded.symmetry != "quarter":
-        message = f"failure by toughness is computed in a quarter model, solver.symmetry is {draft.embedded.symmetry!r}"
-        yield Finding(("solver", "symmetry"), message, "write symmetry: quarter under solver")
-    if draft.blade and draft.blade.bevel == "one":
-        message = "failure by toughness needs a blade with two bevels, blade.bevel is 'one'"
-        yield Finding(("blade", "bevel"), message, "write bevel: both, or kind: strain under failure")
-    if draft.embedded.edge_over != "nodes":
-        message = "failure by toughness needs nodes on the plane of the cut"
-        yield Finding(("solver", "edge_over"), message, "write edge_over: nodes under solver")
-    shifted = draft.embedded.phases > 1 or draft.embedded.perturb is not None or draft.mesh is not None
-    if shifted:
-        message = "failure by toughness needs nodes on the plane of the cut; a shifted mesh has none there"
-        yield Finding(("failure", "kind"), message, "leave out solver.phases, solver.perturb and mesh")
-
-
 def other_meshes_are_possible(draft: Draft) -> Iterator[Finding]:
     """The scatter over meshes is that of the embedded solver, and not drawn anew in every run already."""
     if draft.mesh is None or draft.solver is None:

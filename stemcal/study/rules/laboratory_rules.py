@@ -25,7 +25,6 @@ _ABOUT_CUTTING = (
     geometry.blade_spans_stem,
     geometry.edge_fits_blade,
     geometry.symmetry_holds,
-    geometry.plane_of_the_cut_is_a_mirror,
 )
 
 

@@ -91,8 +91,6 @@ def _mesh(study: Study) -> Iterator[Finding]:
     if not isinstance(solver, EmbeddedSolver) and not (isinstance(solver, DeckSolver) and solver.nonlocal_failure):
         return
     yield from _wall(study, solver)
-    if study.failure.kind == "toughness":
-        return
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,
         ("material", "internal_length"): study.material.internal_length,
