@@ -1,7 +1,7 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
 python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [mesh] [unequal] [surfaces] [fields]
-                                       [replicates] [coarse] [priors]
+                                       [replicates] [priors]
 
 The first number is that of the studies of each row, 1000 by default: a share is then good to ±1.4. The second draws
 others.
@@ -26,11 +26,10 @@ cosines, products of powers, sums of hyperbolic tangents), or rough but repeatab
 and that of one more run hold it at points spread over the region, with six copies of the centre run counted each and
 once. `fields`: the variance of ŷ about a Gaussian field whose correlation reaches so many half steps, in units of the
 mean s², over h and over 1 + h: medians over the region. `replicates`: a program with a scatter of 5 %, each run of
-the design made r times, the laboratory known: how often the profile holds the truth, and its median width. `coarse`:
-fine responses are a factor times quadratics of coarse runs and a tilt; m fine runs, and how often the mean's interval
-holds the fine response. `priors`: a material drawn from normal and lognormal priors, each about as wide as what the
-forces tell; how often the profile holds it, the median width over that without priors, and how often a prior that is
-right is called contradicted (should be 5 %). Some minutes each.
+the design made r times, the laboratory known: how often the profile holds the truth, and its median width.
+`priors`: a material drawn from normal and lognormal priors, each about as wide as what the forces tell; how often the
+profile holds it, the median width over that without priors, and how often a prior that is right is called contradicted
+(should be 5 %). Some minutes each.
 """
 
 from __future__ import annotations
@@ -52,7 +51,6 @@ from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import central_composite
-from stemcal.doe.regression.fidelity import corrected, correction_of, spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_gradient
@@ -266,8 +264,6 @@ def main() -> None:
             more[name](studies)
     if "fields" in wanted:
         field_rows()
-    if "coarse" in wanted:
-        coarse_rows()
 
 
 def rough_rows(studies: int) -> None:
@@ -442,31 +438,6 @@ def replicate_rows(studies: int) -> None:
             widths.append(2.0 * np.sqrt(np.array(allowed) * spread))
         (a, b), (wide_a, wide_b) = 100.0 * held / studies, np.median(widths, axis=0)
         print(f"{replicates:3d}   {a:6.1f} {b:6.1f}    {wide_a:6.3f} {wide_b:6.3f}", flush=True)
-
-
-# ---- coarse runs corrected by few fine ones
-
-
-def coarse_rows() -> None:
-    """Print how often the mean's interval holds the fine response: a quadratic, a factor, a tilt of 2 a coded unit."""
-    print("factors, fine runs   mean's interval, %")
-    for k, counts in ((2, (3, 4, 5)), (3, (3, 4, 5, 6))):
-        for count in counts:
-            random, held, tried = np.random.default_rng([SEED, k, count]), 0, 0
-            design = central_composite(k, 6, "rotatable")
-            for _ in range(200):
-                beta = np.append(100.0, 4.0 * random.normal(size=term_columns(design[:1]).shape[1] - 1))
-                factor, tilt = random.uniform(0.93, 1.0), 2.0 * random.normal(size=k)
-                coarse, rows = term_columns(design) @ beta, spread_runs(design, count)
-                surface = fit_surface(design, coarse, [f"x{j}" for j in range(k)])
-                fine = factor * coarse + design @ tilt
-                found = corrected(surface, correction_of(surface, design[rows], coarse[rows], fine[rows], "fine_runs"))
-                points = within_region(design, np.inf, 40, random)
-                true = factor * (term_columns(points) @ beta) + points @ tilt
-                ends = found.mean_interval(points) + np.array([-1e-6, 1e-6])  # what is exact is so but for rounding
-                held += int(np.sum((true >= ends[:, 0]) & (true <= ends[:, 1])))
-                tried += len(points)
-            print(f"{k:7d} {count:10d} {100.0 * held / tried:18.1f}", flush=True)
 
 
 # ---- a material that is drawn from its priors

@@ -12,7 +12,7 @@
 They are caught once, in `stemcal.cli.app`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,14 @@ class StemcalError(Exception):
     """A failure with a message fit for the user: place, value, remedy."""
 
     exit_code = 1
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]:
+        """Pickle and copy the text and the attributes: `__init__` often takes other arguments than the text."""
+        return _again, (type(self), self.args), self.__dict__
+
+
+def _again(kind: type[StemcalError], arguments: tuple[Any, ...]) -> StemcalError:
+    return kind.__new__(kind, *arguments)
 
 
 @dataclass(frozen=True)
@@ -100,9 +108,6 @@ class Waiting(StemcalError):
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
         super().__init__(f"waiting for {count} of {stage}; `stemcal ask SPEC` tells which, `stemcal enter` takes them")
 
-    def __reduce__(self) -> tuple[type, tuple[str, Sequence[Any]]]:
-        return type(self), (self.stage, self.requests)
-
 
 class SimulationFailed(StemcalError):
     """A simulation stopped because its state was no longer physical.
@@ -119,6 +124,3 @@ class SimulationFailed(StemcalError):
     def __init__(self, reason: str, message: str) -> None:
         self.reason = reason
         super().__init__(message)
-
-    def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        return type(self), (self.reason, str(self))

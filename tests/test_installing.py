@@ -171,7 +171,7 @@ def test_studies_run_where_it_is_installed(
         found = json.loads((tmp_path / name / "validate.json").read_text(encoding="utf-8"))
         assert found["max_abs_error_percent"] == pytest.approx(error, abs=0.005)
     replay, smoke = (ROOT / "configs" / f"{name}.yaml" for name in STUDIES)
-    run(tmp_path, command, "export", replay, "--format", "docx", "--out", "paper-replay")
+    run(tmp_path, command, "export", "tables", replay, "--format", "docx", "--out", "paper-replay")
     assert zipfile.is_zipfile(tmp_path / "paper-replay" / "tables" / "tables.docx")
     (tmp_path / "extras.py").write_text(EXTRAS_AT_WORK, encoding="utf-8")
     run(tmp_path, inside, "extras.py", replay, smoke)

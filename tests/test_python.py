@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import re
 import subprocess
 import sys
@@ -52,6 +54,14 @@ def test_the_lines_of_the_readme_run_in_a_plain_interpreter(tmp_path: Path) -> N
     )
     assert done.returncode == 0, done.stderr
     assert "yield_stress" in done.stdout and (tmp_path / "contour.png").stat().st_size > 5000
+
+
+def test_results_are_pickled_and_copied(results: stemcal.StudyResults) -> None:
+    for again in (lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy):
+        for result in (results.screen, results.surface, results.inversion, results.validation, results.verdict):
+            found = again(result)
+            assert found is not result and found == result and repr(found) == repr(result)
+        assert again(results).parameters == results.parameters and again(results.study) == results.study
 
 
 def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:

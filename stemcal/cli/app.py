@@ -17,13 +17,10 @@ from stemcal.cli import (
     doctor,
     explain,
     export,
-    export_deck,
-    export_material,
     import_deck,
     init,
     measure,
     plan,
-    plot,
     report,
     retry,
     run,
@@ -60,16 +57,16 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-AROUND = "Around a study"
+AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each goes on where it stopped)": (
         *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
-    "Results to publish": (export.export, plot.plot, stages.audit_command()),
+    PUBLISH: (stages.audit_command(),),
     AROUND: (
-        *(init.init, check.check, plan.plan, simulate.simulate, export_deck.export_deck),
-        *(export_material.export_material, verify_transfer.verify_transfer, import_deck.import_deck),
+        *(init.init, check.check, plan.plan, simulate.simulate),
+        *(verify_transfer.verify_transfer, import_deck.import_deck),
     ),
     "The study folder": (status.status, runs.runs, retry.retry, verify.verify),
     "First steps and help": (demo.demo, doctor.doctor, schema.schema, explain.explain),
@@ -79,6 +76,7 @@ for _panel, _commands in COMMANDS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
 app.add_typer(measure.app, name="measure", rich_help_panel=AROUND)
+app.add_typer(export.app, name="export", rich_help_panel=PUBLISH)
 
 
 def _version(wanted: bool) -> None:

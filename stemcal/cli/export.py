@@ -1,28 +1,56 @@
-"""`stemcal export`: the tables of a study as papers print them."""
+"""`stemcal export`: tables, figures, decks and the material of a study as files."""
 
-from typing import Annotated, Literal
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stemcal.cli.console import say, say_json, warn
+from stemcal.cli import export_deck, export_material
+from stemcal.cli.console import say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Spec
 from stemcal.cli.session import existing_folder, read_study
+from stemcal.errors import UsageError
 
-Format = Annotated[
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.report.figures.gallery import Plot
+    from stemcal.report.records import Records
+    from stemcal.study.model import Study
+
+TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
     typer.Option("--format", "-f", help="CSV (a file per table), Markdown, LaTeX or Word."),
 ]
-
-
 First = Annotated[
     int | None, typer.Option("--first", min=1, metavar="N", help="Count the tables from N, as your paper does.")
 ]
 Apart = Annotated[bool, typer.Option("--stars-apart", help="The stars of p-values in cells of their own.")]
+Names = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="NAME", help="Figures, the beginning of their names, or list.", show_default="all"),
+]
+FigureFormat = Annotated[
+    Literal["svg", "png", "pdf", "eps", "tiff"] | None,
+    typer.Option("--format", "-f", help="Format of the figures.", show_default="svg and png"),
+]
+Dpi = Annotated[float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Dots per inch of PNG and TIFF.")]
+Width = Annotated[
+    str | None,
+    typer.Option("--width", metavar="one|two|MM", help="One or two journal columns (90, 190 mm) or a width in mm."),
+]
+COLUMNS = {"one": 90.0, "two": 190.0}  # mm
+ANIMATION = "animation"
+
+app = typer.Typer(no_args_is_help=True, help="Write tables, figures, decks or the material of a study as files.")
 
 
-def export(
+@app.command()
+def tables(
     spec: Spec,
-    kind: Format = "csv",
+    kind: TableFormat = "csv",
     first: First = None,
     apart: Apart = False,
     out: Out = None,
@@ -31,10 +59,10 @@ def export(
     """Write the tables of a study as papers print them, into the folder tables of the study folder.
 
     Factors, screening design and analysis, coding, response surface design, ANOVA, calibration, parameters and
-    validation: Tables 5 to 13 of the wild chrysanthemum study, for yours; with those of steepest ascent and refinement,
-    where your study has them, they are counted through.
+    validation, numbered as Tables 5 to 13 of the wild chrysanthemum study. Steepest ascent and refinement are counted
+    as well where the study has them.
 
-    Example: [bold]stemcal export configs/smoke.yaml --format docx --first 1[/bold]
+    Example: [bold]stemcal export tables configs/smoke.yaml --format docx --first 1[/bold]
     """
     from stemcal.report.export.formats import export_tables
     from stemcal.report.export.paper import numbered, paper_tables, stars_apart
@@ -46,10 +74,118 @@ def export(
     results = fresh_results(study, folder)
     for sentence in results.stale:
         warn(sentence)
-    tables = numbered(paper_tables(study, results, verdict_of(study, folder, results).holds), first)
-    tables = [stars_apart(table) for table in tables] if apart else tables
-    paths = [str(path) for path in export_tables(tables, kind, folder.path / "tables")]
+    printed = numbered(paper_tables(study, results, verdict_of(study, folder, results).holds), first)
+    printed = [stars_apart(table) for table in printed] if apart else printed
+    _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables")], as_json)
+
+
+@app.command()
+def figures(
+    spec: Spec,
+    names: Names = None,
+    kind: FigureFormat = None,
+    dpi: Dpi = 300,
+    width: Width = None,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draw figures of a study into the folder figures of the study folder.
+
+    NAME can be the beginning of several names: contour draws all contour plots. list shows the names. animation writes
+    the cut at the calibration diameter as a GIF, animation-7mm the one at 7 mm.
+
+    Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
+    """
+    from stemcal.report.figures.gallery import gallery, write_as
+    from stemcal.report.records import read_records
+    from stemcal.stages.results import fresh_results
+
+    millimetres = _width(width)
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    results = fresh_results(study, folder)
+    for sentence in results.stale:
+        warn(sentence)
+    records = read_records(results, folder)
+    plots = gallery(study, results, records)
+    if names == ["list"]:
+        _list(plots, records, as_json)
+        return
+    drawn = [chosen(plots, name) for name in names or ["all"] if not name.startswith(ANIMATION)]
+    kinds = ["svg", "png"] if kind is None else [kind]
+    paths = write_as([plot for found in drawn for plot in found], folder.path / "figures", kinds, dpi, millimetres)
+    paths += [write_film(study, records, folder, name) for name in names or () if name.startswith(ANIMATION)]
+    _tell([str(path) for path in paths], as_json)
+
+
+app.command("deck")(export_deck.export_deck)
+app.command("material")(export_material.export_material)
+
+
+def _tell(paths: list[str], as_json: bool) -> None:
     if as_json:
         say_json({"schema_version": 1, "stage": "export", "files": paths})
     else:
         say(*paths)
+
+
+def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
+    """Show the names of the figures and what they show."""
+    from stemcal.files.rows import Column, Table
+
+    named = {plot.name: plot.caption for plot in plots}
+    named |= dict.fromkeys(films(records), "The cut as an animation (GIF).")
+    if as_json:
+        say_json({"schema_version": 1, "stage": "export", "figures": named})
+    else:
+        say_tables(Table((Column("name", "Figure"), Column("caption", "What it shows")), tuple(named.items())))
+
+
+def _width(given: str | None) -> float | None:
+    """Return a width in mm."""
+    if given is None or given in COLUMNS:
+        return None if given is None else COLUMNS[given]
+    try:
+        width = float(given.removesuffix("mm").strip())
+    except ValueError:
+        width = 0.0
+    if not 40.0 <= width <= 400.0:
+        raise UsageError(f"--width {given}: write one, two, or a width from 40 to 400 mm")
+    return width
+
+
+def chosen(plots: list[Plot], name: str) -> list[Plot]:
+    """Return the figures called `name`, or all whose names begin so."""
+    found = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
+    if not found:
+        known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"
+        raise UsageError(f"no figure {name!r}; there are {known}")
+    return found
+
+
+def films(records: Records) -> list[str]:
+    """Return the names of the animations that can be written."""
+    kept = (label for label, record in records.items() if record.details.film and record.at_solution)
+    return [f"{ANIMATION}-{label.replace(' ', '')}" for label in kept]
+
+
+def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
+    """Write the animation `name` as a GIF; the bare word means the calibration diameter. Returns the file."""
+    from stemcal.cutting.end_state import Shape
+    from stemcal.outputs import make_folder
+    from stemcal.report.figures.animation import write_animation
+    from stemcal.solvers.film import frames_of
+    from stemcal.text.numbers import short
+
+    if not study.naming.is_cutting:
+        raise UsageError(f"no figure {name!r}: only runs of the embedded solver keep the frames")
+    wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
+    known = films(records)
+    if wanted not in known:
+        remedy = "the stages refine and validate keep the frames; run `stemcal run SPEC` first"
+        raise UsageError(f"no figure {wanted!r}; there are {', '.join(known)}" if known else f"{wanted}: {remedy}")
+    label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
+    details = records[label].details
+    curve = None if details.curve is None else (details.curve.travel, details.curve.force)
+    frames = frames_of(Shape.unpacked(details.shape), details.film)
+    return write_animation(frames, make_folder(folder.path / "figures") / f"{wanted}.gif", curve)

@@ -1,4 +1,4 @@
-"""`stemcal export-deck`: the shear test as an LS-DYNA deck."""
+"""`stemcal export deck`: the shear test as an LS-DYNA deck."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def export_deck(
     Units are mm, tonne, s, N and MPa. Factors stand at mid-level unless set. LS-DYNA and OpenRadioss read it. The force
     that this deck is to give is computed and told beside the study's: what no card says may change it greatly.
 
-    Example: [bold]stemcal export-deck configs/wild-chrysanthemum.yaml --set yield_stress=17.96 run.k[/bold]
+    Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml --set yield_stress=17.96 run.k[/bold]
     """
     from stemcal.study.reading.checked import typed_size
     from stemcal.text.decks import forces_told

@@ -1,4 +1,4 @@
-"""`stemcal export-material`: the calibrated material for one's own model with its own elements."""
+"""`stemcal export material`: the calibrated material for one's own model with its own elements."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def export_material(
     found with which the mean force over places of such a mesh is the calibrated one; its band is what each place would
     take. The study is calibrated first (stemcal run SPEC).
 
-    Example: [bold]stemcal export-material configs/smoke.yaml --for lsdyna --element-size "1 mm" material[/bold]
+    Example: [bold]stemcal export material configs/smoke.yaml --for lsdyna --element-size "1 mm" material[/bold]
     """
     from stemcal.report.tables.of_transfer import regularisation_table
     from stemcal.solvers import make_solver
@@ -111,7 +111,7 @@ def _written(study: Study, found: Regularisation, row: Regularised, program: str
     from stemcal.text.regularisation import curve_lines, material_lines, not_valid
 
     if not row.found:
-        raise RunsFailed(f"export-material: {not_valid(found, row, MOST_PLACES)}")
+        raise RunsFailed(f"export material: {not_valid(found, row, MOST_PLACES)}")
     deck = _check_deck(study, found, row, program)
     force = _force_of(deck)
     valid = [one for one in found.rows if one.found]
@@ -123,7 +123,7 @@ def _written(study: Study, found: Regularisation, row: Regularised, program: str
     write_output(folder / "check.k", deck_text(replace(deck, force_to_give=force)))
     told = {
         "schema_version": 1,
-        "stage": "export-material",
+        "stage": "export material",
         **_provenance(study),
         "program": program,
         "element_size": row.element_size,
@@ -154,7 +154,7 @@ def _check_deck(study: Study, found: Regularisation, row: Regularised, program: 
     from stemcal.stages.regularise import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
-    request = Request("export-material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
+    request = Request("export material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
     form = DeckForm("mat003", long=True) if program == "lsdyna" else DeckForm()
     there = meshed_as(without_lengths(study), request)
     return Deck.of(there, levels, found.condition, form)

@@ -22,7 +22,7 @@ Within = Annotated[
 def verify_transfer(path: DeckOrFolder, within: Within = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
     """Tell within how many per cent a deck gives the force that it is to give.
 
-    Decks of export-material (check.k) and export-deck keep that force. A deck is run by OpenRadioss, where one is
+    Decks of export material (check.k) and export deck keep that force. A deck is run by OpenRadioss, where one is
     named by OPENRADIOSS_PATH; of a folder with a deck, the finished run of LS-DYNA (rcforc) or OpenRadioss (…T01.csv)
     is read.
 

@@ -29,9 +29,6 @@ class RunTimedOut(StemcalError):
         self.limit = limit
         super().__init__(f"it took longer than its time limit of {limit:g} s and was ended")
 
-    def __reduce__(self) -> tuple[type, tuple[float]]:
-        return type(self), (self.limit,)
-
 
 class ClusterLost(StemcalError):
     """The connection to the cluster broke: no run failed, but none can be computed now."""

@@ -88,6 +88,10 @@ class StudyFolder:
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
 
+    def __reduce__(self) -> tuple[type, tuple[Path]]:
+        """Pickle and copy the place, not the lock."""
+        return type(self), (self.path,)
+
     # ---- lock
 
     def __enter__(self) -> Self:

@@ -57,7 +57,6 @@ def beforehand(study: Study) -> Iterator[Note]:
         least, most = factors_taken(study.rsm.design)
         yield TooFewFactors(least, most, k) if k < least else FactorsWanted(least, most)
     yield from _not_varied(study)
-    study = study.seen_by("validate")
     if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
         yield LengthsBelong(str(study.material.internal_length), str(study.blade.edge_spread))
 

@@ -199,8 +199,7 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     each = [cost(Request("refine", 0, study.midlevels(), condition, True)) for condition in conditions]
     climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
-    refined = study.refine is not None and study.seen_by("refine") is study
-    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if refined and study.refine else []
+    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine is not None else []
     places = [each * (study.mesh.phases + 2 * len(study.mesh.sizes))] if study.mesh is not None else []
     return [*climbs, *refinements, *places]
 
@@ -209,7 +208,7 @@ def _decided_later(study: Study) -> Iterator[Note]:
     """Yield how many runs may come on top, one by one."""
     if study.climb is not None:
         yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
-    if study.refine is not None and study.seen_by("refine") is study:
+    if study.refine is not None:
         yield DecidedLater("refine", study.refine.budget)
     if study.mesh is not None:
         yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
@@ -230,14 +229,8 @@ def _transfer(study: Study, folder: StudyFolder | None) -> _There:
     """Return what the transfer still takes at most; only the embedded solver tells how long."""
     if study.transfer is None:
         return _There()
-    stages, most, there = {"transfer"}, study.transfer.budget, study.seen_by("transfer")
-    if study.rsm.correct_with is not None:  # the corrected surface, the refinement and the validation too
-        stages |= {"refine", "validate"}
-        conditions = {study.targets.calibrate_at, *(target.condition for target in study.joint_targets)}
-        points = study.rsm.correct_runs * len(conditions) + len(study.targets.means)
-        points += 0 if study.refine is None else study.refine.budget
-        most += points * max(1, there.replicates)
-    left, at = max(0, most - _recorded(stages, there, folder)), study.calibration_target.condition
+    most, there = study.transfer.budget, study.seen_by("transfer")
+    left, at = max(0, most - _recorded({"transfer"}, there, folder)), study.calibration_target.condition
     if not left or not isinstance(there.solver, EmbeddedSolver):
         return _There(left)
     cost = costs_of(make_solver(there), folder, Request("plan", 0, there.midlevels(), at)).of
@@ -275,9 +268,7 @@ def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
     """Return what each stage asks of the solver, as far as it is known now."""
-    stages = [_surface(study, solver, folder)]
-    if study.seen_by("validate") is study:
-        stages.append(_validate(study, solver, folder))
+    stages = [_surface(study, solver, folder), _validate(study, solver, folder)]
     if stage_called("screen").asked_for(study):
         design = screening_design(study, solver)
         stages.insert(0, Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design))
@@ -316,12 +307,7 @@ def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
-    requests = [
-        request
-        for requested in (design.requests, *([] if design.there else [design.fine_requests]))
-        for condition in dict.fromkeys(conditions)
-        for request in requested(condition)
-    ]
+    requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
     return Asked("rsm", requests, known is not None, None if known else FactorsAssumed(len(names)), design)
 
 

@@ -289,7 +289,7 @@ class StudyResults:
 
     @property
     def figure_names(self) -> list[str]:
-        """The names of all figures, as `stemcal plot list` tells them."""
+        """The names of all figures, as `stemcal export figures SPEC list` shows them."""
         return [plot.name for plot in gallery(self.study, self._results, self.records)]
 
     def figure(self, name: str) -> Figure:

@@ -62,7 +62,7 @@ def run_deck(deck: Path) -> Checked:
         If the deck does not say its force, or OpenRadioss is not there.
     """
     if (kept := _kept(deck)) is None:
-        raise UsageError(f"{deck} does not say which force it is to give; export-material and export-deck write such")
+        raise UsageError(f"{deck} does not say which force it is to give; export material and export deck write such")
     options = OpenRadiossSolver().model_copy(update=kept.options)
     there = installation(options, deck.absolute().parent)
     folder = run_folder(None, {})

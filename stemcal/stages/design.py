@@ -11,15 +11,14 @@ import numpy as np
 from stemcal.doe.designs import catalogue
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.fidelity import spread_runs
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import outcome_of
-from stemcal.solvers.protocol import Answer, Meshed, Request, Solver
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import CoarseOptions, Constraint, RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.study.model import Constraint, RsmOptions, Study, factors_taken, strongest_asked
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -58,8 +57,7 @@ class ManySignificant(Note):
 class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
-    Of a program with chance in it they are the design `replicates` times over. The runs of the rows `fine` correct its
-    surface: made with the study's own elements beside `coarse` ones, or `there`, by the solver of the transfer.
+    Of a program with chance in it they are the design `replicates` times over.
     """
 
     stage: str
@@ -69,15 +67,6 @@ class Design:
     levels: tuple[Mapping[str, float], ...]
     blocks: tuple[str, ...] | None = None
     replicates: int = 0
-    coarse: str | None = None
-    phases: int | None = None
-    fine: tuple[int, ...] = ()
-    there: bool = False
-
-    @property
-    def counts_fine(self) -> str:
-        """The key of the spec that says how many rows are `fine`."""
-        return "rsm.correct_runs" if self.there else "rsm.coarse.fine_runs"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -87,22 +76,9 @@ class Design:
     def requests(self, condition: float) -> list[Request]:
         """Return a request per row."""
         return [
-            Request(
-                self.stage,
-                row,
-                levels,
-                condition,
-                phases=self.phases,
-                element_size=self.coarse,
-                replicate=self.replicate(row),
-            )
+            Request(self.stage, row, levels, condition, replicate=self.replicate(row))
             for row, levels in enumerate(self.levels)
         ]
-
-    def fine_requests(self, condition: float) -> list[Request]:
-        """Return a request per row that corrects the surface; those of another solver are of its stage."""
-        stage = "transfer" if self.there else self.stage
-        return [Request(stage, row, self.levels[row], condition) for row in self.fine]
 
     def replicate(self, row: int) -> int:
         """Return which time over a row belongs to, from 1; 0 without chance."""
@@ -163,15 +139,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
 
 
 def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
-    """Return the design of the spec over the named factors, or the rows the solver has, and what corrects it."""
-    design = _surface_runs(study, solver, names)
-    if study.rsm.correct_with is None:
-        return design
-    fine = _spread_over(design, study.rsm.correct_runs, "correct_runs")
-    return replace(design.repeated(study.replicates), fine=fine, there=True)
-
-
-def _surface_runs(study: Study, solver: Solver, names: Sequence[str]) -> Design:
+    """Return the design of the spec over the named factors, or the rows the solver has."""
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
@@ -179,26 +147,8 @@ def _surface_runs(study: Study, solver: Solver, names: Sequence[str]) -> Design:
         coded, blocks = catalogue.surface_runs(len(names), options), catalogue.surface_blocks(len(names), options)
         levels = coding.runs(coded, study.midlevels())
         once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
-        if study.rsm.coarse is not None:
-            return _coarsened(once, study.rsm.coarse, solver)
-        return once if study.rsm.correct_with else once.repeated(study.replicates)
+        return once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
-
-
-def _coarsened(design: Design, options: CoarseOptions, solver: Solver) -> Design:
-    """Return the design with larger elements, over as many places of the mesh, and which of its runs are fine too."""
-    if not isinstance(solver, Meshed):
-        raise UsageError("rsm.coarse: the solver does not say how it would mesh otherwise; leave it out")
-    fine = _spread_over(design, options.fine_runs, "coarse.fine_runs")
-    phases = solver.phases if solver.phases > 1 else None
-    return replace(design, coarse=str(options.element_size), phases=phases, fine=fine)
-
-
-def _spread_over(design: Design, count: int, key: str) -> tuple[int, ...]:
-    """Return so many rows that are spread over the design."""
-    if count > len(np.unique(design.coded, axis=0)):
-        raise UsageError(f"rsm.{key}: the design has fewer than {count} different runs")
-    return tuple(spread_runs(design.coded, count))
 
 
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:

@@ -59,9 +59,6 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     if stage == "rsm" and study.joint_targets:
         parts["conditions"] = [target.condition for target in study.joint_targets]
         parts["responses"] = study.invert.responses
-    if stage == "rsm" and study.rsm.correct_with is not None:
-        there = _solver_parts(study.seen_by("transfer"), None, "transfer")
-        parts |= {f"transfer {name}": part for name, part in there.items()}
     if stage_called(stage).simulates:
         parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
         parts["solver.replicates"] = study.replicates

@@ -91,14 +91,9 @@ def without_lengths(study: Study) -> Study:
     """
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver):
-        raise UsageError(f"export-material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
-    if study.rsm.correct_with is not None:
-        raise UsageError(
-            "export-material: rsm.correct_with makes the calibrated parameters those of transfer.solver; leave it out, "
-            "or export from a study without it"
-        )
+        raise UsageError(f"export material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
     if STRAIN not in study.names:
-        raise UsageError(f"export-material adjusts {STRAIN}, which is no factor of this study")
+        raise UsageError(f"export material adjusts {STRAIN}, which is no factor of this study")
     sections = {
         "solver": solver.model_copy(update={"failure_length": None, "perturb": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -144,7 +139,7 @@ def _at_size(work: Work, there: Study, levels: dict[str, float], aim: float, siz
         place = None if step is None else step.place
     best = best_of(tried, aim)
     if best is None:
-        raise RunsFailed(f"export-material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
+        raise RunsFailed(f"export material: no run with elements of {size:g} mm succeeded: {outcomes[-1].message}")
     outcome, strain = outcomes[tried.index(best)], way.at(best.place)[STRAIN]
     strains = [way.at(one.place)[STRAIN] for one in tried]
     for _ in range(_ENDS):  # the ends of the band are run too: beyond what was tried they are a guess

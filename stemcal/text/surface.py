@@ -7,11 +7,11 @@ from stemcal.doe.regression.surface import PREDICTS
 from stemcal.doe.regression.transform import BoxCox
 from stemcal.notes import Weight
 from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
-from stemcal.stages.surface.result import Corrected, ReductionSteps, SurfaceResult
+from stemcal.stages.surface.result import ReductionSteps, SurfaceResult
 from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
 from stemcal.stages.surface.shape import Shape
 from stemcal.text import published
-from stemcal.text.language import all_of, say
+from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
 
@@ -63,8 +63,6 @@ def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
 def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
     if stage.reduction is not None:
         yield Remark(_reduction(stage.reduction, names), Weight.TRUST, "reduction")
-    if stage.coarse is not None:
-        yield Remark(_correction(stage.coarse, names), Weight.TRUST, "coarse")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
     if stage.canonical is not None and stage.predicted_r2 is not None and stage.predicted_r2 < PREDICTS:
@@ -90,34 +88,6 @@ def _reduction(found: ReductionSteps, names: Names) -> str:
         "intervals are somewhat too favourable."
     )
     return names.say(some_go if found.dropped else all_stay, method=found.method, terms=found.dropped)
-
-
-def _correction(found: Corrected, names: Names) -> str:
-    elements = "The design was run with elements of {size}, {fine} of its runs with the study's own too."
-    solvers = (
-        "The design was run by the study's own solver, {fine} of its runs by that of `transfer`, {there:program}, too. "
-        "The surface is that of {there:program}, and so are calibration and validation."
-    )
-    alone = (
-        "The surface is corrected by these: {factor:.3f} times that of the design. They are too few to tell a slope "
-        "along the factors: what the factor alone leaves, a standard deviation of {sd:response .2g} with {df} df, is "
-        "in every interval, that of the mean too. Analysis of variance and R² are of the design's runs."
-    )
-    tilted = (
-        "The surface is corrected by these: {factor:.3f} times that of the design, with a slope per coded unit of "
-        "{tilt}. What that leaves, a standard deviation of {sd:response .2g} with {df} df, is in every interval; "
-        "analysis of variance and R² are of the design's runs."
-    )
-    slopes = (
-        names.say("{slope:response +.3g} along {name:factor}", slope=value, name=name)
-        for name, value in found.tilt.items()
-    )
-    there = found.solver or ""
-    asked = names.say(solvers if there else elements, size=found.element_size, there=there, fine=len(found.fine_runs))
-    learnt = names.say(
-        tilted if found.tilt else alone, factor=found.factor, tilt=all_of(slopes), sd=found.sd, df=found.df
-    )
-    return f"{asked} {learnt}"
 
 
 def shape_name(shape: Shape) -> str:

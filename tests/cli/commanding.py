@@ -19,7 +19,7 @@ BAD_SPEC = ROOT / "tests" / "cases" / "bad" / "many-at-once.yaml"
 COMMANDS = (
     *("run", "screen", "rsm", "invert", "validate", "report", "simulate", "plan", "check", "init"),
     *("status", "runs", "retry", "verify"),
-    *("measure", "export", "plot", "demo", "doctor", "schema", "explain"),
+    *("measure", "export", "demo", "doctor", "schema", "explain"),
 )
 STAGES = ("screen", "rsm", "invert", "validate")
 

@@ -66,20 +66,20 @@ def test_a_spec_that_would_be_wrong_is_left_alone(tmp_path: Path) -> None:
 def test_export(done: Path, kind: str) -> None:
     if kind == "docx":
         pytest.importorskip("docx")
-    result = command("export", REPLAY, "--out", done, "--format", kind, "--json")
+    result = command("export", "tables", REPLAY, "--out", done, "--format", kind, "--json")
     assert result.exit_code == 0
     paths = [Path(path) for path in json.loads(result.stdout)["files"]]
     assert len(paths) == (9 if kind == "csv" else 1)
     assert all(path.stat().st_size > 50 for path in paths)
 
 
-def test_plot_lists_draws_and_refuses(done: Path) -> None:
-    listed = command("plot", "list", REPLAY, "--out", done).stdout
+def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
+    listed = command("export", "figures", REPLAY, "list", "--out", done).stdout
     assert re.search(r"^pareto +Effects by size", listed, re.M)
-    drawn = json.loads(command("plot", "contour", REPLAY, "--out", done, "--json").stdout)["files"]
+    drawn = json.loads(command("export", "figures", REPLAY, "contour", "--out", done, "--json").stdout)["files"]
     assert len(drawn) == 2 * 3
     assert all(Path(path).is_file() for path in drawn)
-    refused = command("plot", "pie", REPLAY, "--out", done)
+    refused = command("export", "figures", REPLAY, "pie", "--out", done)
     assert refused.exit_code == 2
     assert "no figure 'pie'; there are pareto, half-normal" in refused.stderr
 

@@ -31,7 +31,7 @@ def completed(folder: Path, line: str) -> list[str]:
     [
         ("stemcal me", ["measure"]),
         ("stemcal measure ", ["diameters", "shear"]),
-        ("stemcal export study.yaml --format ", ["csv", "md", "tex", "docx"]),
+        ("stemcal export tables study.yaml --format ", ["csv", "md", "tex", "docx"]),
         ("stemcal measure shear data --travel", ["--travel-and-work"]),
         ("stemcal explain lent", ["lenth"]),
     ],

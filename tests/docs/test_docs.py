@@ -19,7 +19,7 @@ def test_reference_pages_are_up_to_date() -> None:
     finally:
         sys.path.remove(str(DOCS))
     text = generated.commands()
-    for name in ("run", "measure shear", "export", "plot"):
+    for name in ("run", "measure shear", "export tables", "export figures"):
         assert f"## stemcal {name}\n" in text
     assert "`--calibrate-at`" in text
     spec = generated.spec()

@@ -22,10 +22,14 @@ SMOKE = ROOT / "configs" / "smoke.yaml"
 # where a link lies in the study folder, and the command that comes upon it
 LINKS = (
     *(("log.jsonl", "screen"), (".lock", "screen"), (".lock.holder", "screen"), ("screen.json", "screen")),
-    *(("screen.csv", "screen"), ("runs", "screen"), ("report.html", "report"), ("figures", "plot all")),
-    *(("figures/pareto.svg", "plot all"), ("figures/pareto.png", "plot all"), ("tables", "export --format csv")),
-    *(("tables/tables.docx", "export --format docx"), ("tables/tables.md", "export --format md")),
-    *(("mine.csv", "runs --csv"), ("mine.k", "export-deck"), ("mine.json", "schema --out"), ("mine.yaml", "init")),
+    *(("screen.csv", "screen"), ("runs", "screen"), ("report.html", "report"), ("figures", "export figures")),
+    *(
+        ("figures/pareto.svg", "export figures"),
+        ("figures/pareto.png", "export figures"),
+        ("tables", "export tables --format csv"),
+    ),
+    *(("tables/tables.docx", "export tables --format docx"), ("tables/tables.md", "export tables --format md")),
+    *(("mine.csv", "runs --csv"), ("mine.k", "export deck"), ("mine.json", "schema --out"), ("mine.yaml", "init")),
 )
 
 
@@ -60,14 +64,14 @@ def _arguments(verb: str, study: Path, link: Path) -> list[object]:
     match name:
         case "runs":
             return ["runs", REPLAY, "--out", study, "--csv", link]
-        case "export-deck":
-            return ["export-deck", SMOKE, link]
+        case "export" if options == ["deck"]:
+            return ["export", "deck", SMOKE, link]
+        case "export":
+            return [name, options[0], REPLAY, "--out", study, *options[1:]]
         case "schema":
             return ["schema", "--out", link]
         case "init":
             return ["init", link.with_suffix("")]
-        case "plot":
-            return ["plot", *options, REPLAY, "--out", study]
         case _:
             return [name, REPLAY, "--out", study, *options]
 

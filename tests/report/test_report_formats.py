@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.cli.plot import _kinds, _width
+from stemcal.cli.export import _width
 from stemcal.errors import UsageError
 from stemcal.report.figures.certainty import profile_points
 from stemcal.report.figures.contour import levels_of, relief
@@ -42,13 +42,11 @@ def test_dots_per_inch_of_pixels(kind: str, stages: dict[str, Any], tmp_path: Pa
         assert image.getpixel((0, 0)) == (255, 255, 255)
 
 
-def test_widths_and_formats_that_are_none() -> None:
+def test_widths_that_are_none() -> None:
     assert _width(None) is None and _width("two") == 190.0 and _width("85 mm") == 85.0
     for wrong in ("three", "7", "1e9", "nan"):
         with pytest.raises(UsageError, match="one, two, or a width"):
             _width(wrong)
-    with pytest.raises(UsageError, match="only `stemcal plot animation`"):
-        _kinds("gif")
 
 
 def test_levels_are_round_and_span_the_forces(stages: dict[str, Any]) -> None:

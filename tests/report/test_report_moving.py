@@ -1,10 +1,9 @@
-"""The cut over time and in space: frames as they were, animations that can be read, pictures whatever the display."""
+"""The cut over time: frames as they were, animations that can be read."""
 
 from __future__ import annotations
 
 import json
 import shutil
-import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,20 +13,21 @@ import numpy as np
 import pytest
 
 from stemcal import cutting
-from stemcal.cli.requested import requestable, write_requested
+from stemcal.cli.export import films, write_film
 from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.figures import view
 from stemcal.report.figures.animation import write_animation
 from stemcal.report.figures.fracture import end_faces
 from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near
 from stemcal.report.page.render import render
+from stemcal.report.records import read_records
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
 from stemcal.solvers.protocol import Request
+from stemcal.stages.results import fresh_results
 from stemcal.study.reading import load_study
 
 OUTPUTS = 96
@@ -154,71 +154,6 @@ def test_animation_has_every_frame_and_can_be_read(frames: list[Frame], tmp_path
     assert path.stat().st_size < 500_000
 
 
-def test_animation_of_another_kind_is_refused(frames: list[Frame], tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"a \.gif or \.mp4 file"):
-        write_animation(frames, tmp_path / "cut.avi")
-
-
-def test_mp4_where_ffmpeg_is_and_a_remedy_where_not(
-    frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from stemcal.report.figures import animation
-
-    try:
-        path = write_animation(frames[::12], tmp_path / "cut.mp4")
-    except UsageError as error:
-        assert "imageio-ffmpeg" in str(error)
-    else:
-        assert path.read_bytes()[4:8] == b"ftyp"
-    monkeypatch.setattr(animation, "_found_ffmpeg", lambda _writer: False)
-    with pytest.raises(UsageError, match="--format gif"):
-        write_animation(frames, tmp_path / "cut.mp4")
-
-
-def test_scene_is_the_whole_stem(frames: list[Frame]) -> None:
-    scene = view.scene_of(frames[0].shape)
-    assert scene.body[..., 0].min() == pytest.approx(-15.0, abs=1e-4)
-    assert scene.body[..., 1].min() == pytest.approx(-scene.body[..., 1].max())
-    assert len(scene.body) == len(scene.strain) and len(scene.body) % 4 == 0
-    assert len(scene.tools) == 3 * 65
-
-
-def test_without_pyvista_matplotlib_draws(frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view.importlib.util, "find_spec", lambda _name: None)
-    said = view.write_view(frames[-1].shape, tmp_path / "view.png")
-    assert said == 'drawn by matplotlib, because pyvista is not installed (pip install "stemcal[view]")'
-    assert (tmp_path / "view.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_crash_of_the_graphics_costs_nothing(
-    frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The process that draws dies as from a faulty driver: matplotlib draws, and the reason is told."""
-    really = view._run
-    monkeypatch.setattr(view.importlib.util, "find_spec", lambda _name: True)
-    monkeypatch.setattr(view, "_run", lambda _command: really([sys.executable, "-c", "import os; os.abort()"]))
-    said = view.write_view(frames[-1].shape, tmp_path / "view.png")
-    assert said.startswith("drawn by matplotlib, because pyvista ended with code") and "libosmesa6" in said
-    assert (tmp_path / "view.png").stat().st_size > 5000
-
-
-def test_a_hung_driver_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view, "PATIENCE", 0.5)
-    assert "longer than 0.5 s" in (view._run([sys.executable, "-c", "import time; time.sleep(30)"]) or "")
-
-
-def test_pyvista_draws_where_it_works(frames: list[Frame], tmp_path: Path) -> None:
-    pytest.importorskip("pyvista")
-    said = view.write_view(frames[-1].shape, tmp_path / "view.png")
-    if said != "drawn by pyvista":
-        pytest.skip(said)
-    from PIL import Image
-
-    with Image.open(tmp_path / "view.png") as picture:
-        assert picture.size == (1600, 1000)
-        assert np.asarray(picture.convert("L")).std() > 10.0
-
-
 @pytest.fixture
 def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Path) -> tuple[Any, StudyFolder]:
     """A study whose run at the calibration diameter kept its shape and its film."""
@@ -239,11 +174,13 @@ def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Pat
 
 @pytest.mark.slow
 def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) -> None:
-    assert set(requestable(*with_film)) == {"animation-8mm", "view-8mm"}
-    path = write_requested(*with_film, "animation", "gif")
+    study, folder = with_film
+    records = read_records(fresh_results(study, folder), folder)
+    assert films(records) == ["animation-8mm"]
+    path = write_film(study, records, folder, "animation")
     assert path.name == "animation-8mm.gif" and path.stat().st_size > 50_000
-    with pytest.raises(UsageError, match="there are animation-8mm, view-8mm"):
-        write_requested(*with_film, "animation-7mm", "gif")
+    with pytest.raises(UsageError, match="there are animation-8mm"):
+        write_film(study, records, folder, "animation-7mm")
 
 
 @pytest.mark.slow
@@ -260,8 +197,8 @@ def test_the_page_shows_mesh_cut_and_frames(with_film: tuple[Any, StudyFolder]) 
 
 
 def test_without_a_film_the_remedy_is_told(replayed: tuple[Any, Any]) -> None:
-    with pytest.raises(UsageError, match="runs of an earlier version get it when"):
-        write_requested(*replayed, "animation", "gif")
+    with pytest.raises(UsageError, match="keep the frames; run"):
+        write_film(replayed[0], {}, replayed[1], "animation")
 
 
 def test_runs_at_a_solution_keep_their_pictures_whatever_stage_came_first() -> None:

@@ -47,7 +47,7 @@ def test_local_deck_gives_the_force_that_is_foretold(law: str) -> None:
 
 
 def test_deck_with_lengths_gives_the_force_that_is_foretold_and_is_verified(tmp_path: Path) -> None:
-    """The deck as `export-deck --for openradioss` writes it, with its force in its comments, run by its path."""
+    """The deck as `export deck --for openradioss` writes it, with its force in its comments, run by its path."""
     spec, deck = CONFIG.with_name("wild-chrysanthemum.yaml"), tmp_path / "run.k"
     options = ["--for", "openradioss", "--set", "yield_stress=12", "--set", "failure_strain=0.02"]
     text = spec.read_text("utf-8")
@@ -56,7 +56,9 @@ def test_deck_with_lengths_gives_the_force_that_is_foretold_and_is_verified(tmp_
         assert text.count(given) == 1
         text = text.replace(given, cheaper)
     (tmp_path / "quicker.yaml").write_text(text, encoding="utf-8")
-    assert CliRunner().invoke(app, ["export-deck", str(tmp_path / "quicker.yaml"), *options, str(deck)]).exit_code == 0
+    assert (
+        CliRunner().invoke(app, ["export", "deck", str(tmp_path / "quicker.yaml"), *options, str(deck)]).exit_code == 0
+    )
     found = run_deck(deck)
     assert found.off_percent is not None, found.answer.message
     assert abs(found.off_percent) < 10.0

@@ -17,7 +17,7 @@ from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.plan import OtherMeshes, asked, plan
+from stemcal.overview.plan import OtherMeshes, plan
 from stemcal.overview.status import ledger, retry, status
 from stemcal.report.page.render import render
 from stemcal.report.tables.stages import tables_of
@@ -292,47 +292,3 @@ def test_the_embedded_solver_meshes_otherwise(tmp_path: Path) -> None:
     finer = meshed_as(solver.study, replace(request, element_size="d/24")).solver
     assert isinstance(finer, EmbeddedSolver) and str(finer.element_size) == "d/24"
     assert finer.time_step == pytest.approx(4e-5 * 16 / 24)
-
-
-COARSE = "{factors: [yield_stress, failure_strain], centre_points: 2}"
-
-
-def run_coarsely(monkeypatch: pytest.MonkeyPatch, fine_runs: int) -> None:
-    """Let the next studies run their design with elements of d/10, whose force is 0.95 times the study's own."""
-    coarse = f", coarse: {{element_size: d/10, fine_runs: {fine_runs}}}}}"
-    monkeypatch.setattr(f"{__name__}.TARGETS", FORCES.replace(COARSE, COARSE[:-1] + coarse))
-
-
-def test_coarse_runs_corrected_by_few_fine_ones_are_the_fine_surface(
-    made: Made, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Fine is 1/0.95 of coarse: the same coefficients, solution and prediction, from five fine runs of nine."""
-    fine = made()[2]
-    run_coarsely(monkeypatch, 5)
-    study, folder, coarse = made()
-    assert fine.surface is not None and coarse.surface is not None and coarse.surface.coarse is not None
-    assert coarse.surface.coarse.factor == pytest.approx(1.0 / 0.95)
-    assert coarse.surface.beta == pytest.approx(fine.surface.beta, rel=1e-6, abs=1e-6)
-    assert fine.inversion is not None and coarse.inversion is not None and coarse.validation is not None
-    assert coarse.inversion.point.solution == pytest.approx(fine.inversion.point.solution, rel=1e-4)
-    assert coarse.validation.rows[1].compared.simulated == pytest.approx(110.0, rel=1e-5)
-    surface = next(part for part in asked(study, FakeMeshes(), folder) if part.stage == "rsm")
-    sizes = [request.element_size for request in surface.requests]
-    assert (sizes.count("d/10"), sizes.count(None)) == (10, 5)
-    assert coarse.surface.coarse is not None
-    assert (coarse.surface.coarse.element_size, len(coarse.surface.coarse.fine_runs)) == ("d/10", 5)
-    assert all(stage.file == "fresh" for stage in status(study, folder).stages)
-    assert "The design was run with elements of d/10" in render(study, folder)
-
-
-def test_jointly_every_diameter_is_corrected_and_refining_learns_fine_forces(
-    made: Made, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run_coarsely(monkeypatch, 3)
-    results = made("invert: {diameters: all}\nrefine: {tolerance_percent: 0.5}\n")[2]
-    assert results.surface is not None and results.inversion is not None and results.refinement is not None
-    assert [len(part.fine_runs) for part in results.surface.conditions] == [3, 3, 3]
-    assert results.inversion.joint is not None
-    assert [row.predicted for row in results.inversion.joint.rows] == pytest.approx([84.2, 110.0, 171.9], rel=2e-3)
-    first = results.refinement.rows[0]
-    assert first.outcome.response == pytest.approx(first.predicted, rel=1e-3)

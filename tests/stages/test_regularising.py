@@ -169,15 +169,6 @@ def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
         without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
 
 
-def test_parameters_of_another_program_are_not_taken_for_those_of_this_mesh(tmp_path: Path) -> None:
-    corrected = TWO.replace("centre_points: 3", "correct_with: transfer.solver, correct_runs: 3")
-    study = make_study(tmp_path, f"{corrected}transfer: {{solver: {{kind: embedded, element_size: 1 mm}}}}\n")
-    with pytest.raises(
-        UsageError, match=r"the calibrated parameters those of transfer\.solver; leave it out, or export"
-    ):
-        without_lengths(study)
-
-
 def test_a_curve_rises_in_its_sizes() -> None:
     text = curve_text([(2.0, 0.0146), (0.707, 0.27)], ["Failure strain over element size, mm."])
     lines = text.splitlines()
@@ -191,7 +182,7 @@ def test_the_material_of_a_study(tmp_path: Path) -> None:
     spec, out, folder = ROOT / "configs" / "smoke.yaml", tmp_path / "out", tmp_path / "material"
     stemcal.calibrate(spec, out=out, workers=1)
     options = ["--for", "openradioss", "--element-size", "2 mm", "--size", "1.5 mm", "--places", "3", "--json"]
-    done = CliRunner().invoke(app, ["export-material", str(spec), str(folder), *options, "--out", str(out)])
+    done = CliRunner().invoke(app, ["export", "material", str(spec), str(folder), *options, "--out", str(out)])
     assert done.exit_code == 0, done.stderr
     told = json.loads(done.stdout)
     assert told == json.loads((folder / "material.json").read_text("utf-8"))
@@ -219,5 +210,5 @@ def test_the_material_of_a_study(tmp_path: Path) -> None:
 def test_elements_too_large_for_the_stem_are_refused(tmp_path: Path) -> None:
     spec = ROOT / "configs" / "smoke.yaml"
     options = ["--for", "lsdyna", "--element-size", "5 mm", "--out", str(tmp_path / "out")]
-    done = CliRunner().invoke(app, ["export-material", str(spec), str(tmp_path / "m"), *options])
+    done = CliRunner().invoke(app, ["export", "material", str(spec), str(tmp_path / "m"), *options])
     assert done.exit_code == 2 and "elements of 5 mm are too large for a 8 mm stem; take 4 mm at most" in done.stderr

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
 from stemcal.doe.regression.surface_notes import ScatterOverMeshes
 from stemcal.stages.design import FewSignificant, StrongestAsked
-from stemcal.stages.surface.result import Corrected
 from stemcal.stages.surface.runs import EqualSeeds
 from stemcal.text import surface
 from stemcal.text.names import Names
@@ -56,17 +53,3 @@ def test_how_factors_were_chosen() -> None:
 
 def test_braces_of_a_placeholder_survive() -> None:
     assert "does not take {{seed}}" in sentence(EqualSeeds(), NAMES)
-
-
-@pytest.mark.parametrize("tilt", [{}, {"yield_stress": -0.5}])
-def test_a_correction_names_its_tilt(results: Any, tilt: dict[str, float]) -> None:
-    from dataclasses import replace
-
-    from stemcal.files.rows import Rows
-
-    coarse = Corrected(element_size="d/10", fine_runs=Rows(()), factor=1.05, tilt=tilt, sd=2.0, df=3)
-    said = {one.kind: one.sentence for one in remarks_of(replace(results.surface, coarse=coarse))}["coarse"]
-    there = replace(coarse, element_size=None, solver="openradioss")
-    said_there = {one.kind: one.sentence for one in remarks_of(replace(results.surface, coarse=there))}["coarse"]
-    assert "0 of its runs by that of `transfer`, OpenRadioss, too. The surface is that of OpenRadioss" in said_there
-    assert "1.050 times that of the design" in said and ("−0.5 N along yield_stress" in said) == bool(tilt)

@@ -5,7 +5,7 @@ second, and so on. Along it counts what the surface expects: a place s is the ch
 
     s = Σ eⱼ·Δvⱼ        eⱼ = ∂ ln ŷ/∂vⱼ at the calibrated point        vⱼ = ln xⱼ, or xⱼ where its range holds zero
 
-so that the response there, corrected by a scale a and a tilt k as in `doe.regression.fidelity`, is
+so that the response there, corrected by a scale a and a tilt k, is
 
     ln y = ln ŷ₀ + a + k·s
 

@@ -48,8 +48,7 @@ class Surface:
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
     is larger. `sequential_ss` has the type I sum of squares of every term. `copies` is how many runs only repeat
     others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic` tells
-    that such a solver gave the runs. `mean_error` is what the mean response may be off by; None of a saturated fit. Of
-    coarse runs `unfitted` is the part of `mean_square` that the mean shares, since too few fine runs tell of it.
+    that such a solver gave the runs. `mean_error` is what the mean response may be off by; None of a saturated fit.
     """
 
     names: tuple[str, ...]
@@ -78,7 +77,6 @@ class Surface:
     copies: int = 0
     deterministic: bool = False
     mean_error: MeanError | None = None
-    unfitted: float = 0.0
     sequential_ss: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -124,7 +122,7 @@ class Surface:
 
     def standard_error(self, coded: ArrayLike) -> Array:
         """Standard error of ŷ; NaN for a saturated fit, which knows no error."""
-        return np.sqrt(self._s2() * (self.unfitted + self.unscaled_variance(coded)))
+        return np.sqrt(self._s2() * self.unscaled_variance(coded))
 
     def mean_variance(self, coded: ArrayLike) -> Array:
         """Return the variance of the mean response about ŷ, what the quadratic misses included; NaN if saturated."""
@@ -140,11 +138,11 @@ class Surface:
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
-        return self._interval(coded, level, self.unfitted)
+        return self._interval(coded, level, 0.0)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, from 0 to 1."""
-        return self._interval(coded, level, max(self.own_scatter, self.unfitted))
+        return self._interval(coded, level, self.own_scatter)
 
     def _s2(self) -> float:
         return np.nan if self.mean_square is None else self.mean_square

@@ -1,13 +1,12 @@
 """The cut as a short film: side and section frame by frame, and the force on the blade below them.
 
-GIF needs nothing but matplotlib's own Pillow; MP4 needs the program ffmpeg.
+Written by matplotlib's own Pillow as a GIF.
 """
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from stemcal.errors import UsageError
 from stemcal.outputs import refuse_link
 from stemcal.report.figures.fracture import colour_bar, draw_faces, section_faces, side_faces, strain_scale
 from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, new_figure
@@ -16,23 +15,19 @@ from stemcal.text.numbers import fixed
 
 Curve = tuple[Sequence[float], Sequence[float]]
 FRAMES_PER_SECOND = 6
-DOTS = {".gif": 110, ".mp4": 160}  # per inch
+DOTS_PER_INCH = 110
 
 
 def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = None) -> Path:
-    """Write the frames as a GIF or MP4, by the name's suffix; returns the path.
+    """Write the frames as a GIF; returns the path.
 
     `curve` has the travel (mm) and force (N) to be drawn below, by default those of the frames alone.
-
-    Raises
-    ------
-    UsageError
-        If the suffix is another, or MP4 is asked for and ffmpeg is not there.
     """
+    from matplotlib.animation import PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     refuse_link(path)
-    writer = _writer(path)
+    writer = PillowWriter(fps=FRAMES_PER_SECOND)
     with new_figure(width=6.4, height=5.0) as figure:
         FigureCanvasAgg(figure)
         figure.set_facecolor("white")
@@ -40,40 +35,11 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
         show(frames[0])
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # placed once, so that nothing trembles
-        with writer.saving(figure, str(path), DOTS[path.suffix.lower()]):
+        with writer.saving(figure, str(path), DOTS_PER_INCH):
             for frame in frames:
                 show(frame)
                 writer.grab_frame(facecolor="white")
     return path
-
-
-def _writer(path: Path) -> Any:
-    from matplotlib.animation import FFMpegWriter, PillowWriter
-
-    kind = path.suffix.lower()
-    if kind not in DOTS:
-        raise UsageError(f"{path}: an animation is a .gif or .mp4 file")
-    if kind == ".gif":
-        return PillowWriter(fps=FRAMES_PER_SECOND)
-    if not _found_ffmpeg(FFMpegWriter):
-        raise UsageError(
-            f"{path}: MP4 needs the program ffmpeg; install it or `pip install imageio-ffmpeg`, or take --format gif"
-        )
-    return FFMpegWriter(fps=FRAMES_PER_SECOND, codec="h264", extra_args=["-pix_fmt", "yuv420p"])
-
-
-def _found_ffmpeg(writer: Any) -> bool:
-    """Tell whether ffmpeg is on the PATH; else take the one that imageio-ffmpeg brings, if that is installed."""
-    if writer.isAvailable():
-        return True
-    import matplotlib
-
-    try:
-        from imageio_ffmpeg import get_ffmpeg_exe
-    except ImportError:
-        return False
-    matplotlib.rcParams["animation.ffmpeg_path"] = get_ffmpeg_exe()
-    return bool(writer.isAvailable())
 
 
 def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:

@@ -1,4 +1,4 @@
-"""Every figure of a study by name: what the page shows, what the figures folder holds, what `stemcal plot` draws."""
+"""Every figure of a study by name: for the page, the figures folder and `stemcal export figures`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ CLAIMING = ("profiles", "posterior", "solutions")
 class Plot:
     """A figure: its name, the section it belongs to, its caption, and what draws it.
 
-    Figures that are not `on_page` are drawn by `stemcal plot` alone, not with the report; a `detail` is folded on it.
+    Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page.
     """
 
     name: str

@@ -62,12 +62,7 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
     at = {part.condition: part for part in surface.conditions}
     return [
-        surface.refitted(
-            at[mean.condition].runs,
-            [(x, float(found[i])) for x, found in further],
-            mean.response,
-            at[mean.condition].fine_runs,
-        )
+        surface.refitted(at[mean.condition].runs, [(x, float(found[i])) for x, found in further], mean.response)
         for i, mean in enumerate(measured_means(study))
     ]
 

@@ -39,7 +39,7 @@ def invert(work: Work, head: Head) -> InvertResult:
     study, surface = work.study, work.result(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
     published, on_published = assess_published(study, surface)
-    seen = work.seeing("validate").solver
+    seen = work.solver
     belongs_to = seen.belongings(solved.condition) if isinstance(seen, Belonging) else None
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*solved.notes, *([PriorUnused(idle)] if idle else []), *on_published)

@@ -127,8 +127,7 @@ def mesh_interval(surface: Surface, coded: object, mesh: MeshScatter, extra: flo
     middle = float(surface.predict(x)[0]) * mesh.mean_factor
     parts = [
         (
-            surface.mean_square
-            * (max(extra * surface.own_scatter, surface.unfitted) + float(surface.unscaled_variance(x)[0])),
+            surface.mean_square * (extra * surface.own_scatter + float(surface.unscaled_variance(x)[0])),
             float(surface.df),
         ),
         (mesh.variance * middle**2 * (extra + 1.0 / mesh.placements), mesh.df),

@@ -17,9 +17,8 @@ __all__ = ["RefineResult", "refine"]
 def refine(work: Work, head: Head) -> RefineResult:
     """Simulate at the solution and correct it until the response is right, at every condition of a joint fit."""
     surface, solution = work.result(SurfaceResult), work.result(InvertResult)
-    there = work.seeing("refine")
-    simulate = there.simulating("refine", pictured=True)
-    loop = (ProcessLoop if takes_process(there.study, surface) else Loop)(there.study, surface, solution, simulate)
+    simulate = work.simulating("refine", pictured=True)
+    loop = (ProcessLoop if takes_process(work.study, surface) else Loop)(work.study, surface, solution, simulate)
     loop.run()
     return closed(head, loop)
 

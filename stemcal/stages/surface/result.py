@@ -14,7 +14,6 @@ from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.fidelity import Correction, corrected, correction_of
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpinion, better_process
 from stemcal.doe.regression.influence import RunDiagnostics
@@ -33,7 +32,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import half_spaces
 from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
-from stemcal.stages.surface.runs import Answered, ConditionRun, at_points, circumstances
+from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
 from stemcal.stages.surface.shape import RidgeRow, Shape
 from stemcal.study.model import Study
 
@@ -94,29 +93,11 @@ class FitSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Corrected:
-    """How a surface was corrected by `fine_runs`: force = factor·force of the design + Σ tilt·x.
-
-    They were made with the study's own elements, those of the design with coarse ones of `element_size`; or by another
-    `solver`. `tilt` is per coded unit, N; `sd` is what the correction leaves, N, with its degrees of freedom.
-    """
-
-    element_size: str | None
-    solver: str | None = absent()
-    fine_runs: Rows[ConditionRun]
-    factor: float
-    tilt: dict[str, float]
-    sd: float
-    df: int
-
-
-@dataclass(frozen=True, kw_only=True)
 class AtCondition:
     """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
 
     condition: float
     runs: Rows[ConditionRun]
-    fine_runs: Rows[ConditionRun] = absent(Rows())
     fit: FitSummary = inline()
     responses: dict[str, FitSummary] | None = absent()
 
@@ -135,8 +116,7 @@ class Prediction:
 class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    Where the design was run with coarse elements, or for another program, `coarse` tells how coefficients and intervals
-    were corrected; the analysis of variance is that of the design's runs. `anova_of_copies` counts every copy of a
+    `anova_of_copies` counts every copy of a
     deterministic run, as the tables of a paper that is analysed again do; it is there where that is another table.
     `deterministic` tells that equal inputs are known to give equal answers.
     """
@@ -176,7 +156,6 @@ class SurfaceResult(StageResult):
     sobol: Rows[SobolIndex] = absent(Rows())
     comparison: Comparison | None = absent()
     conditions: Rows[AtCondition] = absent(Rows())
-    coarse: Corrected | None = absent()
     pure_error: Note | None = None
     deterministic: bool = absent(False)
     anova_of_copies: Rows[AnovaRow] = absent(Rows())
@@ -198,48 +177,8 @@ class SurfaceResult(StageResult):
         """The surface, fitted to the runs that the result lists."""
         return self.refitted(self.design.runs)
 
-    def refitted(
-        self,
-        answered: Sequence[Answered],
-        further: Further = (),
-        response: str = FIRST,
-        fine: Sequence[ConditionRun] | None = None,
-    ) -> Surface:
-        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points.
-
-        Of coarse runs it is corrected to `fine` ones (those at the calibration diameter) and the further points.
-        """
-        if self.coarse is not None:
-            found = self._fitted_to(answered, (), response)
-            fine = self.coarse.fine_runs if fine is None else fine
-            return corrected(found, self.correction(found, answered, fine, further, response))
-        return self._fitted_to(answered, further, response)
-
-    def correction(
-        self,
-        surface: Surface,
-        answered: Sequence[Answered],
-        fine: Sequence[ConditionRun],
-        further: Further = (),
-        response: str = FIRST,
-    ) -> Correction:
-        """Return what corrects a surface of coarse runs, by fine ones of the same design and points run fine alone."""
-        runs = self.design.runs
-        rows = [run.run - 1 for run in fine]
-        points = [[runs[i].coded[name] for name in self.names] for i in rows]
-        times = len({run.replicate for run in runs})
-        coarse = [outcome.number(response) for outcome in at_points(answered, rows, times)]
-        values = [run.outcome.number(response) for run in fine] + [value for _, value in further]
-        new = np.array([x for x, _ in further], dtype=float).reshape(len(further), len(self.names))
-        return correction_of(
-            surface,
-            np.vstack([np.array(points), new]),
-            np.array([*coarse, *surface.predict(new)]),
-            np.array(values),
-            "rsm.coarse.fine_runs" if self.coarse is None or self.coarse.solver is None else "rsm.correct_runs",
-        )
-
-    def _fitted_to(self, answered: Sequence[Answered], further: Further, response: str) -> Surface:
+    def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:
+        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
         runs, new = self.design.runs, len(further)
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
@@ -289,7 +228,7 @@ class SurfaceResult(StageResult):
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
         part = next(part for part in self.conditions if part.condition == condition)
-        runs, fit = part.runs, self.refitted(part.runs, response=response, fine=part.fine_runs)
+        runs, fit = part.runs, self.refitted(part.runs, response=response)
         design_runs = [
             replace(run, outcome=replace(other.outcome, response=other.outcome.of(response), responses=None))
             for run, other in zip(self.design.runs, runs, strict=True)
@@ -300,7 +239,6 @@ class SurfaceResult(StageResult):
             design=replace(self.design, runs=Rows(design_runs)),
             anova=Rows(fit.anova),
             **told_by(fit),
-            coarse=None,
             pure_error=None,
             canonical=None,
             ridge=None,
@@ -350,11 +288,6 @@ class SurfaceResult(StageResult):
                 yield f"rsm {answered.run}{self.naming.at(part.condition)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
-        for part in self.conditions:
-            for answered in part.fine_runs:
-                yield f"rsm {answered.run}{self.naming.at(part.condition)}, fine", answered.outcome
-        for answered in self.coarse.fine_runs if self.coarse is not None else ():
-            yield f"rsm {answered.run}, fine", answered.outcome
 
     def entries(self) -> Iterator[Entries]:
         """Yield what every run must tell, and how every factor is coded."""

@@ -11,7 +11,6 @@ from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.runs.replicates import merged
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
 
@@ -36,12 +35,6 @@ def weighed(study: Study, runs: Sequence[A]) -> list[A]:
     scatter = [(run.outcome.sd, run.outcome.phases) for run in runs]
     weights = moderated_weights([np.nan if sd is None else sd for sd, _ in scatter], [m or 0 for _, m in scatter])
     return [replace(run, weight=float(weight)) for run, weight in zip(runs, weights, strict=True)]
-
-
-def at_points(runs: Sequence[Answered], rows: Sequence[int], times: int) -> list[Outcome]:
-    """Return what came of some rows of a design that was run so many times over: the mean over these, of each row."""
-    points = len(runs) // max(1, times)
-    return merged([run.outcome for row in rows for run in runs[row::points]], times)
 
 
 def circumstances(

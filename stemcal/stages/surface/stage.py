@@ -3,10 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from stemcal.doe.regression.anova import in_sequence
-from stemcal.doe.regression.fidelity import corrected, correction_of
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
 from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
@@ -16,7 +13,6 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bounds
-from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
@@ -27,7 +23,6 @@ from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import (
     AtCondition,
-    Corrected,
     FactorCoding,
     FitSummary,
     ReductionSteps,
@@ -35,7 +30,7 @@ from stemcal.stages.surface.result import (
     region_in,
     told_by,
 )
-from stemcal.stages.surface.runs import ConditionRun, at_points, circumstances, pure_error_of, weighed
+from stemcal.stages.surface.runs import ConditionRun, circumstances, pure_error_of, weighed
 from stemcal.stages.surface.shape import shape_of
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study, Target
@@ -61,38 +56,9 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     runs = weighed(study, runs_of(design, requests, answers, solver).runs)
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)
-    coarse, fit = _corrected(work, design, runs, fit)
     result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
-    result = replace(result, coarse=coarse)
     result = replace(result, conditions=Rows(run_conditions(work, result, design)))
     return replace(result, notes=(*chosen, *fit.notes, *lower_bounds(answers)))
-
-
-def _corrected(work: Work, design: Design, runs: Sequence[DesignRun], fit: Surface) -> tuple[Corrected | None, Surface]:
-    """Return how a surface was corrected by finer runs, or by those of another solver, and the surface after it."""
-    if not design.fine:
-        return None, fit
-    fine = fine_runs(work, design, work.study.targets.calibrate_at)
-    rows, responses = list(design.fine), [run.outcome.response for run in fine]
-    coarse = [outcome.response for outcome in at_points(runs, rows, design.replicates)]
-    found = correction_of(
-        fit,
-        design.coded[rows],
-        np.array(coarse, dtype=float),
-        np.array(responses, dtype=float),
-        design.counts_fine,
-    )
-    tilt = dict(zip(design.names, found.tilt.tolist(), strict=True))
-    result = Corrected(
-        element_size=design.coarse,
-        solver=work.seeing("transfer").study.solver.kind if design.there else None,
-        fine_runs=Rows(fine),
-        factor=found.factor,
-        tilt=tilt if any(tilt.values()) else {},
-        sd=found.sd,
-        df=found.df,
-    )
-    return result, corrected(fit, found)
 
 
 def _result(
@@ -188,35 +154,15 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
     told_of = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    runs, fine = weighed(work.study, told_of), fine_runs(work, design, condition)
+    runs = weighed(work.study, told_of)
     with reasons_given(requests, answers):
-        fits = {name: _summary(study, result, runs, name, condition, fine) for name in wanted}
+        fits = {name: _summary(study, result, runs, name, condition) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
-    return AtCondition(
-        condition=condition, runs=Rows(runs), fine_runs=Rows(fine), fit=fits[FIRST], responses=further or None
-    )
-
-
-def fine_runs(work: Work, design: Design, condition: float) -> list[ConditionRun]:
-    """Return what came of the runs that correct the surface of a design."""
-    requests = design.fine_requests(condition)
-    if not requests:
-        return []
-    there = work.seeing("transfer") if design.there else work
-    times = there.study.replicates if design.there else 0
-    outcomes = merged(there.outcomes(repeated(requests, times)), times)
-    return [
-        ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in zip(requests, outcomes, strict=True)
-    ]
+    return AtCondition(condition=condition, runs=Rows(runs), fit=fits[FIRST], responses=further or None)
 
 
 def _summary(
-    study: Study,
-    result: SurfaceResult,
-    runs: Sequence[ConditionRun],
-    response: str,
-    condition: float,
-    fine: Sequence[ConditionRun],
+    study: Study, result: SurfaceResult, runs: Sequence[ConditionRun], response: str, condition: float
 ) -> FitSummary:
     """Return what is kept of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
@@ -227,4 +173,4 @@ def _summary(
             f"{place}the record of run {silent[0]} tells no {name}: it was made by another version or "
             "solver; take another study folder (--out), or leave the response out of invert.responses"
         )
-    return FitSummary.of(result.refitted(runs, response=response, fine=fine), whole=not study.naming.is_cutting)
+    return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)

@@ -43,7 +43,6 @@ from stemcal.study.model import Study, Target
 def validate(work: Work, head: Head) -> ValidateResult:
     """Simulate at every measured condition with the calibrated parameters."""
     parameters = calibrated_parameters(work.study, work.solver, work.folder)
-    work = work.seeing("validate")
     study, solver = work.study, work.solver
     requests = requests_at(study, parameters)
     answers = work.answers(requests)

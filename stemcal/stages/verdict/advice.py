@@ -288,7 +288,7 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver) or study.seen_by("validate") is not study:
+    if not isinstance(solver, EmbeddedSolver):
         return MendInput(doubt.kind)
     match doubt.kind:
         case "inertia":

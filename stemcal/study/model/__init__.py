@@ -5,7 +5,6 @@ A key of a spec is a field, and what it means stands below it: the JSON schema, 
 """
 
 from stemcal.study.model.design_options import (
-    CoarseOptions,
     CodingEntry,
     Constraint,
     RsmOptions,
@@ -54,7 +53,7 @@ from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
     "CalculixResult", "ClimbOptions",
-    "CoarseOptions", "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
+    "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor",
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",

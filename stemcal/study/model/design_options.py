@@ -8,7 +8,6 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from stemcal.study.model.factor import MOST_FACTORS
 from stemcal.study.model.frozen import Flag, Frozen
 from stemcal.study.types.field_types import Number, Whole, complain
-from stemcal.study.types.lengths import StemLength
 
 _FIELD_NAMES = {
     "PB": "plackett-burman",
@@ -132,17 +131,6 @@ class Constraint(Frozen):
     """What the sum of coefficients times levels may not exceed."""
 
 
-class CoarseOptions(Frozen):
-    """Elements of another, larger size for the runs of the surface's design; the study's own correct it in a few."""
-
-    element_size: StemLength
-    """Size of the elements in the runs of the design, such as `d/10`; larger than `solver.element_size`, which
-    refinement, validation and the calibrated values keep."""
-    fine_runs: Annotated[Whole, Field(ge=3, le=100)] = 4
-    """How many runs of the design are made with the study's own elements too: with three more than there are factors
-    the correction has a slope along each, with fewer it is one factor on the force."""
-
-
 class RsmOptions(Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
@@ -202,16 +190,6 @@ class RsmOptions(Frozen):
     the terms before it leave (type I, in the order of `factors`)."""
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
     """What an I-optimal design and the solution have to keep to, in the units of the factors."""
-    coarse: CoarseOptions | None = None
-    """Run the design with larger elements, which is faster, and correct the surface by a few runs with the study's
-    own."""
-    correct_with: Literal["transfer.solver"] | None = None
-    """What corrects the surface from the start: `transfer.solver` makes `correct_runs` of the design's runs too. The
-    surface is then that of the other program: calibration, refinement and validation are for it, within the factors'
-    ranges, and the transfer goes on from there."""
-    correct_runs: Annotated[Whole, Field(ge=3, le=100)] = 5
-    """How many runs of the design `correct_with` makes, spread over it: with three more than there are factors the
-    correction has a slope along each, with fewer it is one factor on the response."""
     compare: Flag = False
     """Whether the quadratic surface, a Gaussian process and a small neural network are put side by side, under the same
     cross-validation on the same runs. Nothing else changes by it. Needs `pip install "stemcal[compare]"`."""

@@ -263,12 +263,8 @@ class Study(StudyForm):
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
     def seen_by(self, stage: str) -> Study:
-        """Return the study as a stage simulates it: the transfer with the solver and the test of its own.
-
-        Where that solver corrects the surface, refinement and validation are run there too.
-        """
-        there = ("transfer",) if self.rsm.correct_with is None else ("refine", "validate", "transfer")
-        if stage not in there or self.transfer is None:
+        """Return the study as a stage simulates it: the transfer with the solver and the test of its own."""
+        if stage != "transfer" or self.transfer is None:
             return self
         changes = self.transfer.test.changes.items()
         sections = {name: getattr(self, name).model_copy(update=change) for name, change in changes}

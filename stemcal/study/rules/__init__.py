@@ -55,8 +55,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_rules.steps_stay_inside,
     surface_rules.runs_are_used,
     surface_rules.constraints_fit,
-    surface_rules.coarse_runs_are_possible,
-    surface_rules.surface_can_be_corrected_there,
     surface_rules.surface_weights_known,
     surface_rules.coding_fits,
     target_rules.published_factors_exist,

@@ -48,7 +48,7 @@ _FALL = "elements two thirds as long give up to a tenth less"
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work, _climb), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement, _programs)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
@@ -201,16 +201,7 @@ def _path_and_work(study: Study) -> Iterator[Finding]:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {_FALL}"
         sizes = "add mesh: {sizes: [d/24]}, which puts that into their scatter"
-        alone = f"fit the force alone, or leave rsm.correct_with out and {sizes}"
-        yield Finding(("invert", "responses"), message, sizes if study.rsm.correct_with is None else alone)
-
-
-def _climb(study: Study) -> Iterator[Finding]:
-    """Question a climb in one model to the target of another."""
-    if study.climb is not None and study.rsm.correct_with is not None:
-        message = "it goes to where the study's own solver has the target, the surface is that of transfer.solver"
-        remedy = "leave it out unless their forces are alike, and choose ranges that hold the target there"
-        yield Finding(("climb",), message, remedy)
+        yield Finding(("invert", "responses"), message, sizes)
 
 
 def _conditions(study: Study) -> list[float]:

@@ -91,52 +91,6 @@ def constraints_fit(draft: Draft) -> Iterator[Finding]:
                     yield Finding((*path, "at_most"), message, f"write more than {least:g}, or widen a range")
 
 
-def coarse_runs_are_possible(draft: Draft) -> Iterator[Finding]:
-    """`rsm.coarse` takes larger elements than the study's own, of a solver that can mesh otherwise, for quadratics."""
-    if draft.rsm is None or draft.rsm.coarse is None or draft.solver is None:
-        return
-    if draft.embedded is None:
-        message = f"solver {draft.solver.kind} does not say how it would mesh otherwise"
-        yield Finding(("rsm", "coarse"), message, "remove it, or use the embedded solver", at_key=True)
-        return
-    if draft.targets is not None:
-        at, own = draft.targets.calibrate_at, draft.embedded.element_size
-        if draft.rsm.coarse.element_size.at(at) <= own.at(at):
-            message = f"{draft.rsm.coarse.element_size} is no larger than solver.element_size, {own}"
-            yield Finding(
-                ("rsm", "coarse", "element_size"), message, f"take a larger one, such as {1.5 * own.at(at):g} mm"
-            )
-    if draft.refine is not None and draft.refine.model != "quadratic":
-        message = "a Gaussian process takes the coarse runs for the study's own"
-        yield Finding(("refine", "model"), message, "leave it out, or leave rsm.coarse out")
-
-
-def surface_can_be_corrected_there(draft: Draft) -> Iterator[Finding]:
-    """`rsm.correct_with` needs a transfer whose solver can be asked, a quadratic, and nothing that is of one mesh."""
-    if draft.rsm is None or draft.rsm.correct_with is None:
-        return
-    path = ("rsm", "correct_with")
-    if draft.transfer is None:
-        yield Finding(path, "the spec has no section transfer", "add one, or leave it out")
-    elif draft.transfer.solver.kind == "manual":
-        message = "the runs of transfer.solver are entered by hand"
-        yield Finding(path, message, "leave it out: the transfer itself takes such a solver")
-    elif draft.naming.is_cutting and draft.transfer.solver.kind != "embedded" and _beside_force(draft):
-        message = f"transfer.solver ({draft.transfer.solver.kind}) answers with a force only"
-        yield Finding(("invert", "responses"), message, "remove it, or leave rsm.correct_with out")
-    if draft.rsm.coarse is not None:
-        yield Finding(path, "rsm.coarse corrects the surface too", "leave one of them out")
-    if draft.mesh is not None:
-        yield Finding(path, "the section mesh is about the study's own elements", "leave one of them out")
-    if draft.refine is not None and draft.refine.model != "quadratic":
-        message = "a Gaussian process takes the runs of the design for those of transfer.solver"
-        yield Finding(("refine", "model"), message, "leave it out, or leave rsm.correct_with out")
-
-
-def _beside_force(draft: Draft) -> bool:
-    return draft.invert is not None and len(draft.invert.responses) > 1
-
-
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:
     """Weights by mesh phases need phases; blocks need a composite, whose alpha they set, and no comparison."""
     rsm = draft.rsm

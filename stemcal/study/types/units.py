@@ -24,9 +24,6 @@ class UnitError(UsageError):
         self.message, self.remedy = message, remedy
         super().__init__(f"{message}; {remedy}" if remedy else message)
 
-    def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        return type(self), (self.message, self.remedy)
-
 
 class Unit(NamedTuple):
     """One unit: internal value = value · numerator / denominator."""

@@ -225,41 +225,6 @@ def test_travel_and_work_are_fitted_with_the_scatter_of_the_mesh() -> None:
     assert fitting("all", f"{remedy}\n") == () and len(fitting("all", "mesh: {phases: 5}\n")) == 1
 
 
-TO_A_PROGRAM = """\
-transfer:
-  solver:
-    kind: command
-    command: [python, "{{yield_stress}}", "{{failure_strain}}", "{{diameter}}"]
-    result: {kind: json, file: out.json, path: force}
-"""
-
-
-TO_A_MESH = "transfer: {solver: {kind: embedded, element_size: 1 mm}}\n"
-
-
-def corrected(transfer: str, more: str = "") -> str:
-    """Return a spec whose surface is corrected by a transfer's solver; `more` stands in its section `invert`."""
-    mean = "force: 159.2 N, sd: 4 N, travel: 0.6 mm, travel_sd: 0.03 mm"
-    text = SHIPPED.replace("force: 159.2 N", mean, 1).replace("rsm:\n", "rsm:\n  correct_with: transfer.solver\n", 1)
-    return text.replace("invert:\n", f"{transfer}invert:\n{more}", 1)
-
-
-def test_travel_is_not_fitted_to_a_program_that_tells_a_force() -> None:
-    """Nor is the study's own mesh measured where the surface is another's."""
-    travel = "  responses: [force, travel]\n"
-    assert study_of(corrected(TO_A_PROGRAM))
-    with pytest.raises(SpecError, match=r"invert\.responses: transfer\.solver \(command\) answers with a force only"):
-        study_of(corrected(TO_A_PROGRAM, travel))
-    (one,) = study_of(corrected(TO_A_MESH, travel)).warnings
-    assert "fit the force alone, or leave rsm.correct_with out and add mesh:" in one
-
-
-def test_a_climb_to_the_target_of_another_model_is_questioned() -> None:
-    assert study_of(corrected(TO_A_MESH)).warnings == ()
-    (one,) = study_of(corrected(f"climb: {{}}\n{TO_A_MESH}")).warnings
-    assert "climb: it goes to where the study's own solver has the target" in one
-
-
 def test_the_mass_questioned_is_that_of_the_elements_asked_for() -> None:
     """A wall of 0.4 mm takes 2 elements and has little mass; with the 4 that are asked for it has too much."""
     text = SHIPPED.replace("0.41", "0.9", 1).replace("time_step: 40", "time_step: 120", 1)
