@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -31,9 +31,6 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
 ]
-Symmetry = Annotated[
-    Literal["none", "half", "quarter"] | None, typer.Option(help="Model part.", show_default="the spec's")
-]
 CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the history over time here.")]
 FigureFile = Annotated[
     Path | None, typer.Option("--figure", metavar="FILE", help="Draw force over travel here (png, svg or pdf).")
@@ -53,7 +50,6 @@ def simulate(
     spec: Spec,
     diameter: Diameter = None,
     settings: Settings = None,
-    symmetry: Symmetry = None,
     csv_file: CsvFile = None,
     figure: FigureFile = None,
     frames: FramesFolder = None,
@@ -84,7 +80,7 @@ def simulate(
         at = typed_size(diameter, "--diameter")
     levels = chosen_levels(study, levels, settings or [])
     require_material(study, levels, at)
-    _check_outputs(study, csv_file, figure, {"--symmetry": symmetry, "--frames": frames})
+    _check_outputs(study, csv_file, figure, {"--frames": frames})
 
     if study.solver.kind != "embedded" and test in (None, CUTTING):
         from stemcal.cli.one_run import one_run
@@ -96,7 +92,7 @@ def simulate(
     if section is not None and section.solver is not None:
         from stemcal.cli.one_run import one_test_run
 
-        _for_embedded_alone({"--symmetry": symmetry, "--frames": frames, "--csv": csv_file, "--figure": figure})
+        _for_embedded_alone({"--frames": frames, "--csv": csv_file, "--figure": figure})
         one_test_run(study, section, levels, at, as_json, quiet)
         return
     stroke = stroke_of(study, section, at)
@@ -108,15 +104,15 @@ def simulate(
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
-    require_sense(demand_of_one(alone, [at], symmetry), 1, yes)
-    if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
+    require_sense(demand_of_one(alone, [at]), 1, yes)
+    if (seconds := seconds_to_prepare()) != 0.0 and not quiet:
         note(compiling(seconds))
     with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
         watch = live(status, stroke)
         if test is None or test == CUTTING:
-            result = shear_test(study, levels, at, symmetry, watch=watch, frames=frames)
+            result = shear_test(study, levels, at, watch=watch, frames=frames)
         else:
-            result = simulate_test(study, test, levels, at, symmetry, watch=watch, frames=frames)
+            result = simulate_test(study, test, levels, at, watch=watch, frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:

@@ -30,7 +30,6 @@ def build(test: ShearTest) -> Model:
         material=test.material,
         tools=(_blade(test), *_supports(test)),
         contact=test.contact,
-        element=how.element,
         hourglass=how.hourglass,
         integration=how.integration,
         held=mirrors(mesh, how.symmetry),

@@ -45,7 +45,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
     rows = [_row(state, np.zeros_like(state.ledger.impulse), np.inf)]
     if inspect is not None:
         inspect(0.0, state)
-    with _march_of(model, state) as advance:
+    with Marching(state, model.integration.threads) as advance:
         for row in _rows(state, _in_strides(advance, state), outputs):
             rows.append(row)
             if inspect is not None:
@@ -68,7 +68,7 @@ def pace(model: Model, seconds: float) -> tuple[float, float]:
         As `simulate` does.
     """
     state = start(model)
-    with _march_of(model, state) as advance:
+    with Marching(state, model.integration.threads) as advance:
         _check(advance(_LEAST, state), state)  # the first step lists what may meet the tools, few others do
         begun, spent, many = time.process_time(), 0.0, max(1, _STRIDE // len(state.topology.hexes))
         ends = time.perf_counter() + 4.0 * seconds
@@ -76,11 +76,6 @@ def pace(model: Model, seconds: float) -> tuple[float, float]:
             _check(advance(float(state.clock.time[0] + many * state.clock.step[0]), state), state)
             spent = time.process_time() - begun
     return spent / model.integration.threads / (int(state.clock.steps[0]) - 1), float(state.clock.step[0])
-
-
-def _march_of(model: Model, state: State) -> Marching:
-    """Return what advances the state; fully integrated elements are for one thread."""
-    return Marching(state, 1 if model.element == "full" else model.integration.threads)
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from stemcal import workflow
-from stemcal.cutting import CuttingResult, Symmetry
+from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
@@ -33,7 +33,6 @@ from stemcal.text.plan import objections
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
-_Symmetry = Symmetry | None
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -179,7 +178,6 @@ class Simulated:
 def simulate(
     study: Study | str | Path,
     diameter: float | str | None = None,
-    symmetry: Symmetry | None = None,
     *,
     yes: bool = False,
     **levels: float | str,
@@ -192,8 +190,6 @@ def simulate(
         The study, or the YAML file that it is in.
     diameter : float or str, optional
         Outer diameter of the stem, in mm or with its unit; that of the specimen by default.
-    symmetry : str, optional
-        ``none``, ``half`` or ``quarter`` in place of the spec's.
     yes : bool, optional
         Begin also what takes more than this machine's memory, or days.
     levels : float or str
@@ -214,9 +210,8 @@ def simulate(
         if name not in study.names:
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
     chosen = study.specimen.outer_diameter if diameter is None else checked(Size, diameter, "diameter")
-    symmetry = checked(_Symmetry, symmetry, "symmetry")
     whole = {**study.midlevels(), **{name: level_of(study.factor(name), value) for name, value in levels.items()}}
     if wrong := list(wrong_levels(study, whole, chosen)):
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
-    _require_sense(demand_of_one(study, [chosen], symmetry), 1, yes)
-    return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))
+    _require_sense(demand_of_one(study, [chosen]), 1, yes)
+    return Simulated(whole, chosen, shear_test(study, whole, chosen))

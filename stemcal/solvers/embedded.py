@@ -15,8 +15,8 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem import stepper
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
-from stemcal.fem.material import Hourglass, Material
-from stemcal.fem.model import Integration, Precision
+from stemcal.fem.material import Material
+from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory import LaboratoryResult, LaboratoryTest
@@ -78,15 +78,15 @@ class Embedded(OfSpecAlone):
         """
         for _, program in self.programs:
             program.prepare()
-        compile_once(_precision(self.study))
+        compile_once()
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""
-        warm(_precision(self.study))
+        warm()
 
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-        return seconds_to_prepare(self.study)
+        return seconds_to_prepare()
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -138,9 +138,9 @@ class Embedded(OfSpecAlone):
         None as long as the kernels are not compiled, or if no such run is small enough to be tried.
         """
         test = _small_enough(self._tests(request)[0])
-        if test is None or not is_compiled(_precision(self.study)):
+        if test is None or not is_compiled():
             return None
-        warm(_precision(self.study))
+        warm()
         seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
         return test.loading.duration / step * seconds * _share(test) / _seconds(test)
 
@@ -220,16 +220,15 @@ def meshed_as(study: Study, request: Request) -> Study:
     return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
 
 
-def seconds_to_prepare(study: Study) -> float | None:
+def seconds_to_prepare() -> float | None:
     """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-    return 0.0 if is_compiled(_precision(study)) else seconds_to_compile()
+    return 0.0 if is_compiled() else seconds_to_compile()
 
 
 def simulate(
     study: Study,
     levels: Mapping[str, float],
     diameter: float | None = None,
-    symmetry: cutting.Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> cutting.CuttingResult:
@@ -241,17 +240,13 @@ def simulate(
         Values of factors in the units of the spec; the others stand at mid-level.
     diameter : float, optional
         Outer diameter of the stem in mm; that of the specimen by default.
-    symmetry : str, optional
-        ``none``, ``half`` or ``quarter`` in place of the spec's.
     watch : callable, optional
         Called as the test goes on with travel (mm) and force (N).
     frames : path, optional
         Folder for about 50 frames to be looked at in ParaView.
     """
-    warm(_precision(study))
+    warm()
     tests = shear_tests(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
-    if symmetry is not None:
-        tests = tuple(replace(t, discretisation=replace(t.discretisation, symmetry=symmetry)) for t in tests)
     inspect = None if frames is None else FrameWriter(frames, max(1, tests[0].discretisation.integration.outputs // 50))
     first = cutting.shear(tests[0], watch, inspect)
     return cutting.mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
@@ -262,7 +257,6 @@ def simulate_test(
     name: str,
     levels: Mapping[str, float],
     diameter: float,
-    symmetry: cutting.Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> LaboratoryResult:
@@ -270,10 +264,8 @@ def simulate_test(
 
     Its warnings are those that concern what was measured in it, all where nothing was.
     """
-    warm(_precision(study))
+    warm()
     section = next(section for section in study.tests if section.name == name)
-    if symmetry is not None:
-        section = section.model_copy(update={"symmetry": symmetry})
     test = _test_of(study, section, levels, diameter)
     how = test.discretisation if isinstance(test, LaboratoryTest) else test[0].discretisation
     inspect = None if frames is None else FrameWriter(frames, max(1, how.integration.outputs // 50))
@@ -303,7 +295,7 @@ def shear_tests(
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
-    solver, discretisation = _options(study), _discretisation(study, diameter)
+    solver = _options(study)
     study = study.at(levels)
     blade, contact = study.blade, study.contact
     return cutting.ShearTest(
@@ -311,7 +303,6 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
             **study.parameters(levels, diameter),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             rate_filter=cutting.rate_filter(diameter, study.loading.speed),
-            failure_length=solver.failure_length,
             internal_length=study.material.internal_length.at(diameter),
         ),
         stem=cutting.Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
@@ -328,7 +319,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
         contact=Contact(
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
-        discretisation=discretisation,
+        discretisation=_discretisation(study, diameter),
     )
 
 
@@ -354,7 +345,7 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     Else the number would jump from one level to the next, and the force with it.
     """
     solver = _options(study)
-    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter)
+    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, _symmetry(study))
     if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
         return how
     thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
@@ -363,22 +354,26 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     )
 
 
-def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisation:
+def _symmetry(study: Study) -> cutting.Symmetry:
+    """Return which part of the stem is computed: a quarter, or half where the blade is ground on one side."""
+    return "quarter" if study.blade.bevel == "both" else "half"
+
+
+def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symmetry) -> cutting.Discretisation:
     """Return mesh and integration as the options have them."""
     return cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry=solver.symmetry,
+        symmetry=symmetry,
         edge_over=solver.edge_over,
-        element=solver.element,
-        hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
+        hourglass=solver.hourglass,
         integration=Integration(
             solver.mass_scaling,
             solver.time_step_safety,
             solver.outputs,
             solver.threads,
             solver.time_step,
-            solver.precision,
+            "mixed",
         ),
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
@@ -393,12 +388,6 @@ def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) 
     curves = [(result.history, result.break_travel) for result in results]
     each = [curve_scores(modes, curve.travel, curve.force_filtered, broke) for curve, broke in curves]
     return {name: float(np.mean([scores[name] for scores in each])) for name in each[0]}
-
-
-def _precision(study: Study) -> Precision:
-    """Return of which precision a study's kernels are; fully integrated elements have no other than double."""
-    solver = study.solver
-    return solver.precision if isinstance(solver, EmbeddedSolver) and solver.element == "one_point" else "double"
 
 
 def _seconds(test: AnyTest | cutting.ShearTest) -> float:

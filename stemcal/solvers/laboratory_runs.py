@@ -12,7 +12,7 @@ import numpy as np
 from stemcal import cutting, laboratory
 from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
 from stemcal.errors import SimulationFailed
-from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.material import Material
 from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import (
@@ -68,10 +68,9 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
         discretisation=Discretisation(
             element_size=section.size().at(diameter),
             through_wall=section.elements_through_wall or (_THROUGH_RING if ring else None),
-            symmetry=section.symmetry,
+            symmetry="quarter",
             edge_over="nodes",
-            element=how.element,
-            hourglass=Hourglass("stiffness", section.hourglass),
+            hourglass=section.hourglass,
             integration=replace(how.integration, outputs=_OUTPUTS, time_step=None, mass_scaling=1.0),
             filter_window=_SMOOTHED * duration,
             coarsening=_LONGER if section.kind == "three-point-bending" else 1.0,

@@ -193,8 +193,8 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("quorum", "Share of a stage's runs that must succeed for its statistics to be made.", _MONT),
     Entry("penalty contact", "Pushes a node back in proportion to how deep it lies in a tool.", _BELY,
           ("penalty", "contact")),
-    Entry("symmetry", "half cuts the stem lengthwise, quarter also across; forces are those of the whole stem.",
-          _BELY),
+    Entry("symmetry", "A quarter of the stem is computed, half where the blade has one bevel; forces are those of the "
+          "whole stem.", _BELY),
 )  # fmt: skip
 
 

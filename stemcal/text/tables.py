@@ -152,7 +152,6 @@ LINES = {
     "grown": "The material of each stem, calibrated",
     "by grade": "{values} at {diameters} mm, linear between",
     "friction": "{static_friction:g} at rest, {dynamic_friction:g} sliding",
-    "whole": "whole stem; elements of {size}",
     "half": "half, mirrored; elements of {size}",
     "quarter": "quarter, mirrored; elements of {size}",
     # captions and notes of published tables

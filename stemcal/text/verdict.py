@@ -290,16 +290,20 @@ states(
 states(advice.SimulateValidation, "Validate with a solver that simulates.")
 states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
 states(
-    advice.IntegrateFully,
+    advice.FinerElements,
     {
-        "": "`element: full` under `solver` has no hourglass energy, at about 20 times the time.",
-        "size": "`element: full` under `solver` has no hourglass energy, at about 20 times the time; `element_size: "
-        "{finer.element_size}` may bring it under {limit_percent:g} %, at about {finer.times:g} times.",
-        "both": "`element: full` under `solver` has no hourglass energy, at about 20 times the time; `element_size: "
-        "{finer.element_size}` and `time_step: {finer.time_step:g} us` may bring it under "
-        "{limit_percent:g} %, at about {finer.times:g} times.",
+        "size": "`element_size: {element_size}` under `solver` may bring hourglass energy under {limit_percent:g} %, "
+        "at about {times:g} times the time.",
+        "both": "`element_size: {element_size}` and `time_step: {time_step:g} us` under `solver` may bring hourglass "
+        "energy under {limit_percent:g} %, at about {times:g} times the time.",
+        "less size": "`element_size: {element_size}` under `solver` reduces hourglass energy, at about {times:g} times "
+        "the time.",
+        "less both": "`element_size: {element_size}` and `time_step: {time_step:g} us` under `solver` reduce hourglass "
+        "energy, at about {times:g} times the time.",
     },
-    by=lambda remedy: "" if remedy.finer is None else "size" if remedy.finer.time_step is None else "both",
+    by=lambda remedy: (
+        ("less " if remedy.limit_percent is None else "") + ("size" if remedy.time_step is None else "both")
+    ),
 )
 states(advice.LengthenStroke, "`duration: {duration:g} s` under `loading` doubles the stroke.")
 states(
@@ -392,7 +396,7 @@ states(
     advice.MendInput,
     {
         "inertia": "Mend it in the solver's own input: less mass scaling or a slower blade.",
-        "hourglass": "Mend it in the solver's own input: a finer mesh or fully integrated elements.",
+        "hourglass": "Mend it in the solver's own input: a finer mesh or elements without hourglass modes.",
         "drift": "Mend it in the solver's own input: a smaller time step.",
         "stroke": "Mend it in the solver's own input: a longer stroke.",
     },

@@ -7,7 +7,7 @@ from typing import Any
 
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact
-from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.laboratory import Kind, LaboratoryTest
 
@@ -27,7 +27,7 @@ def piece(
     mesh = Discretisation(
         size,
         edge_over="nodes",
-        hourglass=Hourglass("stiffness", 0.03),
+        hourglass=0.03,
         integration=Integration(outputs=400),
         filter_window=0.01,
         **how,

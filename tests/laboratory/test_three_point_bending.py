@@ -14,7 +14,6 @@ from pieces import RATIO, E, material, piece
 
 from stemcal.cutting.parts import Loading, Stem
 from stemcal.fem.contact import Tool
-from stemcal.fem.material import Hourglass
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.stepper import simulate
 from stemcal.laboratory import LaboratoryTest, ThreePointBending, build, perform
@@ -133,7 +132,7 @@ def test_a_hinge_is_stronger_than_a_beams_with_any_mesh() -> None:
     span, stress, forces = 80.0, 3.0, []
     for size in (1.0, 8.0 / 12.0):
         test = bending(span, 3.0, material(stress), size)
-        soft = replace(test.discretisation, hourglass=Hourglass("stiffness", 0.001))
+        soft = replace(test.discretisation, hourglass=0.001)
         test = rounded(replace(test, kind=Sides(span, 2.0, 2.0), discretisation=soft))
         history = simulate(build(test), test.loading.duration)
         late = history.time > 0.9

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
 from stemcal.cutting import mesh_size
 from stemcal.fem.kernels.plasticity import rate_factor
 from stemcal.solvers import make_solver
@@ -79,13 +77,3 @@ def test_a_run_is_tried_with_coarser_elements_and_not_at_all_where_that_does_not
 def test_a_solid_stem_has_no_wall_that_could_be_too_thick() -> None:
     study = load_study(CONFIGS / "smoke.yaml").with_(specimen={"diameter_ratio": 0.0})
     assert list(wrong_levels(study, study.midlevels())) == []
-
-
-def test_kernels_are_compiled_before_that_the_elements_take(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`full` elements compute in double precision whatever is asked for: else each worker compiles for itself."""
-    compiled: list[str] = []
-    monkeypatch.setattr("stemcal.solvers.embedded.compile_once", compiled.append)
-    study = load_study(CONFIGS / "smoke.yaml")
-    for changes in ({}, {"precision": "double"}, {"element": "full"}):
-        make_solver(study.with_(solver=changes)).prepare()
-    assert compiled == ["mixed", "double", "double"]

@@ -65,11 +65,11 @@ def test_its_mesh_has_the_phases_of_the_first(tmp_path: Path) -> None:
 
 
 def test_what_is_not_given_is_the_spec_s(tmp_path: Path) -> None:
-    study = _study(tmp_path, "supports: {clearance: 12 mm}, speed: 400 mm/min, stroke: 1 mm, symmetry: half, ")
+    study = _study(tmp_path, "supports: {clearance: 12 mm}, speed: 400 mm/min, stroke: 1 mm, blade: {bevel: one}, ")
     (section,), own = study.tests, shear_test(study, study.midlevels(), 8.0)
     test = shear_test(study.cut_as(section, 8.0), study.midlevels(), 8.0)
     assert test.supports == replace(own.supports, clearance=12.0)
-    assert test.blade == own.blade
+    assert test.blade == replace(own.blade, bevel="one")
     assert test.discretisation.symmetry == "half"
     assert test.loading.speed == pytest.approx(400.0 / 60.0)
     assert test.loading.speed * test.loading.duration == pytest.approx(1.0 + own.loading.gap)

@@ -10,7 +10,7 @@ import stemcal
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.stages.verdict.advice import IntegrateFully, ScaleMassLess
+from stemcal.stages.verdict.advice import FinerElements, ScaleMassLess
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import DoubtfulPhysics, verdict_of
 from stemcal.study.reading import load_study
@@ -78,12 +78,15 @@ def test_a_stem_too_heavy_and_after_the_advice(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_mesh_that_folds_and_after_the_advice(tmp_path: Path) -> None:
-    """Hourglass energy above its limit in most runs; fully integrated elements have none."""
-    settings = "element_size: d/8, mass_scaling: 1e4, time_step: 30 us"
-    forces = measured_by(tmp_path / "whole.yaml", f"{settings}, element: full")
-    before = judged(tmp_path / "before", settings, forces)
+    """Hourglass energy above its limit in most runs; with elements and time step as advised in fewer."""
+    settings = "mass_scaling: 1e4, time_step: 30 us"
+    forces = measured_by(tmp_path / "fine.yaml", "element_size: d/16, mass_scaling: 1e4, time_step: 15 us")
+    before = judged(tmp_path / "before", f"element_size: d/8, {settings}", forces)
     assert before.verdict == "not_calibrated"
-    assert isinstance(doubtful(before)["hourglass"].remedy, IntegrateFully)
-    after = judged(tmp_path / "after", f"{settings}, element: full", forces)
-    assert after.verdict != "not_calibrated"
-    assert doubtful(after) == {}
+    advised = doubtful(before)["hourglass"].remedy
+    assert isinstance(advised, FinerElements)
+    mended = f"element_size: {advised.element_size}, mass_scaling: 1e4, time_step: {advised.time_step} us"
+    after = judged(tmp_path / "after", mended, forces)
+    assert "hourglass" not in doubtful(after) or (
+        doubtful(after)["hourglass"].doubt.runs < doubtful(before)["hourglass"].doubt.runs
+    )

@@ -23,7 +23,6 @@ from stemcal.stages.verdict.advice import (
     FitAll,
     FitFewer,
     HalveTimeStep,
-    IntegrateFully,
     LengthenStroke,
     MendInput,
     ScaleMassLess,
@@ -164,11 +163,11 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
 
 
 def solver_of(study: Study) -> Doubtful:
-    """Hourglass energy of 16 % but for full integration; inertia of 12.5 % at a mass scaling of 1e4."""
+    """Hourglass energy of 16 % but for elements finer than d/20; inertia of 12.5 % at a mass scaling of 1e4."""
     options = study.solver
     assert isinstance(options, EmbeddedSolver)
     return Doubtful(
-        hourglass=0.0 if options.element == "full" else 16.0,
+        hourglass=0.0 if options.element_size.at(8.0) < 8.0 / 20.0 else 16.0,
         inertia=12.5 * options.mass_scaling / 1e4,
     )
 
@@ -181,10 +180,10 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
     reason = before.reasons[0]
     assert isinstance(reason, DoubtfulPhysics) and reason.doubt == Doubt("hourglass", reason.checked, 16.0)
     # 16 % of 10: elements finer by 1.6, 1.6⁴ times the time; 40 µs / 1.6
-    assert reason.remedy == IntegrateFully(FinerElements("d/26", 25.0, 6.6), 10.0)
+    assert reason.remedy == FinerElements("d/26", 25.0, 6.6, 10.0)
     far = for_physics(study, Doubt("hourglass", 1, 47.1))  # d/76 would take 490 times the time
-    assert far == IntegrateFully(None, 10.0)
-    mended = "solver: {kind: embedded, element_size: d/16, element: full, mass_scaling: 1}\n"
+    assert far == FinerElements("d/30", 21.0, 12.0, None)
+    mended = "solver: {kind: embedded, element_size: d/26, time_step: 25 us, mass_scaling: 1}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
     assert better(after, before) and after.verdict == "calibrated"
@@ -192,11 +191,11 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
 
 def test_inertia_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     """12.5 % at 1e4: a fifth of the swing, V √(k m), is 2.5 %; so a 25th of the mass, and a fifth of the step."""
-    study = written(tmp_path / "first", extra="solver: {kind: embedded, element: full}\n")
+    study = written(tmp_path / "first", extra="solver: {kind: embedded, element_size: d/26}\n")
     before = judged(study, tmp_path / "first", solver_of(study))
     assert before.verdict == "not_calibrated"
     assert before.reasons[0].remedy == ScaleMassLess(400.0, 8.0, 5.0, 5.0)
-    mended = "solver: {kind: embedded, element: full, mass_scaling: 400, time_step: 8 us}\n"
+    mended = "solver: {kind: embedded, element_size: d/26, mass_scaling: 400, time_step: 8 us}\n"
     study = written(tmp_path / "second", extra=mended)
     after = judged(study, tmp_path / "second", solver_of(study))
     assert better(after, before)

@@ -19,7 +19,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.verdict.advice import CheckModel, Identify, IntegrateFully, SmoothResponse
+from stemcal.stages.verdict.advice import CheckModel, FinerElements, Identify, SmoothResponse
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import (
     NotIdentified,
@@ -217,9 +217,9 @@ def test_the_physics_of_the_calibrated_run_alone_is_judged(tmp_path, monkeypatch
     (reason,) = before.reasons
     assert before.verdict == word and isinstance(reason, SolutionDoubtful)
     assert (reason.at.condition, reason.at.fitted, reason.at.doubt.worst) == (8.0, True, percent)
-    assert isinstance(reason.remedy, IntegrateFully)
+    assert isinstance(reason.remedy, FinerElements)
     mended = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
-    after, _ = mended.judged("full", more + "solver: {kind: embedded, element_size: d/16, element: full}\n")
+    after, _ = mended.judged("finer", more + "solver: {kind: embedded, element_size: d/30, time_step: 21 us}\n")
     assert after.verdict == "calibrated"
 
 

@@ -130,15 +130,12 @@ def test_remedies_have_their_numbers() -> None:
         "bring inertia under 5 % in most runs, at about 2.4 times the time.",
         advice.ScaleMassLess(2000.0, None, 5.0, 2.4): "`mass_scaling: 2000` under `solver` brings inertia under 5 % in "
         "most runs, at about 2.4 times the time.",
-        advice.IntegrateFully(
-            None, 10.0
-        ): "`element: full` under `solver` has no hourglass energy, at about 20 times the time.",
-        advice.IntegrateFully(advice.FinerElements("d/26", None, 6.6), 10.0): "`element: full` under `solver` has no "
-        "hourglass energy, at about 20 times the time; `element_size: d/26` may bring it under 10 %, at about 6.6 "
-        "times.",
-        advice.IntegrateFully(advice.FinerElements("d/26", 25.0, 6.6), 10.0): "`element: full` under `solver` has no "
-        "hourglass energy, at about 20 times the time; `element_size: d/26` and `time_step: 25 us` may bring it under "
-        "10 %, at about 6.6 times.",
+        advice.FinerElements("d/30", None, 12.0, None): "`element_size: d/30` under `solver` reduces hourglass energy, "
+        "at about 12 times the time.",
+        advice.FinerElements("d/26", None, 6.6, 10.0): "`element_size: d/26` under `solver` may bring hourglass energy "
+        "under 10 %, at about 6.6 times the time.",
+        advice.FinerElements("d/26", 25.0, 6.6, 10.0): "`element_size: d/26` and `time_step: 25 us` under `solver` may "
+        "bring hourglass energy under 10 %, at about 6.6 times the time.",
         advice.HalveTimeStep(0.45, 20.0): "`time_step_safety: 0.45` and `time_step: 20 us` under `solver` halve the "
         "time step.",
         advice.HalveTimeStep(0.45, None): "`time_step_safety: 0.45` under `solver` halves the time step.",

@@ -9,7 +9,7 @@ from numpy import sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import entry, inlined, kernel, summing
-from stemcal.fem.kernels.vectors import maximum, see_place, see_velocity
+from stemcal.fem.kernels.llvm import maximum, see_place, see_velocity
 
 Array = NDArray[np.float64]
 

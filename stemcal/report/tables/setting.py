@@ -96,7 +96,7 @@ def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
         "Supports": line("supports", **vars(study.supports)),
         "Loading": line("loading", speed=60.0 * study.loading.speed, duration=study.loading.duration),
         "Friction": say("a factor") if "stem_friction" in study.names else rubbing,
-        "Model": line({"none": "whole"}.get(solver.symmetry, solver.symmetry), size=solver.element_size),
+        "Model": line("quarter" if blade.bevel == "both" else "half", size=solver.element_size),
         "Edge spread": f"{study.blade.edge_spread}",
         "Internal length": f"{study.material.internal_length}",
         "Strain-rate law": law.get(solver.rate_law, solver.rate_law.replace("_", "–")),

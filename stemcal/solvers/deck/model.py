@@ -217,7 +217,7 @@ class Deck:
             kept["force_to_give"] = self.force_to_give
         if not isinstance(solver, EmbeddedSolver):
             return kept
-        names = ("symmetry", "element", "time_step", "stop_after_peak", "failure_length")
+        names = ("time_step", "stop_after_peak")
         return {**kept, **{name: getattr(solver, name) for name in names}}
 
     @property

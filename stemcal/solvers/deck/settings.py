@@ -27,11 +27,8 @@ class Settings(BaseModel):
     filter_window: Annotated[Number, Field(ge=0)] | None = None
     break_drop: Annotated[Number, Field(gt=0, le=1)] | None = None
     internal_length: SizeOrZero = 0.0
-    symmetry: Literal["none", "half", "quarter"] | None = None
-    element: Literal["one_point", "full"] | None = None
     time_step: Time | None = None
     stop_after_peak: Annotated[bool, Field(strict=True)] | None = None
-    failure_length: Size | None = None
     speed: Size | None = None
     gap: SizeOrZero = 0.0
     force_to_give: Size | None = None

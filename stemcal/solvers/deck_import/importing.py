@@ -26,7 +26,6 @@ from stemcal.study.types.lengths import Length
 Section = dict[str, Any]
 
 _NOT_READ = {"KEYWORD", "TITLE"}
-_FULL = (2, 3, -1, -2)  # forms of fully integrated elements
 _LEAST_TSSFAC = 0.001
 _STANDARD_QH, _STANDARD_SLSFAC, _STANDARD_TSSFAC = 0.1, 0.1, 0.9
 # A conversion back is rounded to the digits that a person writes; it fits what was kept if it is so near.
@@ -200,17 +199,13 @@ class _Study:
         source, kept, how = self.source, self.kept, self.how
         steps, interval = source.first("CONTROL_TIMESTEP"), source.first("DATABASE_RCFORC")["dt"]
         endtim = source.first("CONTROL_TERMINATION")["endtim"]
-        forms = {int(card["secid"]): int(card["elform"]) for card in source.all("SECTION_SOLID")}
-        whole = "quarter" if self.is_our_mesh and self.blade.bevel == "both" else "none"
-        optional = {"filter_window", "break_drop", "stop_after_peak", "failure_length"}
+        optional = {"filter_window", "break_drop", "stop_after_peak"}
         found: Section = {
             "kind": "embedded",
             "rate_law": "paper" if self._printed_rate() else "cowper_symonds",
-            "symmetry": kept.symmetry or (whole if source.symmetry == "none" else source.symmetry),
             "element_size": how.element_size,
             "elements_through_wall": how.through_wall,
             "edge_over": how.edge_over,
-            "element": "full" if forms.get(source.stem_section) in _FULL else "one_point",
             "coarsening": how.coarsening,
             "coarsening_around": how.coarsening_around,
             "mass_scaling": kept.mass_scaling,
@@ -225,14 +220,11 @@ class _Study:
             found |= {"mass_scaling": 1.0, "time_step": _round(given * found["time_step_safety"], 4) or None}
         return found
 
-    def _hourglass(self) -> Section:
+    def _hourglass(self) -> float:
         card = self.source.first("CONTROL_HOURGLASS")
-        coefficient = card["qh"] or _STANDARD_QH
-        if int(card["ihq"]) in (4, 5):
-            return {"form": "stiffness", "coefficient": coefficient}
-        if int(card["ihq"]) not in (0, 1):
-            self.remarks.append(f"*CONTROL_HOURGLASS: ihq = {card['ihq']:g}; the viscous form 1 is written")
-        return {"form": "viscous", "coefficient": coefficient}
+        if int(card["ihq"]) not in (4, 5):
+            self.remarks.append(f"*CONTROL_HOURGLASS: ihq = {card['ihq']:g}; the stiffness form 4 is written")
+        return float(card["qh"] or _STANDARD_QH)
 
     def _contact(self, law: Material, solver: Section) -> Section:
         source, blade = self.source, self.source.motion[0]

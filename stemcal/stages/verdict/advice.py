@@ -4,7 +4,6 @@ Every kind of remedy is declared here; `stemcal.text.verdict` words them.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import floor, log10
 from typing import Literal
 
@@ -23,7 +22,7 @@ _CLOUD = 9
 _MOST_AVERAGED = 100  # places or replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
-# Finer elements are advised up to so many times the time of a run: full integration takes about twenty.
+# Finer elements are advised up to this many times the time of a run.
 _DEAREST = 12.0
 
 
@@ -118,20 +117,16 @@ class ScaleMassLess(Remedy):
     times: float
 
 
-@dataclass(frozen=True)
-class FinerElements:
-    """Elements of this size, and where the step is set this time step (µs); a run takes so many `times` the time."""
+class FinerElements(Remedy):
+    """Elements of this size, and where the step is set this time step (µs), against hourglass energy.
+
+    They may bring it below a limit; it is None where that would cost too much. A run takes `times` the time.
+    """
 
     element_size: str
     time_step: float | None
     times: float
-
-
-class IntegrateFully(Remedy):
-    """Full integration has no hourglass energy; finer elements may bring it below a limit, if no dearer than sense."""
-
-    finer: FinerElements | None
-    limit_percent: float
+    limit_percent: float | None
 
 
 class HalveTimeStep(Remedy):
@@ -329,14 +324,13 @@ def _microseconds(step: float | None, part: float) -> float | None:
     return None if step is None else _outwards(1e6 * step * part, False)
 
 
-def _hourglass(solver: EmbeddedSolver, worst: float) -> IntegrateFully:
-    """Full integration has none; of one-point elements it falls at least with the element size, which need not do.
+def _hourglass(solver: EmbeddedSolver, worst: float) -> FinerElements:
+    """Return finer elements: hourglass energy falls at least with the element size.
 
     Elements finer by a are a³ in number, and their steps 1/a as long; a time step that is set has to follow.
     """
-    finer, size = worst / LIMITS["hourglass"], solver.element_size
-    if finer**4 > _DEAREST:
-        return IntegrateFully(None, LIMITS["hourglass"])
+    limit, size = LIMITS["hourglass"], solver.element_size
+    finer = min(worst / limit, _DEAREST**0.25)
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{_outwards(size.mm / finer, False):g} mm"
     step = _microseconds(solver.time_step, 1.0 / finer)
-    return IntegrateFully(FinerElements(new, step, _outwards(finer**4, True)), LIMITS["hourglass"])
+    return FinerElements(new, step, _outwards(finer**4, True), limit if finer * limit >= worst else None)

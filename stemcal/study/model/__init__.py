@@ -22,7 +22,6 @@ from stemcal.study.model.program_options import (
     Commanded,
     CommandSolver,
     DeckAt,
-    DeckHourglass,
     DeckSolver,
     LsDynaSolver,
     OpenRadiossSolver,
@@ -44,7 +43,7 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
+from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
@@ -54,8 +53,8 @@ __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
     "CalculixResult", "ClimbOptions",
     "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
-    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor",
-    "Grades", "Growth", "HourglassSection",
+    "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
+    "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",

@@ -132,9 +132,6 @@ class LaboratorySection(Frozen):
     """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
     axial compression and double shear three at least."""
     hourglass: HourglassCoefficient = 0.03
-    """Stiffness against hourglass modes, in the form `stiffness`."""
-    symmetry: Literal["none", "half", "quarter"] = "quarter"
-    """Which part is computed; in cutting as under `solver` by default, whose mesh it has, phases too."""
     targets: tuple[LaboratoryMeans, ...] = ()
     """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
     `simulate --test`."""
@@ -150,8 +147,7 @@ class LaboratorySection(Frozen):
 
     def in_place_of(self, own: object) -> dict[str, Any]:
         """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
-        mesh = {"symmetry": self.symmetry} if "symmetry" in self.model_fields_set else {}
-        given = {"blade": _given(self.blade), "supports": _given(self.supports), "solver": mesh}
+        given = {"blade": _given(self.blade), "supports": _given(self.supports)}
         sections = {name: getattr(own, name) for name in given}
         return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}
 

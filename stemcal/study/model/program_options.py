@@ -93,12 +93,6 @@ class CommandSolver(ProgramOptions, Commanded):
         return self.replicates > 1 or self.deterministic is False
 
 
-class DeckHourglass(solver_options.HourglassSection):
-    """Hourglass control of LS-DYNA: Flanagan and Belytschko's stiffness form (IHQ 4) or the viscous one (IHQ 1)."""
-
-    coefficient: solver_options.HourglassCoefficient = 0.05
-
-
 class DeckAt(Frozen):
     """The user's own deck of a stem of one diameter."""
 
@@ -132,8 +126,7 @@ class DeckSolver(ProgramOptions):
     edge_over: solver_options.EdgeOver = "elements"
     coarsening: solver_options.Coarsening = 1.0
     coarsening_around: solver_options.CoarseningAround = 1.0
-    hourglass: DeckHourglass = DeckHourglass()
-    """Hourglass control of the one-point elements."""
+    hourglass: solver_options.HourglassCoefficient = 0.05
     mass_scaling: solver_options.MassScaling = 1e4
     time_step_safety: Share = 0.8
     """Share of the stable time step that is taken."""

@@ -232,14 +232,11 @@ contact:
 solver:
   kind: embedded
   rate_law: paper
-  symmetry: quarter
   element_size: d/16
   edge_over: nodes
   coarsening: @COARSENING@
   coarsening_around: @AROUND@
-  hourglass:
-    form: stiffness
-    coefficient: 0.01
+  hourglass: 0.01
   mass_scaling: 1e4
   time_step: 40 us
   time_step_safety: 0.9

@@ -54,13 +54,6 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
         yield Finding(("contact", "dynamic_friction"), message, "swap them")
 
 
-def symmetry_holds(draft: Draft) -> Iterator[Finding]:
-    """A blade ground on one side has no mirror plane along the stem."""
-    if draft.embedded and draft.blade and draft.blade.bevel == "one" and draft.embedded.symmetry == "quarter":
-        message = "a quarter model needs a blade with two bevels, blade.bevel is 'one'"
-        yield Finding(("solver", "symmetry"), message, "write symmetry: half")
-
-
 def other_meshes_are_possible(draft: Draft) -> Iterator[Finding]:
     """The scatter over meshes is that of the embedded solver, and not drawn anew in every run already."""
     if draft.mesh is None or draft.solver is None:

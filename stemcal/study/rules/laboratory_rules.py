@@ -19,12 +19,11 @@ from stemcal.words import did_you_mean
 
 _CUTTING = "cutting"
 _OF_PROGRAMS = {"name", "kind", "solver", "targets"}
-_OF_CUTTING = {"name", "kind", "targets", "blade", "supports", "stroke", "speed", "symmetry"}
+_OF_CUTTING = {"name", "kind", "targets", "blade", "supports", "stroke", "speed"}
 _ABOUT_CUTTING = (
     geometry.stem_reaches_over_supports,
     geometry.blade_spans_stem,
     geometry.edge_fits_blade,
-    geometry.symmetry_holds,
 )
 
 

@@ -27,7 +27,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("loading", "duration"): (1e-5, 1000, "s"),
     ("loading", "gap"): (0, 10, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),
-    ("solver", "failure_length"): (0.01, 50, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("runs", "time_limit"): (0.1, 1e7, "s"),
