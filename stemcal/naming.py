@@ -7,6 +7,7 @@ figure and sentence, and stands once in each stage file.
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass, field, replace
 
 FIRST = "response"
@@ -32,7 +33,7 @@ class Named:
     label: str
     symbol: str
     unit: str
-    apart: bool = field(default=False, metadata={"absent": True})
+    apart: bool = field(default=False, metadata={"exclude_if": operator.not_})
     """Whether what counts is how far a value is from the measured mean, which by itself is of something else."""
 
     @property

@@ -15,11 +15,6 @@ NEGLIGIBLE_MASS = 1.0
 class RunWarning(Tagged):
     """A doubt about a run's force, with the values it speaks of; in records ``{"kind": …, ...values}``."""
 
-    @property
-    def group(self) -> str:
-        """What the warnings that are counted as one have in common."""
-        return self.kind
-
 
 class StrokeTooShort(RunWarning):
     """The maximum is not known to be passed when the stroke ends.
@@ -77,14 +72,3 @@ class ForceAfterBreak(RunWarning):
 
 class NothingDeleted(RunWarning):
     """The material has no failure criterion: at the failure strain elements lose their shear stress and stay."""
-
-
-class Message(RunWarning):
-    """The words of a program, as it wrote them."""
-
-    text: str
-
-    @property
-    def group(self) -> str:
-        """The words themselves."""
-        return self.text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from stemcal.files.showing import csv_text
 from stemcal.files.typed import to_json
@@ -21,12 +21,20 @@ class Rows(tuple[T, ...]):
     """Dataclasses of one kind, a row each.
 
     >>> from dataclasses import make_dataclass
-    >>> Rows([make_dataclass("Point", ["x", "y"])(1, 2.5)])
+    >>> Rows([make_dataclass("Point", [("x", int), ("y", float)])(1, 2.5)])
        x    y
     0  1  2.5
     """
 
     __slots__ = ()
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
+        row = handler.generate_schema(*get_args(source))
+        rows = core_schema.tuple_schema([row], variadic_item_index=0)
+        return core_schema.no_info_after_validator_function(cls, rows)
 
     def to_frame(self) -> pd.DataFrame:
         """Return a frame with a column per field; of a field with parts, one per part, as ``levels.yield_stress``."""

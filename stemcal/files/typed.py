@@ -1,25 +1,97 @@
-"""Frozen dataclasses as JSON and back: a key per field, in the order of the fields.
+"""Frozen dataclasses as JSON and back through pydantic: a key per field, in the order of the fields.
 
-Dictionaries exist only at this border. What a field's type does not say, its metadata does: `absent` fields have no
-key where they hold nothing, `inline` ones spread the keys of a dataclass of their own in place.
+Dictionaries exist only at this border. What a field's type does not show, its metadata does: `absent` fields have no
+key where they hold nothing, `inline` ones put the keys of their dataclass among those of the others.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
+import json
 import re
-import types
 import typing
-from collections.abc import Callable, Hashable, Mapping
-from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 T = TypeVar("T")
+_INLINE = "<"  # the aliases of inline fields begin with it
+_count = itertools.count()
+_adapters: dict[Any, TypeAdapter[Any]] = {}
+
+
+def absent(default: Any = None) -> Any:
+    """Return a field that has no key in JSON where it holds None or nothing."""
+    return dataclasses.field(default=default, metadata={"exclude_if": lambda value: value in (None, False, (), {})})
+
+
+def key(name: str) -> Any:
+    """Return a field with another key in JSON than its name."""
+    return dataclasses.field(metadata={"alias": name})
+
+
+def inline(default: Any = dataclasses.MISSING) -> Any:
+    """Return a field of a `Spread` dataclass whose own fields are keys among those of the others; None has none."""
+    return dataclasses.field(default=default, metadata={"alias": f"{_INLINE}{next(_count)}"})
+
+
+class Spread:
+    """A dataclass with `inline` fields."""
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
+        flat = core_schema.wrap_serializer_function_ser_schema(_flat)
+        nest, (inner, ref) = functools.partial(_nested, _inline_fields(source)), _unnamed(source, handler)
+        return core_schema.no_info_before_validator_function(nest, inner, ref=ref, serialization=flat)
+
+
+def _unnamed(source: Any, handler: Any) -> tuple[dict[str, Any], str]:
+    """Return the schema of a dataclass and the name it is found by, which what is built around it must have instead."""
+    named = handler.resolve_ref_schema(handler(source))
+    return {key: value for key, value in named.items() if key != "ref"}, named["ref"]
+
+
+def _inline_fields(kind: Any) -> dict[str, frozenset[str]]:
+    """Return the alias of each inline field with the keys one of which must be there; none if it may not be None."""
+    hints, found = typing.get_type_hints(kind), {}
+    for field in dataclasses.fields(kind):
+        if (alias := field.metadata.get("alias", "")).startswith(_INLINE):
+            inner = [part for part in typing.get_args(hints[field.name]) if part is not type(None)]
+            found[alias] = frozenset(field.name for part in inner for field in dataclasses.fields(part))
+    return found
+
+
+def _nested(inlined: Mapping[str, frozenset[str]], given: Any) -> Any:
+    """Return a mapping with those of inline fields apart, and tuples for lists, which a strict reader refuses."""
+    if not isinstance(given, Mapping):
+        return given
+    content = _tuples(given)
+    parts = {alias: content for alias, keys in inlined.items() if not keys or keys & given.keys()}
+    return {**content, **parts}
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _tuples(one) for key, one in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _flat(thing: Any, handler: Any) -> dict[str, Any]:
+    content: dict[str, Any] = {}
+    for name, value in handler(thing).items():
+        content |= {name: value} if not name.startswith(_INLINE) else value or {}
+    return content
 
 
 @typing.dataclass_transform(frozen_default=True)
 class Tagged:
-    """A frozen dataclass of which there are several kinds: in JSON `kind` tells which one, beside its fields."""
+    """A frozen dataclass of which there are several kinds: in JSON `kind` names the one, before its fields."""
 
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, type[Tagged]]] = {}
@@ -35,27 +107,39 @@ class Tagged:
         """Return the keys that come before those of the fields."""
         return {"kind": self.kind}
 
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
 
-def absent(default: Any = None) -> Any:
-    """Return a field that has no key in JSON where it holds None or nothing."""
-    return dataclasses.field(default=default, metadata={"absent": True})
+        written, (inner, ref) = core_schema.plain_serializer_function_ser_schema(to_json), _unnamed(source, handler)
+        return core_schema.no_info_wrap_validator_function(cls._read, inner, ref=ref, serialization=written)
+
+    @classmethod
+    def _read(cls, given: Any, handler: Any) -> Any:
+        """Read the kind that is named; modules declare their own, so it is looked up now."""
+        name = given.get("kind") if isinstance(given, Mapping) else None
+        found = Tagged.kinds.get(name) if isinstance(name, str) else None
+        if found is None or not issubclass(found, cls):
+            raise ValueError(f"kind is not a known one: {name!r:.60}")
+        return handler(_nested({}, given)) if found is cls else _adapter(found).validate_python(given, strict=False)
 
 
-def inline(default: Any = dataclasses.MISSING) -> Any:
-    """Return a field whose own fields are keys beside those of the others; none of them where it holds None."""
-    return dataclasses.field(default=default, metadata={"inline": True})
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    """Return what reads and writes a type."""
+    if kind not in _adapters:
+        from pydantic import TypeAdapter
 
-
-def key(name: str) -> Any:
-    """Return a field whose key in JSON is called otherwise."""
-    return dataclasses.field(metadata={"key": name})
+        _adapters[kind] = TypeAdapter(kind)
+    return _adapters[kind]
 
 
 def to_json(thing: Any) -> Any:
     """Return dataclasses as dictionaries, tuples as lists, all the way down."""
+    if isinstance(thing, Tagged):
+        fields = dataclasses.fields(typing.cast(Any, thing))
+        return thing.tags() | {field.name: to_json(getattr(thing, field.name)) for field in fields}
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-        tags = thing.tags() if isinstance(thing, Tagged) else {}
-        return tags | {key: value for field in dataclasses.fields(thing) for key, value in _keys(field, thing)}
+        return _adapter(type(thing)).dump_python(thing, mode="json", by_alias=True, warnings=False, fallback=_of_numpy)
     if isinstance(thing, Mapping):
         return {key: to_json(value) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
@@ -63,21 +147,8 @@ def to_json(thing: Any) -> Any:
     return thing
 
 
-def _keys(field: dataclasses.Field[Any], thing: Any) -> list[tuple[str, Any]]:
-    value = getattr(thing, field.name)
-    if field.metadata.get("inline"):
-        return [] if value is None else list(to_json(value).items())
-    if field.metadata.get("absent") and _is_nothing(value):
-        return []
-    return [(_key(field), to_json(value))]
-
-
-def _is_nothing(value: Any) -> bool:
-    return value is None or value is False or (isinstance(value, tuple | Mapping) and not value)
-
-
-def _key(field: dataclasses.Field[Any]) -> str:
-    return str(field.metadata.get("key", field.name))
+def _of_numpy(value: Any) -> Any:
+    return value.tolist()
 
 
 def from_json(kind: type[T], given: Any) -> T:
@@ -88,103 +159,21 @@ def from_json(kind: type[T], given: Any) -> T:
     ValueError
         If a key is missing, or holds something else than its field; the message has the path to it.
     """
-    read: Reader = _reader(kind)
-    return typing.cast(T, read(given, ""))
+    from pydantic import ValidationError
+
+    try:
+        return typing.cast(T, _adapter(kind).validate_json(json.dumps(given), strict=True))
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)[0]
+        found = "" if wrong["type"] == "missing" else f" (found {wrong['input']!r:.60})"
+        raise ValueError(f"{_path(wrong['loc'])}: {wrong['msg']}{found}".removeprefix(": ")) from None
 
 
-Reader = Callable[[Any, str], Any]
+def _path(places: tuple[int | str, ...]) -> str:
+    """Return the path to a value.
 
-
-def _reader(kind: Any) -> Reader:
-    known: Hashable = kind
-    return _made_reader(known)
-
-
-@functools.cache
-def _made_reader(kind: Any) -> Reader:
-    """Return what reads a value of some type, given the value and the path to it."""
-    if kind is Any:
-        return lambda given, _path: given
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        return _tagged_reader(kind) if issubclass(kind, Tagged) else _dataclass_reader(kind)
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin in (Union, types.UnionType):
-        return _optional_reader(inner)
-    if origin is typing.Literal:
-        return _reader(type(inner[0]))
-    if isinstance(origin, type) and issubclass(origin, tuple):
-        return _tuple_reader(origin, inner)
-    if isinstance(origin, type) and issubclass(origin, Mapping):
-        return _mapping_reader(inner[1])
-    accepted: Any = (int, float) if kind is float else (kind,)
-    return functools.partial(_plain, accepted)
-
-
-def _plain(accepted: tuple[type, ...], given: Any, path: str) -> Any:
-    if not isinstance(given, accepted) or (isinstance(given, bool) and bool not in accepted):
-        raise ValueError(f"{path} should be {accepted[-1].__name__}, not {given!r:.60}")
-    return given
-
-
-def _optional_reader(kinds: tuple[Any, ...]) -> Reader:
-    (inner,) = (kind for kind in kinds if kind is not type(None))
-    read = _reader(inner)
-    return lambda given, path: None if given is None else read(given, path)
-
-
-def _tuple_reader(origin: type, inner: tuple[Any, ...]) -> Reader:
-    """Read a list of any length (`tuple[X, ...]`, `Rows[X]`), or one of as many as there are types."""
-    if len(inner) == 1 or inner[-1] is Ellipsis:
-        one = _reader(inner[0])
-        return lambda given, path: origin(
-            one(x, f"{path}[{i}]") for i, x in enumerate(_plain((list, tuple), given, path))
-        )
-    each = [_reader(kind) for kind in inner]
-    return lambda given, path: tuple(
-        read(x, path) for read, x in zip(each, _plain((list, tuple), given, path), strict=True)
-    )
-
-
-def _mapping_reader(inner: Any) -> Reader:
-    read = _reader(inner)
-    return lambda given, path: {key: read(x, f"{path}.{key}") for key, x in _plain((dict,), given, path).items()}
-
-
-def _dataclass_reader(kind: type) -> Reader:
-    hints = typing.get_type_hints(kind)
-    fields = [(field, _reader(hints[field.name]), _key(field)) for field in dataclasses.fields(kind)]
-
-    def read(given: Any, path: str) -> Any:
-        _plain((dict,), given, path)
-        values = {}
-        for field, reader, name in fields:
-            place = f"{path}.{name}".lstrip(".")
-            if field.metadata.get("inline"):
-                if field.default is dataclasses.MISSING or _has_keys(hints[field.name], given):
-                    values[field.name] = reader(given, path)
-            elif name in given:
-                values[field.name] = reader(given[name], place)
-            elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
-                raise ValueError(f"{place} is missing")
-        return kind(**values)
-
-    return read
-
-
-def _tagged_reader(base: type[Tagged]) -> Reader:
-    """Read one of the kinds of `base`; the kind is looked up when a value is read, since modules declare their own."""
-
-    def read(given: Any, path: str) -> Any:
-        name = _plain((dict,), given, path).get("kind")
-        found = Tagged.kinds.get(name) if isinstance(name, str) else None
-        if found is None or not issubclass(found, base):
-            raise ValueError(f"{path}.kind is not a known one: {name!r:.60}")
-        return _dataclass_reader(found)(given, path)
-
-    return read
-
-
-def _has_keys(kind: Any, given: Mapping[str, Any]) -> bool:
-    """Tell whether a mapping has keys of an optional dataclass."""
-    (inner,) = (part for part in get_args(kind) if part is not type(None))
-    return any(_key(field) in given for field in dataclasses.fields(inner))
+    >>> _path(("rows", 0, "<3>", "x"))
+    'rows[0].x'
+    """
+    named = (place for place in places if not str(place).startswith(_INLINE))
+    return "".join(f"[{place}]" if isinstance(place, int) else f".{place}" for place in named).lstrip(".")

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.files.durable import digest
-from stemcal.files.typed import absent, from_json, to_json
-from stemcal.naming import NOWHERE
-from stemcal.run_warnings import Message, RunWarning
+from stemcal.files.typed import absent, from_json
+from stemcal.run_warnings import RunWarning
 
 RECORD_VERSION = 3
 KEY_LENGTH = 32
@@ -96,35 +95,6 @@ def is_key(text: str) -> bool:
 def key_of(identity: Mapping[str, Any]) -> str:
     """Return the name of the record of a run: a hash of what determines the answer."""
     return digest(identity)[:KEY_LENGTH]
-
-
-def up_to_date(content: dict[str, Any]) -> dict[str, Any]:
-    """Return a record as today's version lays it out; one that is no record of an earlier version as it is.
-
-    Up to version 2 warnings were sentences. Version 1 had response and condition under the study's own names, which it
-    told; ``force`` and ``diameter`` where it told none.
-    """
-    if content.get("record_version") == 1:
-        content = _of_version_2(content)
-    details = content.get("details")
-    if content.get("record_version") != 2 or not isinstance(details, dict):
-        return content
-    said = details.get("warnings")
-    if isinstance(said, list) and all(isinstance(warning, str) for warning in said):
-        details = {**details, "warnings": to_json([Message(warning) for warning in said])}
-    return {**content, "record_version": RECORD_VERSION, "details": details}
-
-
-def _of_version_2(content: dict[str, Any]) -> dict[str, Any]:
-    naming, request = content.get("naming", {}), content.get("request")
-    if not isinstance(naming, dict) or not isinstance(request, dict):
-        return content
-    response = naming.get("response", {"name": "force"})["name"]
-    condition = naming.get("condition", {"name": "diameter"}) or {"name": ""}
-    asked = {key: value for key, value in request.items() if key != condition["name"]}
-    rest = {key: value for key, value in content.items() if key not in ("naming", response)}
-    asked["condition"] = request.get(condition["name"], NOWHERE)
-    return {**rest, "record_version": 2, "request": asked, "response": content.get(response)}
 
 
 def problem_of(content: Mapping[str, Any], key: str) -> str:

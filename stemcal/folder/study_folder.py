@@ -28,7 +28,7 @@ from stemcal.files.durable import Broken, as_json, opened, plain, remove_leftove
 from stemcal.files.plain import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, is_key, problem_of, up_to_date
+from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
 from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
@@ -205,12 +205,11 @@ class StudyFolder:
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
         """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
         try:
-            content, has_seal = opened(self.record_path(key))
+            record, has_seal = opened(self.record_path(key))
         except FileNotFoundError:
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        record = up_to_date(content)
         problem = problem_of(record, key) if has_seal else "has no SHA-256"
         return (None, problem) if problem else (record, "")
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.files.typed import inline
+from stemcal.files.typed import Spread, inline
 from stemcal.measured.columns import columns_of, given_columns, matching, scale_of
 from stemcal.measured.headings import MILLIMETRES
 from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
@@ -46,7 +46,7 @@ class MeasuredStem:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diameters:
+class Diameters(Spread):
     """The stems of a field in numbers; `share_percent` of them lie in a grade."""
 
     source: str

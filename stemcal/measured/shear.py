@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.files.typed import inline
+from stemcal.files.typed import Spread, inline
 from stemcal.measured import remarks as lab
 from stemcal.measured.columns import find_column, matching, scale_of
 from stemcal.measured.diameters import checked_diameter
@@ -63,7 +63,7 @@ class SpecimenRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GradeForces:
+class GradeForces(Spread):
     """The maximum forces of one grade; a suspect is named, and still counted.
 
     `travel` (mm) and `work` (mJ) are those from the preload to the maximum.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.files.typed import inline
+from stemcal.files.typed import Spread, inline
 from stemcal.laboratory import curve_responses, secant
 from stemcal.measured.numerals import shown
 from stemcal.measured.remarks import FolderSkipped, LabRemark, OfFiles
@@ -22,7 +22,7 @@ from stemcal.study.model.laboratory_tests import RESPONSES
 
 
 @dataclass(frozen=True, kw_only=True)
-class TestedMean:
+class TestedMean(Spread):
     """The mean of one response of one test at one diameter, in the unit of that response."""
 
     test: str

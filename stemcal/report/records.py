@@ -132,7 +132,7 @@ def run_warnings(records: Records) -> list[str]:
     distinct = distinct_of(records)
     for label, record in distinct.values():
         for warning in record.details.warnings:
-            kinds.setdefault(warning.group, {}).setdefault(label, warning)
+            kinds.setdefault(warning.kind, {}).setdefault(label, warning)
     return [warned_of(found, len(distinct)) for found in kinds.values()]
 
 

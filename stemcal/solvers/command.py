@@ -7,10 +7,9 @@ from typing import Any
 
 from stemcal.naming import FIRST
 from stemcal.solvers.measures import curve_scores, kept_curve
-from stemcal.solvers.programs.helper_process import LEAST_READING_S
 from stemcal.solvers.programs.inputs import Inputs, values_of
 from stemcal.solvers.programs.program_base import OneCommand
-from stemcal.solvers.programs.readers import read_curve, read_number, read_within
+from stemcal.solvers.programs.readers import read_curve, read_number
 from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.solvers.time_limited_program import Ended
@@ -50,17 +49,15 @@ class Command(OneCommand):
         return seed_of(request, self.options.seed)
 
     def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
-        found, naming = self._numbers(folder, ended), self.study.naming
+        found, naming = self._numbers(folder), self.study.naming
         first = found.pop(naming.response.name if naming.response.name in found else FIRST)
         modes, curve = self.study.targets.modes_at(request.condition), {}
         if modes is not None and self.options.result is not None:
-            left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-            travel, force = read_within(left, read_curve, self.options.result, folder)
+            travel, force = read_curve(self.options.result, folder)
             found |= curve_scores(modes, travel, force)
             curve = {"curve": kept_curve(travel, force)}
         return Answer("ok", response=first, details={**({RESPONSES: found} if found else {}), **curve})
 
-    def _numbers(self, folder: Path, ended: Ended) -> dict[str, float]:
+    def _numbers(self, folder: Path) -> dict[str, float]:
         """Return what each reader finds."""
-        left = max(self.options.time_limit - ended.seconds, LEAST_READING_S)
-        return {name: read_within(left, read_number, reader, folder) for name, reader in self.options.readers.items()}
+        return {name: read_number(reader, folder) for name, reader in self.options.readers.items()}

@@ -26,7 +26,7 @@ class TestProgram(Command):
             raise UsageError(f"tests.{self.test}.{error}") from None
 
     def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
-        return Answer("ok", details={RESPONSES: self._numbers(folder, ended)})
+        return Answer("ok", details={RESPONSES: self._numbers(folder)})
 
 
 def program_of(study: Study, section: LaboratorySection, place: Path | None = None) -> TestProgram:

@@ -11,7 +11,7 @@ from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import inline
+from stemcal.files.typed import Spread, inline
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import surface_factors, surface_options
@@ -22,7 +22,7 @@ from stemcal.study.model import ClimbOptions, Study
 
 
 @dataclass(frozen=True)
-class ClimbRow:
+class ClimbRow(Spread):
     """One step: where it was, its error against the target and what came of it."""
 
     step: int

@@ -10,7 +10,7 @@ from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.screening.effect_sizes import Effect
 from stemcal.doe.validation.comparison import Validation, compare_conditions
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.files.typed import Tagged, inline
+from stemcal.files.typed import Tagged
 from stemcal.solvers.csv_table import read_cells
 from stemcal.stages.printed_numbers import Cell, Disagreement, compare_cells
 from stemcal.study.model import Study
@@ -54,7 +54,7 @@ class Difference(Contradiction):
     """A printed cell that does not agree, and its table."""
 
     table: str
-    cell: Disagreement = inline()
+    cell: Disagreement
 
     @property
     def of_sign(self) -> bool:

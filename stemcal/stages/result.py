@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 from stemcal.errors import UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, from_json, inline, to_json
+from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
@@ -57,7 +57,7 @@ class CodedScale:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DesignRun:
+class DesignRun(Spread):
     """One run of a design, numbered from 1: the level of every factor, the varied ones coded, and what came of it."""
 
     run: int
@@ -104,7 +104,7 @@ class DesignRuns:
             yield f"design.runs[{index}].coded", run.coded, varied
 
 
-class StageResult:
+class StageResult(Spread):
     """The result of a stage: frozen, typed, the same as its file."""
 
     name: ClassVar[str]

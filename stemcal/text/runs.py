@@ -84,7 +84,6 @@ states(
     "The material has no failure criterion: at the failure strain elements only lost their shear stress, none was "
     "deleted.",
 )
-states(of_runs.Message, "{text}")
 
 
 @sentence.register

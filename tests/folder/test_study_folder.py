@@ -152,38 +152,6 @@ def test_a_sealed_record_of_another_shape_is_set_aside(folder: StudyFolder, name
         assert folder.load(KEY) is None and not folder.record_path(KEY).exists()
 
 
-HEAP = {"response": {"name": "angle"}, "condition": {"name": "moisture"}, "further": []}
-
-
-@pytest.mark.parametrize(
-    ("named", "response", "asked"),
-    [
-        ({}, "force", {"diameter": 8.0}),
-        ({"naming": HEAP}, "angle", {"moisture": 8.0}),
-        ({"naming": {**HEAP, "condition": None}}, "angle", {}),
-    ],
-)
-def test_a_record_of_version_1_is_read(
-    folder: StudyFolder, named: dict[str, Any], response: str, asked: dict[str, float]
-) -> None:
-    """It had response and condition under the names of the study, which it told where they were its own."""
-    today = record()
-    old = {key: value for key, value in today.items() if key != "response"}
-    request = {key: value for key, value in today["request"].items() if key != "condition"}
-    old |= {"record_version": 1, response: 120.1, "request": {**request, **asked}, **named}
-    folder.record_path(KEY).write_bytes(sealed(old).encode())
-    wanted = {**today, "request": {**request, "condition": 8.0 if asked else 0.0}}
-    assert folder.load(KEY) == {"record_version": 3, **wanted}
-
-
-def test_warnings_of_a_record_of_version_2_are_kept_as_the_words_they_were(folder: StudyFolder) -> None:
-    old = {**record(), "record_version": 2, "details": {"warnings": ["inertia has 7.1 % of the force"]}}
-    folder.record_path(KEY).write_bytes(sealed(old).encode())
-    loaded = folder.load(KEY)
-    assert loaded is not None
-    assert loaded["details"] == {"warnings": [{"kind": "message", "text": "inertia has 7.1 % of the force"}]}
-
-
 def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:
     folder.record_path(KEY).mkdir()
     assert folder.examine(KEY) == (None, "is a folder")

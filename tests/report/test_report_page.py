@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
-from stemcal.run_warnings import HourglassEnergy, Message, RunWarning
+from stemcal.run_warnings import HourglassEnergy, NothingDeleted, RunWarning
 
 VOID = {"meta", "br", "link", "img"}
 
@@ -205,14 +205,15 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
 
     records = {
         "screen 1": record("a", HourglassEnergy(16.3), HourglassEnergy(17.0)),
-        "screen 2": record("b", HourglassEnergy(17.1), Message("shell 12 is warped")),
-        "rsm 1": record("b", HourglassEnergy(17.1), Message("shell 12 is warped")),
+        "screen 2": record("b", HourglassEnergy(17.1), NothingDeleted()),
+        "rsm 1": record("b", HourglassEnergy(17.1), NothingDeleted()),
         "8 mm": record("c"),
     }
     assert run_warnings(records) == [
         "2 of 3 runs, first screen 1: Hourglass energy is 16.3 % of internal energy. Refine the mesh or change "
         "solver.hourglass.",
-        "1 of 3 runs, first screen 2: shell 12 is warped",
+        "1 of 3 runs, first screen 2: The material has no failure criterion: at the failure strain elements only lost "
+        "their shear stress, none was deleted.",
     ]
 
 

@@ -303,11 +303,10 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
     ("result", "said"),
     [
         ("{kind: jsn, file: out.json}", "'jsn' is no kind of result; did you mean json?"),
-        ("{file: out.json}", "'kind' is missing; add kind: json, csv, regex, rcforc or calculix"),
+        ("{file: out.json}", "'kind' is missing; add kind: json, csv or regex"),
         ("{kind: csv, file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
-        ("{kind: csv, file: out.csv, column: F, reduction: at, along: x}", "reduction at needs a place"),
-        ("{kind: csv, file: out.csv, column: F, reduction: work}", "needs what it is plotted along; add along"),
         ("{kind: regex, file: out.txt, pattern: '(1'}", "is no regular expression"),
+        ("{kind: regex, file: out.txt, pattern: '(1{4294967295})'}", "is no regular expression: the repetition number"),
         ("{kind: regex, file: out.txt, pattern: 'F=1'}", "has no group around the number"),
         ("{kind: json, file: out.json, path: out, reduction: mean}", "is not one of the choices"),
     ],

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import runpy
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -15,7 +18,7 @@ from stemcal.solvers.protocol import Request
 from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).parents[2] / "configs" / "calculix-cantilever.yaml"
-pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+needs_calculix = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
 
 
 def timoshenko(modulus: float, width: float, depth: float, length: float = 100.0, deflection: float = 2.0) -> float:
@@ -25,6 +28,7 @@ def timoshenko(modulus: float, width: float, depth: float, length: float = 100.0
     return deflection / (bending + shear)
 
 
+@needs_calculix
 @pytest.mark.parametrize(
     ("modulus", "width", "depth"), [(8000.0, 9.5, 6.0), (11000.0, 10.0, 8.0), (14000.0, 10.5, 10.0)]
 )
@@ -34,6 +38,23 @@ def test_one_run_agrees_with_beam_theory(modulus: float, width: float, depth: fl
     assert answer.response == pytest.approx(timoshenko(modulus, width, depth), rel=2e-3)
 
 
+def test_the_script_sums_the_last_reaction_of_the_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As CalculiX 2.20 prints it."""
+    (tmp_path / "cantilever.dat").write_text(
+        "\n forces (fx,fy,fz) for set TIP and time  0.5000000E+00\n\n"
+        "        21 -1.131419E-11  3.105209E-11 -1.403756E+01\n"
+        "\n forces (fx,fy,fz) for set TIP and time  0.1000000E+01\n\n"
+        "        21 -1.131419E-11  3.105209E-11 -2.807511E+01\n"
+        "        22  1.000000E+00  0.000000E+00 -2.000000E+00\n",
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: None)
+    runpy.run_path(str(SPEC.parent / "calculix" / "run_ccx.py"))
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8")) == {"force": 30.07511}
+
+
+@needs_calculix
 def test_study_finds_the_modulus(tmp_path: Path) -> None:
     study = load_study(SPEC)
     with InlineExecutor() as executor:

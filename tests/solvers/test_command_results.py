@@ -6,55 +6,41 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.solvers.programs.readers import read_number
-from stemcal.solvers.programs.reductions import NoResult, Series, reduce_series
+from stemcal.solvers.programs import readers
+from stemcal.solvers.programs.readers import read_curve, read_number
+from stemcal.solvers.programs.reductions import NoResult, Series, plotted, reduce_series
 from stemcal.study.model import CsvResult, JsonResult, RegexResult
 
-# y = x² at 0, 1, 2, 3
-PARABOLA = Series([0.0, 1.0, 4.0, 9.0], [0.0, 1.0, 2.0, 3.0])
+SERIES = Series([1.0, 9.0, -2.0, 4.0], [0.0, 1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(("reduction", "known"), [("max", 9.0), ("min", -2.0), ("first", 1.0), ("last", 4.0)])
+def test_reductions(reduction: str, known: float) -> None:
+    assert reduce_series(SERIES, reduction) == known
 
 
 @pytest.mark.parametrize(
-    ("reduction", "places", "known"),
-    [
-        ("max", {}, 9.0),
-        ("min", {}, 0.0),
-        ("first", {}, 0.0),
-        ("last", {}, 9.0),
-        ("at", {"at": 1.5}, 2.5),
-        ("at", {"at": 3.0}, 9.0),
-        ("work", {}, 0.5 + 2.5 + 6.5),
-        ("mean_over", {"over": (1.0, 3.0)}, (2.5 + 6.5) / 2),
-        ("mean_over", {"over": (0.5, 1.5)}, (0.5 * (0.5 + 1.0) / 2 + 0.5 * (1.0 + 2.5) / 2)),
-        ("mean_over", {"over": (2.0, 2.0)}, 4.0),
-    ],
+    ("series", "reason"), [(Series([]), "no_result"), (Series([1.0, float("nan")]), "nan")], ids=["empty", "NaN"]
 )
-def test_reductions(reduction: str, places: dict[str, object], known: float) -> None:
-    assert reduce_series(PARABOLA, reduction, **places) == pytest.approx(known, rel=1e-15)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("series", "reduction", "places", "reason"),
-    [
-        (Series([]), "last", {}, "no_result"),
-        (Series([1.0, float("nan")]), "first", {}, "nan"),
-        (PARABOLA, "at", {"at": 3.1}, "no_result"),
-        (PARABOLA, "mean_over", {"over": (-1.0, 1.0)}, "no_result"),
-        (Series([1.0, 2.0], [1.0, 0.0]), "work", {}, "bad_result"),
-        (Series([1.0, 2.0], [1.0]), "work", {}, "bad_result"),
-        (Series([1.0, 2.0]), "work", {}, "bad_result"),
-    ],
-)
-def test_reductions_refuse(series: Series, reduction: str, places: dict[str, object], reason: str) -> None:
+def test_a_series_without_numbers_is_refused(series: Series, reason: str) -> None:
     with pytest.raises(NoResult) as caught:
-        reduce_series(series, reduction, **places)  # type: ignore[arg-type]
+        reduce_series(series, "first")
     assert caught.value.reason == reason
+
+
+@pytest.mark.parametrize("travel", [[1.0, 0.0], [1.0], None, [0.0, float("inf")]])
+def test_a_curve_needs_a_travel_that_rises(travel: list[float] | None) -> None:
+    with pytest.raises(NoResult) as caught:
+        plotted(Series([1.0, 2.0], travel))
+    assert caught.value.reason == "bad_result"
 
 
 def test_csv_column(tmp_path: Path) -> None:
     (tmp_path / "out.csv").write_text("t,F\n0,0\n\n1,3.5\n2,1.25\n", encoding="utf-8")
-    result = CsvResult(kind="csv", file="out.csv", column="F", along="t", reduction="work", scale=2.0)
-    assert read_number(result, tmp_path) == 2 * (1.75 + 2.375)
+    result = CsvResult(kind="csv", file="out.csv", column="F", along="t", reduction="max", scale=2.0)
+    assert read_number(result, tmp_path) == 7.0
+    travel, force = read_curve(result, tmp_path)
+    assert (travel.tolist(), force.tolist()) == ([0.0, 1.0, 2.0], [0.0, 7.0, 2.5])
 
 
 @pytest.mark.parametrize(
@@ -77,15 +63,37 @@ def test_csv_failures(tmp_path: Path, text: str, column: str, reason: str) -> No
 
 def test_json_path_with_index(tmp_path: Path) -> None:
     (tmp_path / "o.json").write_text('{"runs": [{"F": [1, 2]}, {"F": [3, 5], "x": [0, 2]}]}', encoding="utf-8")
-    result = JsonResult(kind="json", file="o.json", path="runs.1.F", along="runs.1.x", reduction="at", at=1.0)
-    assert read_number(result, tmp_path) == 4.0
+    result = JsonResult(kind="json", file="o.json", path="runs.1.F", along="runs.1.x")
+    assert read_number(result, tmp_path) == 5.0
+    assert read_curve(result, tmp_path)[0].tolist() == [0.0, 2.0]
 
 
 def test_regex_groups_and_fortran_numbers(tmp_path: Path) -> None:
-    (tmp_path / "log.txt").write_text("t= 0 F= 1.5D+01\nnoise\nt= 2 F= 2.5d1\n", encoding="utf-8")
+    (tmp_path / "log.txt").write_text("t= 0 F= 1.5D+01\nnöise\nt= 2 F= 2.5d1\n", encoding="utf-8")
     pattern = r"t=\s*(?P<x>\S+) F=\s*(?P<y>\S+)"
-    found = RegexResult(kind="regex", file="log.txt", pattern=pattern, reduction="work")
-    assert read_number(found, tmp_path) == 40.0
+    found = RegexResult(kind="regex", file="log.txt", pattern=pattern)
+    assert read_number(found, tmp_path) == 25.0
+    assert [values.tolist() for values in read_curve(found, tmp_path)] == [[0.0, 2.0], [15.0, 25.0]]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "text"), [("(?P<y>(a+)+)$", "a" * 40 + "!"), ("(a*a*a*a*a*a*)b", "a" * 3000), ("^((a|a)*)b", "a" * 40)]
+)
+def test_a_pattern_without_end_is_a_failed_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pattern: str, text: str
+) -> None:
+    monkeypatch.setattr(readers, "SEARCH_SECONDS", 0.5)
+    (tmp_path / "log.txt").write_text(text, encoding="utf-8")
+    with pytest.raises(NoResult, match=r"more than 0.5 s") as caught:
+        read_number(RegexResult(kind="regex", file="log.txt", pattern=pattern), tmp_path)
+    assert caught.value.reason == "timeout"
+
+
+def test_a_result_beyond_the_limit_is_not_read(tmp_path: Path) -> None:
+    with (tmp_path / "log.txt").open("wb") as file:
+        file.truncate(readers.MAX_BYTES + 1)
+    with pytest.raises(NoResult, match="larger than 20 MiB"):
+        read_number(RegexResult(kind="regex", file="log.txt", pattern="F=(.*)"), tmp_path)
 
 
 def test_regex_without_match(tmp_path: Path) -> None:

@@ -19,7 +19,6 @@ from stemcal.files.plain import open_plain, read_plain
 from stemcal.solvers.deck_import.keyword_blocks import blocks
 from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
-from stemcal.solvers.programs.calculix import printed_series
 from stemcal.solvers.programs.rcforc import contact_force as rcforc_force
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
@@ -95,7 +94,6 @@ READERS: dict[str, Callable[[str], object]] = {
     "deleted": lambda text: deleted_elements(text, text),
     "table": lambda text: contact_force(text, 1),
     "rcforc": lambda text: rcforc_force(text, 1, "z"),
-    "calculix": lambda text: printed_series(text, "forces", "TIP", "fz"),
     "deck": lambda text: list(blocks(text)),
 }
 TEXTS: dict[str, Callable[[int], str]] = {

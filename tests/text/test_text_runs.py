@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stemcal.run_warnings import EnergyDrifts, ForceAfterBreak, Message, RunWarning, StrokeTooShort
+from stemcal.run_warnings import EnergyDrifts, ForceAfterBreak, RunWarning, StrokeTooShort
 from stemcal.text.notes import sentence
 from stemcal.text.runs import warned_of, warning_text
 
@@ -46,4 +46,4 @@ def test_how_many_runs_are_warned() -> None:
     drift = "The energy balance drifts by 3.1 %. Lower solver.time_step_safety and solver.time_step."
     warnings = {"screen 2": EnergyDrifts(3.14), "rsm 1": EnergyDrifts(2.5)}
     assert warned_of(warnings, 12) == f"2 of 12 runs, first screen 2: {drift}"
-    assert warned_of({"screen 1": Message("shell 12 is warped")}, 1) == "1 of 1 run, first screen 1: shell 12 is warped"
+    assert warned_of({"screen 1": EnergyDrifts(3.14)}, 1) == f"1 of 1 run, first screen 1: {drift}"

@@ -15,12 +15,11 @@ from stemcal.outputs import write_output
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.lsdyna.mat003 import find_material, replaced
-from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
 from stemcal.solvers.programs.program_base import OneCommand
-from stemcal.solvers.programs.rcforc import FILE, ContactForce, contact_force
-from stemcal.solvers.programs.readers import is_small, read_text
+from stemcal.solvers.programs.rcforc import FILE, contact_force
+from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.time_limited_program import Ended
@@ -114,14 +113,8 @@ def force_of_finished_run(
     """
     printed = "" if ended is None else ended.output
     _require_normal_termination(folder, printed)
-    asked = folder, options.interface, options.component
-    left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
-    contact = _contact(*asked) if is_small(folder / FILE) else run_in_helper(left, _contact, *asked)
+    contact = contact_force(read_text(folder, FILE), options.interface, options.component)
     return peak_answer(contact, options, loading, _failed_elements(folder, printed), modes=modes)
-
-
-def _contact(folder: Path, interface: int, component: str) -> ContactForce:
-    return contact_force(read_text(folder, FILE), interface, component)
 
 
 def _failed_elements(folder: Path, printed: str) -> list[float]:

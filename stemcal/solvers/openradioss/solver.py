@@ -32,17 +32,17 @@ from stemcal.solvers.openradioss.listing import (
     deleted_elements,
     deletes_elements,
 )
-from stemcal.solvers.programs.helper_process import LEAST_READING_S, run_in_helper
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.peak import peak_answer
 from stemcal.solvers.programs.program_base import Program, run_in
-from stemcal.solvers.programs.rcforc import ContactForce
-from stemcal.solvers.programs.readers import is_small, read_text
+from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import LoadingSection, OpenRadiossSolver
+
+_LEAST_SECONDS = 2.0  # for each program, also after one that took all of the time
 
 
 class _Step(NamedTuple):
@@ -129,7 +129,7 @@ def run_programs(
     seconds: dict[str, float] = {}
 
     def run(step: _Step, read: Callable[[Ended], Answer]) -> Answer:
-        left = max(options.time_limit - sum(seconds.values()), LEAST_READING_S)
+        left = max(options.time_limit - sum(seconds.values()), _LEAST_SECONDS)
         answer = run_in(folder, step.command, options, read, left, step.check)
         seconds[step.name] = answer.details.get("program_seconds", 0.0)
         return replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
@@ -158,16 +158,10 @@ def force_of_run(
     Its curve is scored on the `modes` of those that were measured.
     """
     table, listing = f"{run}T01.csv", text_left(folder, f"{run}_0000.out")
-    left = max(options.time_limit - (0.0 if ended is None else ended.seconds), LEAST_READING_S)
-    asked = folder, table, options.interface
-    contact = _contact(*asked) if is_small(folder / table) else run_in_helper(left, _contact, *asked)
+    contact = contact_force(read_text(folder, table), options.interface)
     gone = deleted_elements(read_text(folder, f"{run}_0001.out"), text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(listing) else [NothingDeleted()]
     return peak_answer(contact, options, loading, gone, warnings, modes)
-
-
-def _contact(folder: Path, table: str, interface: int) -> ContactForce:
-    return contact_force(read_text(folder, table), interface)
 
 
 def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:

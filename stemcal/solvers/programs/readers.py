@@ -1,26 +1,33 @@
-"""From a file a program has left to a series of numbers: the readers by kind."""
+"""Read the series of numbers in a file that a program has left: a reader for each kind of file."""
 
 import csv
 import json
-import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from stemcal.files.encodings import lenient
 from stemcal.files.plain import MIB, read_plain
 from stemcal.solvers.fortran import number_of
-from stemcal.solvers.programs.calculix import printed_series
-from stemcal.solvers.programs.helper_process import run_in_helper
-from stemcal.solvers.programs.rcforc import contact_force
 from stemcal.solvers.programs.reductions import Array, NoResult, Series, plotted, reduce_series
 from stemcal.study.model import ResultReader
 
-T = TypeVar("T")
-
-MAX_BYTES = 200 * MIB
+MAX_BYTES = 20 * MIB  # read in about a second
 LONGEST_LINE = 10_000
-_SMALL = 1_000_000  # bytes that take no time to speak of
+SEARCH_SECONDS = 10.0
+# Prints every match as [x, y]. A regular expression cannot be interrupted, so the search has its own process, which
+# ends itself after the given number of seconds, even if no other process is left to end it.
+_SEARCH = """
+import faulthandler, json, re, sys
+faulthandler.dump_traceback_later(float(sys.argv[1]), exit=True)
+pattern = re.compile(sys.argv[2])
+named = pattern.groupindex
+lines = sys.stdin.buffer.read().decode().splitlines()
+found = (match for line in lines for match in pattern.finditer(line[:int(sys.argv[3])]))
+print(json.dumps([(m["x"] if "x" in named else None, m["y" if "y" in named else 1]) for m in found]))
+"""
 
 
 def read_number(result: ResultReader, folder: Path) -> float:
@@ -31,43 +38,27 @@ def read_number(result: ResultReader, folder: Path) -> float:
     NoResult
         If it is not there (``no_result``), cannot be read (``bad_result``) or is not a number (``nan``).
     """
-    series = READERS[result.kind](read_text(folder, result.file), result)
-    return result.scale * reduce_series(series, result.reduction, result.at, result.over)
+    return result.scale * reduce_series(_series(result, folder), result.reduction)
 
 
 def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
-    """Return what the numbers of a result are plotted along, and these; raise `NoResult` as `read_number` does."""
-    series = READERS[result.kind](read_text(folder, result.file), result)
-    along, numbers = plotted(series)
+    """Return the travel of a curve and its numbers; raise `NoResult` as `read_number` does."""
+    along, numbers = plotted(_series(result, folder))
     return along, result.scale * numbers
 
 
-def read_within(seconds: float, read: Callable[[ResultReader, Path], T], result: ResultReader, folder: Path) -> T:
-    """Return what is read in so many seconds; raise `NoResult` (``timeout``) if it takes longer.
-
-    What is small and of linear effort is read here, the rest in a process that can be ended.
-    """
-    if is_small(folder / result.file) and result.kind != "regex":
-        return read(result, folder)
-    return run_in_helper(seconds, read, result, folder)
+def _series(result: ResultReader, folder: Path) -> Series:
+    return READERS[result.kind](read_text(folder, result.file, MAX_BYTES), result)
 
 
-def is_small(file: Path) -> bool:
-    """Tell whether a file is read in no time, or is not there."""
-    try:
-        return file.stat().st_size <= _SMALL
-    except OSError:
-        return True
-
-
-def read_text(folder: Path, name: str) -> str:
+def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     """Return a file of the run folder as text; one that a link leads out of the folder is not there."""
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not inside or not path.is_file():
             raise NoResult("no_result", f"the program has left no file {name}")
-        content = read_plain(path, MAX_BYTES)
+        content = read_plain(path, most)
     except OSError as error:
         raise NoResult("bad_result", f"{name}: {error.strerror}") from None
     if not content.strip():
@@ -140,28 +131,17 @@ def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> li
 
 
 def _regex(text: str, result: Any) -> Series:
-    pattern = re.compile(result.pattern)
-    y = "y" if "y" in pattern.groupindex else 1
-    found = [match for line in text.splitlines() for match in pattern.finditer(line[:LONGEST_LINE])]
+    limits = str(SEARCH_SECONDS), result.pattern, str(LONGEST_LINE)
+    search = [sys.executable, "-I", "-S", "-X", "utf8", "-c", _SEARCH, *limits]
+    done = subprocess.run(search, input=text.encode(), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    if done.returncode:
+        message = f"{result.file}: searching it took more than {SEARCH_SECONDS:g} s; simplify solver.result.pattern"
+        raise NoResult("timeout", message)
+    found = json.loads(done.stdout)
     if not found:
         raise NoResult("no_result", f"{result.file} holds nothing that the pattern matches")
-    x = [_number(match["x"], result.file) for match in found] if "x" in pattern.groupindex else None
-    return Series([_number(match[y], result.file) for match in found], x)
+    travel, numbers = ([_number(text, result.file) for text in texts] for texts in zip(*found, strict=True))
+    return Series(numbers, None if found[0][0] is None else travel)
 
 
-def _rcforc(text: str, result: Any) -> Series:
-    contact = contact_force(text, result.interface, result.component)
-    return Series(contact.force.tolist(), contact.time.tolist())
-
-
-def _calculix(text: str, result: Any) -> Series:
-    return printed_series(text, result.quantity, result.set, result.component, result.node)
-
-
-READERS: dict[str, Callable[[str, Any], Series]] = {
-    "json": _json,
-    "csv": _csv,
-    "regex": _regex,
-    "rcforc": _rcforc,
-    "calculix": _calculix,
-}
+READERS: dict[str, Callable[[str, Any], Series]] = {"json": _json, "csv": _csv, "regex": _regex}

@@ -29,23 +29,18 @@ class Series(NamedTuple):
     x: Sequence[float] | None = None
 
 
-def reduce_series(
-    series: Series, reduction: str, at: float | None = None, over: Sequence[float] | None = None
-) -> float:
+def reduce_series(series: Series, reduction: str) -> float:
     """Return the one number that `reduction` makes of a series.
 
-    >>> reduce_series(Series([0.0, 3.0, 1.0], [0.0, 1.0, 2.0]), "work")
-    3.5
+    >>> reduce_series(Series([0.0, 3.0, 1.0]), "max")
+    3.0
 
     Raises
     ------
     NoResult
-        If the series is empty, holds NaN, or does not reach where it is asked for.
+        If the series is empty or contains NaN.
     """
-    y = _finite(series)
-    if reduction in _ALONE:
-        return float(_ALONE[reduction](y))
-    return _along(_abscissa(series, y.size), y, reduction, at, over)
+    return float(REDUCTIONS[reduction](_finite(series)))
 
 
 def plotted(series: Series) -> tuple[Array, Array]:
@@ -63,36 +58,21 @@ def _finite(series: Series) -> Array:
     return y
 
 
-_ALONE: dict[str, Callable[[Array], float]] = {
+REDUCTIONS: dict[str, Callable[[Array], float]] = {
     "max": np.max,
     "min": np.min,
     "first": lambda y: y[0],
     "last": lambda y: y[-1],
 }
-REDUCTIONS = (*_ALONE, "at", "mean_over", "work")
 
 
 def _abscissa(series: Series, size: int) -> Array:
     x = np.asarray([] if series.x is None else series.x, dtype=float)
     if x.size != size:
-        raise NoResult("bad_result", f"{size} numbers are plotted along {x.size}")
+        raise NoResult("bad_result", f"the curve has {size} numbers and {x.size} values of the travel")
     if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
-        raise NoResult("bad_result", "what the numbers are plotted along does not rise")
+        raise NoResult("bad_result", "the travel of the curve does not rise")
     return x
-
-
-def _along(x: Array, y: Array, reduction: str, at: float | None, over: Sequence[float] | None) -> float:
-    if reduction == "work":
-        return float(np.trapezoid(y, x))
-    low, high = (over[0], over[1]) if over is not None else (at, at)
-    if low is None or high is None or not x[0] <= low <= high <= x[-1]:
-        raise NoResult("no_result", f"the result goes from {x[0]:g} to {x[-1]:g}, not where {reduction} needs it")
-    if low == high:
-        return float(np.interp(low, x, y))
-    # mean = ∫ y dx / (high − low), the ends interpolated
-    inside = (x > low) & (x < high)
-    xs = np.concatenate([[low], x[inside], [high]])
-    return float(np.trapezoid(np.interp(xs, x, y), xs)) / (high - low)
 
 
 def required_number(text: str) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.printed_tables import Audited, Contradiction
 from stemcal.stages.screen import ScreenResult
@@ -34,7 +34,7 @@ CONSEQUENCES: tuple[Consequence, ...] = ("result", "conclusion", "method", "prin
 
 
 @dataclass(frozen=True)
-class Found:
+class Found(Spread):
     """One thing that does not agree.
 
     `consequence`: the ``result`` would be another, a ``conclusion`` does not hold, the ``method`` is doubtful, or only

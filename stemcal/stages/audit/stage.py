@@ -6,7 +6,7 @@ from typing import ClassVar
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Column, Rows, Table
-from stemcal.files.typed import inline, key, to_json
+from stemcal.files.typed import Spread, inline, key, to_json
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.notes import Note
 from stemcal.runs.answer import Watch, ignore
@@ -35,7 +35,7 @@ class NoValidationTable(Note):
 
 
 @dataclass(frozen=True)
-class Finding:
+class Finding(Spread):
     """One thing that does not agree, numbered."""
 
     number: int

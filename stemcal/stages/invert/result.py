@@ -12,7 +12,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Rows, Table
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.notes import Note, Weight
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
@@ -112,7 +112,7 @@ class Point:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PublishedPoint:
+class PublishedPoint(Spread):
     """A published solution as this surface sees it, and how far its prediction is from the target, N."""
 
     point: Point = inline()

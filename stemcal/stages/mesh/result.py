@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from stemcal.doe.calibration.mesh_scatter import MeshScatter, SizeFactor
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
@@ -17,7 +17,7 @@ _COLUMNS = ("condition", "mesh", "response", "status", "reason")
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshRun:
+class MeshRun(Spread):
     """The force at the solution on one mesh: ``own``, ``phases`` (their mean) or an element size.
 
     `further` has travel and work at each place, where they were measured.

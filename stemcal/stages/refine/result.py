@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import Head, Interval, StageResult
@@ -39,7 +39,7 @@ class ResponseRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RefineRow:
+class RefineRow(Spread):
     """One run: where it was, what the surface had predicted, what came of it.
 
     `how` is ``solution`` (of the stage before), ``surface`` (the refitted one), ``bracket`` (between two simulated
@@ -101,7 +101,7 @@ class LearntProcess:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearntOf:
+class LearntOf(Spread):
     """The surface of one measured mean with the simulated points in it, and the variance that weighs it."""
 
     condition: float

@@ -25,7 +25,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.regression.transform import BoxCox
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline, to_json
+from stemcal.files.typed import Spread, absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
@@ -93,7 +93,7 @@ class FitSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AtCondition:
+class AtCondition(Spread):
     """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
 
     condition: float

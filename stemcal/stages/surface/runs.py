@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from stemcal.doe.regression.within import Within, moderated_weights
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
@@ -16,7 +16,7 @@ from stemcal.study.model import Study
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConditionRun:
+class ConditionRun(Spread):
     """One run of the surface's design at another diameter."""
 
     run: int

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from stemcal.doe.calibration.transfer import Learnt
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline, key
+from stemcal.files.typed import Spread, absent, inline, key
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import AimsAt, Entries, Head, Interval, StageResult
@@ -94,7 +94,7 @@ class TransferRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TransferRun:
+class TransferRun(Spread):
     """One run of the other program: of the search, or of the result (`after`) or the start (`before`) elsewhere.
 
     `predicted` is what the surface, as corrected by then, expected.

@@ -10,7 +10,7 @@ from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_per
 from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
 from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline
+from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
@@ -86,7 +86,7 @@ class FurtherRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValidateRow:
+class ValidateRow(Spread):
     """One diameter: measured and simulated force compared, and what came of the run.
 
     `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the

@@ -28,10 +28,8 @@ from stemcal.study.model.program_options import (
     ProgramOptions,
 )
 from stemcal.study.model.result_readers import (
-    CalculixResult,
     CsvResult,
     JsonResult,
-    RcforcResult,
     RegexResult,
     ResultReader,
 )
@@ -51,14 +49,14 @@ from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 # fmt: off
 __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
-    "CalculixResult", "ClimbOptions",
+    "ClimbOptions",
     "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
     "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
-    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RcforcResult", "RefineOptions",
+    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
     "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",

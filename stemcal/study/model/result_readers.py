@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, 
 
 from stemcal.naming import CUTTING, Naming
 from stemcal.study.model.frozen import Frozen
-from stemcal.study.types.field_types import Number, Whole, complain
+from stemcal.study.types.field_types import Number, complain
 
 
 def _inside_run_folder(given: object) -> object:
@@ -25,8 +25,8 @@ def _pattern(given: object, info: ValidationInfo) -> object:
         return given
     try:
         groups = re.compile(given).groups
-    except re.error as error:
-        raise complain(f"is no regular expression: {error}", "mend it") from None
+    except (re.error, OverflowError, RecursionError) as error:
+        raise complain(f"is no regular expression: {error}", "correct it") from None
     if groups == 0:
         raise complain("has no group around the number", f"write it like '{_first(info)} = (\\S+)'")
     return given
@@ -49,20 +49,11 @@ Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "st
 
 
 class _Result(Frozen):
-    """A file of the run folder and how its series of numbers becomes one.
-
-    ``max, min, first, last`` need the series alone; ``at`` (with `at`, linear between points), ``mean_over``
-    (with `over: [from, to]`) and ``work`` (the integral) also need what it is plotted along.
-    """
+    """A file in the run folder, and how the series of numbers in it becomes one number."""
 
     file: RunFile
-    reduction: Literal["max", "min", "first", "last", "at", "mean_over", "work"] = "last"
-    """How a series of numbers becomes one: its largest, smallest, first or last, the value `at` a place, the mean
-    `over` a stretch, or the integral (work) along what it is plotted against."""
-    at: Number | None = None
-    """For `reduction: at`: where, in the unit of what the series is plotted along; linear between points."""
-    over: tuple[Number, Number] | None = None
-    """For `reduction: mean_over`: from and to."""
+    reduction: Literal["max", "min", "first", "last"] = "last"
+    """How a series of numbers becomes one: its largest, smallest, first or last."""
     scale: Number = 1.0
     """The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."""
 
@@ -75,7 +66,7 @@ class JsonResult(_Result):
     path: Text
     """Keys and indices joined by points: `history.force` or `rows.0.force`."""
     along: Text | None = None
-    """The same, of what the series is plotted along."""
+    """The same, of the travel of a curve (`targets.curves`)."""
 
 
 class CsvResult(_Result):
@@ -86,7 +77,7 @@ class CsvResult(_Result):
     column: Text
     """Name of the column."""
     along: Text | None = None
-    """Name of the column it is plotted against."""
+    """Name of the column with the travel of a curve (`targets.curves`)."""
 
 
 class RegexResult(_Result):
@@ -95,40 +86,7 @@ class RegexResult(_Result):
     kind: Literal["regex"]
     """A text file, searched line by line."""
     pattern: Pattern
-    """Regular expression; the group called y, or the first, is the number, a group x what it is plotted along."""
+    """Regular expression; the group called y, or the first, is the number, a group x the travel of a curve."""
 
 
-class RcforcResult(_Result):
-    """The force of a contact over time in LS-DYNA's ASCII ``rcforc``, turned so that its peak is positive."""
-
-    kind: Literal["rcforc"]
-    """LS-DYNA's ASCII rcforc."""
-    file: RunFile = "rcforc"
-    interface: Annotated[Whole, Field(ge=1)] = 1
-    """Number of the contact."""
-    component: Literal["x", "y", "z"] = "z"
-    """Direction of the force."""
-
-
-class CalculixResult(_Result):
-    """What CalculiX has printed into its ``.dat`` for a set, over time: ``*NODE PRINT, NSET=TIP`` and ``RF``, say.
-
-    `quantity` and `component` are called as there: ``forces`` and ``fz``, ``displacements`` and ``vx``, ``total
-    force``.
-    """
-
-    kind: Literal["calculix"]
-    """CalculiX's .dat."""
-    set: Text
-    """Name of the set that is printed."""
-    quantity: Text = "forces"
-    """What is printed, called as there."""
-    component: Text
-    """Its component, called as there."""
-    node: Annotated[Whole, Field(ge=1)] | None = None
-    """The one node of the set; forces are summed over the set without it."""
-
-
-ResultReader = Annotated[
-    JsonResult | CsvResult | RegexResult | RcforcResult | CalculixResult, Field(discriminator="kind")
-]
+ResultReader = Annotated[JsonResult | CsvResult | RegexResult, Field(discriminator="kind")]

@@ -15,7 +15,7 @@ from stemcal.study.types.strict_yaml import NodePath
 
 SOLVER_KINDS = ("embedded", "table", "command", "manual", "lsdyna", "openradioss")
 _DEFS = "#/$defs/"
-RESULT_KINDS = ("json", "csv", "regex", "rcforc", "calculix")
+RESULT_KINDS = ("json", "csv", "regex")
 
 
 def json_schema() -> dict[str, Any]:

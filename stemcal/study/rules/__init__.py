@@ -77,7 +77,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     program_rules.run_files_differ,
     program_rules.every_response_is_read,
     program_rules.own_names_belong_to_programs,
-    program_rules.reduction_has_what_it_needs,
     program_rules.command_names_deck,
     program_rules.openradioss_hardens_isotropically,
     transfer_rules.target_can_be_reached,

@@ -11,7 +11,6 @@ from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.program_rules import (
     has_abscissa,
     placeholders_are_known,
-    reduction_has_what_it_needs,
     run_files_differ,
 )
 from stemcal.study.types.strict_yaml import NodePath
@@ -161,7 +160,7 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
         if test.solver is None:
             continue
         path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests={})
-        for rule in (placeholders_are_known, run_files_differ, reduction_has_what_it_needs):
+        for rule in (placeholders_are_known, run_files_differ):
             for finding in rule(own):
                 yield finding._replace(path=("tests", index, *finding.path))
         if test.solver.result is not None:

@@ -122,27 +122,6 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
             seen.add(path.name.lower())
 
 
-def reduction_has_what_it_needs(draft: Draft) -> Iterator[Finding]:
-    """``at``, ``mean_over`` and ``work`` know where, and what the numbers are plotted along."""
-    if not isinstance(draft.solver, model.CommandSolver):
-        return
-    if draft.solver.result is not None:
-        yield from _reduction(draft.solver.result, ("solver", "result"))
-    for name, result in draft.solver.results.items():
-        yield from _reduction(result, ("solver", "result", name))
-
-
-def _reduction(result: model.ResultReader, path: NodePath) -> Iterator[Finding]:
-    if result.reduction == "at" and result.at is None:
-        yield Finding(path, "reduction at needs a place", "add at: 2.5")
-    if result.reduction == "mean_over" and (result.over is None or result.over[0] > result.over[1]):
-        yield Finding(path, "reduction mean_over needs a range", "add over: [0, 1]")
-    along = has_abscissa(result)
-    if result.reduction in ("at", "mean_over", "work") and not along:
-        remedy = "add a group (?P<x>…)" if result.kind == "regex" else "add along: NAME"
-        yield Finding(path, f"reduction {result.reduction} needs what it is plotted along", remedy)
-
-
 def every_response_is_read(draft: Draft) -> Iterator[Finding]:
     """A program leaves each response; a single reader serves a single one."""
     if not isinstance(draft.solver, model.CommandSolver):
@@ -179,10 +158,8 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
 
 
 def has_abscissa(result: model.ResultReader) -> bool:
-    """Whether a reader knows what its numbers are plotted along; named readers do."""
-    if isinstance(result, model.RegexResult):
-        return "(?P<x>" in result.pattern
-    return result.along is not None if isinstance(result, model.JsonResult | model.CsvResult) else True
+    """Whether a reader finds the travel of a curve too."""
+    return "(?P<x>" in result.pattern if isinstance(result, model.RegexResult) else result.along is not None
 
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:
