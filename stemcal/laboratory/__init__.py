@@ -1,4 +1,4 @@
-"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests, shear.
+"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests.
 
 Each kind has its own module; mesh, contact, integration, curve and doubts are those of the virtual shear test.
 """
@@ -18,7 +18,6 @@ from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import build, rounded
-from stemcal.laboratory.double_shear import DoubleShear
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
@@ -28,7 +27,6 @@ from stemcal.run_warnings import MOST_BUCKLING, Buckles, MaximumNotPassed, RunWa
 __all__ = [
     "REVISION",
     "Axial",
-    "DoubleShear",
     "Kind",
     "LaboratoryResult",
     "LaboratoryTest",
@@ -74,10 +72,9 @@ def perform(
     wall = time.perf_counter() - started
     curve = force_history(test, history, scale)
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
-    deflection = np.array(gauges.deflection) if gauges.deflection else None
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
-    responses, r2 = responses_of(test, curve, deflection, result, broken)
+    responses, r2 = responses_of(curve, result, broken)
     shape = shape_of(model, history, how.symmetry)
     warnings = _of_tests(result.warnings) + _buckling(gauges, curve)
     more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}

@@ -17,7 +17,6 @@ from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import (
     Axial,
-    DoubleShear,
     Kind,
     LaboratoryResult,
     LaboratoryTest,
@@ -78,8 +77,6 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
             break_drop=how.break_drop,
             stop_after_peak=how.stop_after_peak,
         ),
-        secant=section.secant,
-        deflection=section.deflection,
     )
 
 
@@ -88,8 +85,6 @@ def _kind(section: LaboratorySection, diameter: float) -> Kind:
         return ThreePointBending(section.span.at(diameter), section.nose_radius, section.support_radius)
     if section.kind == "radial-compression":
         return RadialCompression()
-    if section.kind == "double-shear":
-        return DoubleShear(section.plate.at(diameter), section.gap.at(diameter))
     return Axial("tension" if section.kind == "axial-tension" else "compression", section.ends)
 
 
@@ -169,7 +164,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
             if name not in result.responses:
-                message = f"{section.name}: the curve has no {name}; change stroke or secant"
+                message = f"{section.name}: the curve has no {name}; lengthen the stroke"
                 raise SimulationFailed("no_response", message)
             responses[section.called(name)] = result.responses[name]
         warnings += doubts(result, section.measured)

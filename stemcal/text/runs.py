@@ -56,7 +56,7 @@ states(
 states(
     of_runs.MaximumNotPassed,
     "The test ended after {stroke:.3g} mm without having passed its maximum: maximum_force, travel and work are lower "
-    "bounds, slope and force_at_deflection are not. Lengthen the stroke of the test.",
+    "bounds, the slope is not. Lengthen the stroke of the test.",
 )
 states(
     of_runs.Buckles,

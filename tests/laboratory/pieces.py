@@ -23,7 +23,6 @@ def piece(
     kind: Kind, of: Material, length: float, travel: float, size: float, ratio: float = RATIO, **how: Any
 ) -> LaboratoryTest:
     """Return a test without friction that takes a second."""
-    secant = how.pop("secant", (0.2, 0.5))
     mesh = Discretisation(
         size,
         edge_over="nodes",
@@ -32,4 +31,4 @@ def piece(
         filter_window=0.01,
         **how,
     )
-    return LaboratoryTest(kind, of, Stem(8.0, ratio, length), Loading(travel, 1.0, 0.0), Contact(), mesh, secant=secant)
+    return LaboratoryTest(kind, of, Stem(8.0, ratio, length), Loading(travel, 1.0, 0.0), Contact(), mesh)
