@@ -8,7 +8,6 @@
     mesh          the solution on other meshes, if the spec asks for it    mesh.json
     validate      every diameter → measured against simulated              validate.json
     transfer      the result in another program, corrected there           transfer.json
-    audit         printed tables and claims against recomputed ones        audit.json
 
 A stage reads the file of the one before and leaves its own, so each can be run alone and again. Runs come
 from the records of the study folder where they are there; a stage that would be made of the same as before is read
@@ -20,7 +19,6 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.audit.stage import audit
 from stemcal.stages.climb import climb
 from stemcal.stages.fresh import make_all
 from stemcal.stages.invert.stage import invert
@@ -36,7 +34,6 @@ from stemcal.study.model import Study
 
 __all__ = [
     "Progress",
-    "audit",
     "calibrate",
     "climb",
     "fit_surface",

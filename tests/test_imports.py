@@ -19,7 +19,6 @@ FLOORS = {
     "stemcal.outputs": 1,
     "stemcal.interrupts": 0,
     "stemcal.child": 1,
-    "stemcal.kits": 0,
     "stemcal.naming": 0,
     "stemcal.notes": 2,
     "stemcal.run_warnings": 2,
@@ -51,7 +50,7 @@ PLACES = {
     "typer": ("stemcal.cli",),
     "rich": ("stemcal.cli", "stemcal.report"),
     "yaml": ("stemcal.study",),
-    "statsmodels": ("stemcal.doe", "stemcal.measured.normality"),
+    "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
     "arviz": ("stemcal.stages.invert.result",),
     "pyDOE3": ("stemcal.doe",),
@@ -69,10 +68,7 @@ INSIDE_FUNCTIONS = (
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 
-KITS = PACKAGE / "kits"  # whose folders hold data: scripts for other programs
-MODULES = sorted(
-    path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts and KITS not in path.parent.parents
-)
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "__pycache__" not in path.parts)
 
 
 def name_of(path: Path) -> str:
@@ -156,20 +152,6 @@ def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
             tuple(TopologicalSorter(graph).static_order())
         except CycleError as error:
             pytest.fail(f"{package}: {' → '.join(error.args[1])}")
-
-
-# Rooms that one can live in the house without entering, and who may.
-SECLUDED = {
-    "stemcal.solvers.deck_import": ("stemcal.cli",),
-    "stemcal.stages.audit": ("stemcal.workflow", "stemcal.text.audit", "stemcal.report.tables"),
-}
-
-
-@pytest.mark.parametrize("room", SECLUDED)
-def test_nothing_else_imports_secluded_rooms(room: str) -> None:
-    entering = {name_of(path) for path in MODULES for found, _ in imports(path, checked=True) if within(found, room)}
-    others = {module for module in entering if not any(within(module, one) for one in (room, *SECLUDED[room]))}
-    assert entering and others == set()
 
 
 def _module(imported: str, names: set[str]) -> str:

@@ -17,7 +17,6 @@ from stemcal.cli import (
     doctor,
     explain,
     export,
-    import_deck,
     init,
     measure,
     plan,
@@ -30,7 +29,6 @@ from stemcal.cli import (
     stages,
     status,
     verify,
-    verify_transfer,
 )
 from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
@@ -60,14 +58,10 @@ app = typer.Typer(
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each goes on where it stopped)": (
-        *(run.run, *(stages.command_of(stage) for stage in STAGES if stage.name != "audit"), augment.augment),
+        *(run.run, *(stages.command_of(stage) for stage in STAGES), augment.augment),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
-    PUBLISH: (stages.audit_command(),),
-    AROUND: (
-        *(init.init, check.check, plan.plan, simulate.simulate),
-        *(verify_transfer.verify_transfer, import_deck.import_deck),
-    ),
+    AROUND: (init.init, check.check, plan.plan, simulate.simulate),
     "The study folder": (status.status, runs.runs, retry.retry, verify.verify),
     "First steps and help": (demo.demo, doctor.doctor, schema.schema, explain.explain),
 }

@@ -1,4 +1,4 @@
-"""The stage commands: one for each entry of the list of stages, and `audit`."""
+"""The stage commands: one for each entry of the list of stages."""
 
 from collections.abc import Callable
 from inspect import cleandoc
@@ -6,7 +6,7 @@ from inspect import cleandoc
 from stemcal.cli.console import warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers, Yes
 from stemcal.cli.session import opened
-from stemcal.stages.base import Stage, stage_called
+from stemcal.stages.base import Stage
 
 
 def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..., None]:
@@ -23,21 +23,6 @@ def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..
     ) -> None:
         _run(stage, spec, out, workers, executor, as_json, quiet, yes)
 
-    return _named(command, stage, example)
-
-
-def audit_command() -> Callable[..., None]:
-    """Return the command that audits a paper; nothing is simulated, so it has no workers."""
-    stage = stage_called("audit")
-
-    def command(spec: Spec, out: Out = None, as_json: AsJson = False, quiet: Quiet = False) -> None:
-        _run(stage, spec, out, 1, "local", as_json, quiet)
-
-    return _named(command, stage, "configs/paper-replay.yaml")
-
-
-def _named(command: Callable[..., None], stage: Stage, example: str) -> Callable[..., None]:
-    """Give a command the name and the help of its stage."""
     command.__name__ = stage.name
     command.__doc__ = f"{cleandoc(stage.help)}\n\nExample: [bold]stemcal {stage.name} {example}[/bold]"
     return command

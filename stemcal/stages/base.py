@@ -165,20 +165,6 @@ STAGES: tuple[Stage, ...] = (
         """,
         lambda study: study.transfer is not None,
     ),
-    Stage(
-        "audit",
-        "Audit",
-        "stemcal.stages.audit.stage.audit",
-        "stemcal.stages.audit.stage.AuditResult",
-        ("targets", "published", "loading"),
-        lambda study: _before_validation(study) if study.unvalidated else "validate",
-        """Recompute a paper's printed tables and claims and list what does not agree, cell by cell.
-
-        The spec has a solver of kind table with the paper's runs, and under published what it printed.
-        """,
-        lambda _study: False,
-        simulates=False,
-    ),
 )
 _BY_NAME = {stage.name: stage for stage in STAGES}
 

@@ -49,7 +49,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
         solver = None  # the stage has one of its own
     dump = _with_contents(whole.model_dump())
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
-    parts |= {name: dump[name] for name in ("published", *stage_called(stage).options)}
+    parts |= {name: dump[name] for name in stage_called(stage).options}
     if study.tests:
         parts["tests"] = dump["tests"]
     if study.targets.modes:

@@ -17,7 +17,6 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,10 +155,6 @@ class StageResult(Spread):
     def tables(self) -> dict[str, Table]:
         """Return the tables that the stage leaves as CSV, by file name, headed as the study calls things."""
         return {name: table.headed(self.naming.headings) for name, table in self._tables().items()}
-
-    def against_published(self, study: Study) -> Self:
-        """Return it with what a paper printed of it compared; itself where nothing can be."""
-        return self
 
     def _tables(self) -> dict[str, Table]:
         """Return the tables with columns called as the fields are; the one of the stage itself comes first."""

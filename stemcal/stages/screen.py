@@ -16,7 +16,6 @@ from stemcal.notes import Note, Weight
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import Outcome, lower_bounds
 from stemcal.stages.design import runs_of, screening_design
-from stemcal.stages.printed_tables import Audited, audit_screening
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
@@ -142,7 +141,6 @@ class ScreenResult(StageResult):
     runs_used: int
     runs_failed: int
     responses: dict[str, FurtherScreening] | None = absent()
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -154,7 +152,7 @@ class ScreenResult(StageResult):
         """Return the screening of a further response as if it were the only one."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
-        return replace(self, head=head, **further.as_record(), responses=None, aliases=None, published=None)
+        return replace(self, head=head, **further.as_record(), responses=None, aliases=None)
 
     @property
     def active_factors(self) -> tuple[str, ...]:
@@ -191,10 +189,6 @@ class ScreenResult(StageResult):
             errors = [abs(self.effect(row.factor).effect) / row.t for row in self.pareto.rows if row.t]
             limits += [Limit(self.pareto.t_limit * max(errors), "t")] if errors else []
         return limits
-
-    def against_published(self, study: Study) -> ScreenResult:
-        """Return it with the effects that a paper printed compared."""
-        return replace(self, published=audit_screening(study, self.effects))
 
     def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""

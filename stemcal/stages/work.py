@@ -120,7 +120,7 @@ def a_stage(
                 if (before := stage_called(kind.name).needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
                 head = head_of(study, work.solver, folder, kind.name)
-                return leave(folder, found(work, head).against_published(study))
+                return leave(folder, found(work, head))
 
         return stage
 

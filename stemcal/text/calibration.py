@@ -20,8 +20,6 @@ from stemcal.stages.invert.result import (
     PriorRow,
     PriorUnused,
     ProcessesTaken,
-    PublishedIncomplete,
-    PublishedPoint,
     SolvedByProcess,
     UnequalScatter,
 )
@@ -233,8 +231,6 @@ def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
             )
             fields = {"length": part.posterior.chain_length, "samples": part.posterior.effective_samples}
             yield Remark(say(rough, **fields), Weight.TRUST, "short_chains", claims=True)
-    if stage.published is not None:
-        yield from _of_published(stage.published, names)
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:
@@ -351,18 +347,6 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
     return f"{errors} {say(judged[null.beaten_by(joint.max_abs_left_out_error_percent)])}"
 
 
-def _of_published(published: PublishedPoint, names: Names) -> Iterator[Remark]:
-    at = (
-        "At the published solution the surface predicts {predicted:response .2f}, {difference:response +.2f} from the "
-        "target."
-    )
-    text = names.say(at, predicted=published.point.predicted, difference=published.difference)
-    yield Remark(text, Weight.TRUST, "published_solution")
-    if not published.point.inside:
-        outside = "The published solution lies outside the design region: the surface extrapolates there."
-        yield Remark(say(outside), Weight.NUMBERS, "published_outside")
-
-
 _WEIGHTS = {
     "measured": "Weights: the measured scatter, one coefficient of variation a response, and the error of the surface.",
     "pooled": "Weights: the measured scatter; means without an SD take the coefficient of variation of the others.",
@@ -439,7 +423,6 @@ states(
     PriorUnused,
     "The surface does not vary {factors:factors}: held in the middle of the range, whatever is known beforehand.",
 )
-states(PublishedIncomplete, "The published solution has no {factors:factors}; the centre is taken.")
 states(
     FlatDirection,
     "The measured values do not separate the parameters: {together:all} together change the fit too little to tell. Of "

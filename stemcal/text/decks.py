@@ -1,7 +1,6 @@
 """What is said of decks: the force that one is to give, beside the study's."""
 
 from stemcal.text.language import say
-from stemcal.text.names import program as program_name
 from stemcal.text.numbers import significant
 
 # So near the study's force needs no remedy, as a share of it.
@@ -23,21 +22,6 @@ def forces_told(of_deck: float, of_study: float | None) -> list[str]:
             say(
                 "Parameters calibrated in the study do not hold in this deck. Write one with --for lsdyna or --for "
                 "openradioss, or calibrate for the mesh of that program."
-            )
-        )
-    return told
-
-
-def checked_told(program: str, force: float, to_give: float) -> list[str]:
-    """Say what a program gives for a deck, N, beside what that is to give, and what can be done where it is far off."""
-    there, off = program_name(program), 100.0 * (force / to_give - 1.0)
-    gives = "{there} gives {force} N where this deck is to give {to_give} N: {off:+.1f} %."
-    told = [say(gives, there=there, force=significant(force), to_give=significant(to_give), off=off)]
-    if abs(off) > 100.0 * _NEAR:
-        told.append(
-            say(
-                "The parameters do not hold there as they are. A section transfer in the spec corrects them by a few "
-                "runs of that program."
             )
         )
     return told

@@ -31,8 +31,6 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("growth", "How a material parameter follows the stem's diameter: value·(d/at)^exponent, or a table by grade "
           "(`material: {yield_stress: {at: 8 mm, exponent: growth}}`). The exponent may be a factor.",
           "docs/howto/own-stem.md"),
-    Entry("kit", "A study of other programs to begin with, with the files that its runs need: `stemcal init NAME --kit "
-          "KIT`.", "docs/howto/kits.md"),
     # ---- designs and screening
     Entry("factor", "A parameter that is varied between a low and a high level.", _MONT),
     Entry("response", "What a run gives and the laboratory measures: the maximum force on the blade in N, unless a "

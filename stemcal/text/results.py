@@ -18,7 +18,7 @@ MOST = 5
 
 
 _TOPICS = {"screen": "screening", "climb": "climb", "rsm": "surface", "invert": "calibration", "refine": "refinement",
-           "mesh": "mesh", "validate": "validation", "transfer": "transfer", "audit": "audit"}  # fmt: skip
+           "mesh": "mesh", "validate": "validation", "transfer": "transfer"}  # fmt: skip
 """The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
 TOPICS = (runs,)
 """What gives notes of several stages their sentences."""

@@ -12,7 +12,6 @@ from stemcal.doe.screening.lenth import FoldOverPays
 from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
-from stemcal.text import published
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -157,7 +156,7 @@ def remarks(stage: ScreenResult, names: Names) -> list[Remark]:
         said.append(Remark(text, Weight.TRUST, "two_stages"))
     if stage.curvature is not None:
         said.append(Remark(_curvature(stage.curvature, names), Weight.TRUST, "curvature"))
-    return [*said, *(remark(note, names) for note in stage.notes), *published.remarks(stage.published, names)]
+    return [*said, *(remark(note, names) for note in stage.notes)]
 
 
 def _two_stages(found: TwoStages, factors: int, names: Names) -> str:

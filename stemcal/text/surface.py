@@ -10,7 +10,6 @@ from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAske
 from stemcal.stages.surface.result import ReductionSteps, SurfaceResult
 from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
 from stemcal.stages.surface.shape import Shape
-from stemcal.text import published
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -56,7 +55,7 @@ RIVALS = {
 def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
     """Return what a surface says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
-    facts = [*_facts(stage, names), *published.remarks(stage.published, names)]
+    facts = [*_facts(stage, names)]
     return [*said, *facts]
 
 

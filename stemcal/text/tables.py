@@ -11,9 +11,6 @@ LINES = {
     "±{sme:response} even among all factors.",
     "anova": "Analysis of variance",
     "sequential anova": "Analysis of variance, type I sums of squares",
-    "anova of copies": "Analysis of variance as published",
-    "copies counted": "Every copy of a deterministic run counts here, as the published table has it. That makes "
-    "standard errors and p-values look better than they are: no interval is made from it.",
     "untestable": "Lack of fit cannot be tested.",
     "coefficients": "Response surface in coded units",
     "fit": "Quality of the fit",
@@ -116,9 +113,7 @@ LINES = {
     "every place reaches the force within the strains searched, {lowest:g} to {highest:g}.",
     "valid": "yes",
     "not valid": "no",
-    # audit and runs
-    "audit": "What does not agree",
-    "agree": "Printed cells that agree: {counts}.",
+    # runs
     "checks": "Checks of every run",
     "shares": "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, "
     "hourglass: largest share of the internal energy on the way to the peak; small shares mean a quasi-static test.",

@@ -6,7 +6,6 @@ from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
 from stemcal.stages.validate.result import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
-from stemcal.text import published
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -126,7 +125,6 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
         *(Remark(said, elsewhere, "beside_formula") for said in _elsewhere(stage, names)),
         *_scale(stage, names),
         *(remark(note, names) for note in stage.notes),
-        *published.remarks(stage.published, names),
     ]
 
 
@@ -230,10 +228,6 @@ states(
 )
 states(
     FromTable,
-    "The simulated {names.response.long} is read from a table: it belongs to the published solution ({at:all}), not to "
-    "this calibration.",
-    otherwise="The simulated {names.response.long} is read from a table: it belongs to the levels the table was made "
-    "with, not to this calibration.",
-    by="levels",
-    at=lambda note, names: [names.say("{name:factor} {level}", name=name, level=x) for name, x in note.levels.items()],
+    "The simulated {names.response.long} is read from a table. It belongs to the levels of that table, not to this "
+    "calibration.",
 )

@@ -17,7 +17,6 @@ from sheets import Cells, awaited, entered, text_of
 from stemcal.by_hand.entering import Correction
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.kits import kit_text
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.by_hand import refused
@@ -26,14 +25,14 @@ from stemcal.text.names import Names
 RUNS = 15
 ANGLE, BULK, WHO, WHEN, REMARK, STUDY = 4, 5, 6, 7, 8, 9
 HURT = 3  # the row that most kinds of damage are done to
-HEAP = kit_text("by-hand")
+HEAP = (Path(__file__).parents[2] / "examples" / "by-hand" / "heap.yaml").read_text("utf-8")
 
 
 @pytest.fixture(scope="module")
 def heap(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    """Return the kit's study with a second response."""
+    """Return the example's study with a second response."""
     spec = tmp_path_factory.mktemp("heap") / "heap.yaml"
-    text = HEAP.replace("@NAME@", "heap").replace("unit: deg}\n", "unit: deg}\n  - {name: bulk, unit: kg/m3}\n", 1)
+    text = HEAP.replace("unit: deg}\n", "unit: deg}\n  - {name: bulk, unit: kg/m3}\n", 1)
     spec.write_text(text.replace("n: 6}", "n: 6, bulk: 690 kg/m3, bulk_sd: 3 kg/m3}"), encoding="utf-8")
     return load_study(spec)
 

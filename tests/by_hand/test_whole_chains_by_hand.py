@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +16,6 @@ import stemcal
 from stemcal.by_hand.refusals import OtherStudy
 from stemcal.cli.app import app
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.kits import kit_text
 from stemcal.stages.verdict.advice import EnterResults
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -23,16 +23,16 @@ from stemcal.study.reading import load_study
 from stemcal.text.by_hand import refused
 from stemcal.text.names import Names
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
-def begun(folder: Path, kit: str, *changes: tuple[str, str]) -> Study:
-    """Begin a study with a kit and change its text."""
-    text = kit_text(kit).replace("@NAME@", "mine")
+
+def begun(folder: Path, example: str, *changes: tuple[str, str]) -> Study:
+    """Begin a study with an example and change its text."""
+    text = (EXAMPLES / example).read_text("utf-8")
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    for file in ("dyna/parameters.k",):
-        (folder / file).parent.mkdir(exist_ok=True)
-        (folder / file).write_text(kit_text(file), encoding="utf-8")
+    shutil.copy(EXAMPLES / "ls-dyna-window" / "parameters.k", folder)
     (folder / "mine.yaml").write_text(text, encoding="utf-8")
     return load_study(folder / "mine.yaml")
 
@@ -71,8 +71,8 @@ def angle(levels: dict[str, float]) -> float:
 
 
 def test_the_path_of_a_climb_stands_on_one_sheet(tmp_path: Path) -> None:
-    """By the kit for EDEM: 15 + 6 + 15 runs, then the solution; without `at_once` a sheet for each step."""
-    study, folder = begun(tmp_path, "angle-of-repose-edem"), StudyFolder(tmp_path / "out")
+    """By the example for EDEM: 15 + 6 + 15 runs, then the solution; without `at_once` a sheet for each step."""
+    study, folder = begun(tmp_path, "edem/edem-heap.yaml"), StudyFolder(tmp_path / "out")
     sheets = stages_of_sheets(study, folder, angle)
     assert [one for one in sheets if one[0] != "refine"] == [("screen", 15), ("climb", 6), ("rsm", 15), ("validate", 1)]
     rows = folder.read_stage("climb")["rows"]
@@ -81,7 +81,7 @@ def test_the_path_of_a_climb_stands_on_one_sheet(tmp_path: Path) -> None:
     assert found == min(range(6), key=lambda i: abs(rows[i]["response"] - 32.6))
     assert angle(folder.read_stage("validate")["parameters"]) == pytest.approx(32.6, rel=0.02)
     (tmp_path / "other").mkdir()
-    walking = begun(tmp_path / "other", "angle-of-repose-edem", (", at_once: true", ""))
+    walking = begun(tmp_path / "other", "edem/edem-heap.yaml", (", at_once: true", ""))
     steps = [
         count for stage, count in stages_of_sheets(walking, StudyFolder(tmp_path / "walk"), angle) if stage == "climb"
     ]
@@ -101,7 +101,12 @@ def test_several_diameters_are_fitted_together_by_hand(tmp_path: Path) -> None:
     targets = [
         (f"{old} N", f"{force(hidden | {'diameter': d}):.4f} N") for old, d in ((120, 7), (159.2, 8), (213.8, 9))
     ]
-    study = begun(tmp_path, "ls-dyna-window", *targets, ("refine: {tol", "invert: {diameters: all}\nrefine: {tol"))
+    study = begun(
+        tmp_path,
+        "ls-dyna-window/ls-dyna-window.yaml",
+        *targets,
+        ("refine: {tol", "invert: {diameters: all}\nrefine: {tol"),
+    )
     folder = StudyFolder(tmp_path / "out")
     assert stages_of_sheets(study, folder, force)[0] == ("rsm", 39)
     rows = folder.read_stage("validate")["rows"]
@@ -111,14 +116,14 @@ def test_several_diameters_are_fitted_together_by_hand(tmp_path: Path) -> None:
 
 def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
     """The same factors, ranges and runs, another study: only the last column tells; without it rows are taken."""
-    study = begun(tmp_path, "by-hand")
+    study = begun(tmp_path, "by-hand/heap.yaml")
     folder, twin = StudyFolder(tmp_path / "out"), StudyFolder(tmp_path / "twin")
     other = study.model_copy(update={"name": "Heu (2. Sorte)"})
     sheet = rows_filled(other, awaited(other, twin), lambda levels: 20.0 + 10.0 * levels["sliding"] + levels["wall"])
     found = entered(study, folder, text_of(sheet))
     assert len(found.refused) == 15 and isinstance(found.refused[0], OtherStudy)
     said = refused(found, Names(study.naming))[1]
-    assert "is of the study 'Heu (2. Sorte)', not of 'mine'; enter the row for that one" in said
+    assert "is of the study 'Heu (2. Sorte)', not of 'heap'; enter the row for that one" in said
     told = {"study": "other", "runs": [{"run": "rsm 1", "responses": {"angle": 25.0}}]}
     assert isinstance(entered(study, folder, json.dumps(told)).refused[0], OtherStudy)
     assert list(folder.keys()) == []
@@ -127,7 +132,7 @@ def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_factor_may_be_called_as_a_column_of_the_sheet(tmp_path: Path) -> None:
-    study = begun(tmp_path, "by-hand", ("name: wall", "name: study"), ("rolling, wall]", "rolling, study]"))
+    study = begun(tmp_path, "by-hand/heap.yaml", ("name: wall", "name: study"), ("rolling, wall]", "rolling, study]"))
     folder = StudyFolder(tmp_path / "out")
     sheet = rows_filled(study, awaited(study, folder), lambda levels: 20.0 + 10.0 * levels["study"])
     assert sheet[0] == ["run", "sliding", "rolling", "study", "angle (deg)", "who", "when", "remark"]
@@ -135,7 +140,7 @@ def test_a_factor_may_be_called_as_a_column_of_the_sheet(tmp_path: Path) -> None
 
 
 def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
-    study, folder = begun(tmp_path, "by-hand"), StudyFolder(tmp_path / "out")
+    study, folder = begun(tmp_path, "by-hand/heap.yaml"), StudyFolder(tmp_path / "out")
     awaited(study, folder)
     (unfinished,) = [reason for reason in verdict_of(study, folder).reasons if reason.kind == "unfinished"]
     assert unfinished.remedy == EnterResults()
@@ -144,7 +149,7 @@ def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
 
 
 def test_python_asks_for_the_whole_path(tmp_path: Path) -> None:
-    begun(tmp_path, "angle-of-repose-edem")
+    begun(tmp_path, "edem/edem-heap.yaml")
     study, rounds = stemcal.load_study(tmp_path / "mine.yaml"), []
     while runs := study.ask(tmp_path / "out"):
         rounds.append((runs[0]["run"].split()[0], len(runs)))

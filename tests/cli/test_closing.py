@@ -1,4 +1,4 @@
-"""The commands around the solution: climb, refine, audit."""
+"""The commands around the solution: climb, refine."""
 
 from __future__ import annotations
 
@@ -7,21 +7,6 @@ from pathlib import Path
 
 import pytest
 from commanding import REPLAY, SMOKE, command
-
-
-def test_audit_prints_what_does_not_agree(tmp_path: Path) -> None:
-    result = command("audit", REPLAY, "--out", tmp_path)
-    assert result.exit_code == 0
-    for words in ("the sign differs", "0.83 mm", "17.98", "112 to 124 N", "0.0468179"):
-        assert words in " ".join(result.stdout.split())
-    assert (tmp_path / "audit.csv").is_file()
-
-
-def test_audit_as_json_is_its_file(tmp_path: Path) -> None:
-    result = command("audit", REPLAY, "--out", tmp_path, "--json")
-    file = json.loads((tmp_path / "audit.json").read_text("utf-8"))
-    assert len(file.pop("sha256")) == 64
-    assert json.loads(result.stdout) == file
 
 
 @pytest.mark.slow

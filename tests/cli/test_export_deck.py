@@ -65,23 +65,6 @@ def test_same_deck_every_time(tmp_path: Path) -> None:
     assert b"\r" not in (tmp_path / "a.k").read_bytes()
 
 
-def test_deck_comes_back_as_a_spec_that_checks(tmp_path: Path) -> None:
-    deck, spec = tmp_path / "run.k", tmp_path / "back.yaml"
-    assert command("export", "deck", SMOKE, "--quiet", deck).exit_code == 0
-    deck.write_text(
-        deck.read_text(encoding="utf-8").replace("*END", "*LOAD_BODY_Z\n         1\n*END"), encoding="utf-8"
-    )
-    done = command("import-deck", deck, spec)
-    assert done.exit_code == 0, done.output
-    assert done.stdout.strip() == str(spec)
-    assert "not in the study: *LOAD_BODY_Z at line" in done.stderr.replace("\n", " ")
-    assert "# - *LOAD_BODY_Z at line" in spec.read_text(encoding="utf-8")
-    assert command("check", spec).exit_code == 0
-    again = command("import-deck", deck, spec)
-    assert (again.exit_code, "exists already" in again.stderr) == (2, True)
-    assert json.loads(command("import-deck", deck, tmp_path / "b.yaml", "--json", "--quiet").stdout)["leaves"]
-
-
 def test_refusals(tmp_path: Path) -> None:
     fixed = tmp_path / "fixed.yaml"
     fixed.write_text(

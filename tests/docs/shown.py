@@ -20,8 +20,9 @@ INSTALLING = ("python3 -m venv", ".venv/bin/pip", ".venv/bin/python -m pytest")
 
 
 def pages() -> list[Path]:
-    """Return README and the written pages of the documentation."""
-    return [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - GENERATED - set((DOCS / "_build").rglob("*.md")))]
+    """Return the READMEs and the written pages of the documentation."""
+    readmes = [ROOT / "README.md", *sorted((ROOT / "examples").rglob("README.md"))]
+    return [*readmes, *sorted(set(DOCS.rglob("*.md")) - GENERATED - set((DOCS / "_build").rglob("*.md")))]
 
 
 def commands(page: Path) -> list[str]:

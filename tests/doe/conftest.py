@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from printed import read_printed
 
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
@@ -18,11 +18,6 @@ from stemcal.doe.screening.analysis import Screening, analyse_screening
 
 DATA = Path(__file__).parent / "data"
 SYMBOLS = tuple(f"X{i}" for i in range(1, 10))
-
-
-def read_rows(name: str) -> list[dict[str, str]]:
-    with (DATA / name).open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +33,9 @@ def expected() -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def printed_rows():
-    return read_rows
-
-
-@pytest.fixture(scope="session")
 def pb_runs() -> Runs:
-    rows = read_rows("table06_pb_runs.csv")
-    ranges = {row["symbol"]: row for row in read_rows("table05_pb_factors.csv")}
+    rows = read_printed("table06_pb_runs.csv")
+    ranges = {row["symbol"]: row for row in read_printed("table05_pb_factors.csv")}
     low, high = ([float(ranges[s][end]) for s in SYMBOLS] for end in ("low", "high"))
     coding = Coding.from_ranges(SYMBOLS, low, high)
     coded = coding.to_coded([[float(row[s]) for s in SYMBOLS] for row in rows])
@@ -64,7 +54,7 @@ def coding() -> Coding:
 
 @pytest.fixture(scope="session")
 def ccd_runs(coding: Coding) -> Runs:
-    rows = read_rows("table09_ccd_runs_as_analysed.csv")
+    rows = read_printed("table09_ccd_runs_as_analysed.csv")
     coded = coding.to_coded([[float(row[name]) for name in coding.names] for row in rows])
     return Runs(coded, np.array([float(row["force_N"]) for row in rows]))
 

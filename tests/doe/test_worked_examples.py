@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from printed import agrees
 
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.factorial import fraction, full_factorial
@@ -16,7 +17,6 @@ from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.transform import box_cox
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.doe.screening.lenth import lenth
-from stemcal.stages.printed_numbers import agrees
 
 
 def cells_agree(surface, printed):

@@ -71,7 +71,7 @@ def test_a_frame_list_names_every_frame(stretched: Path) -> None:
 @pytest.mark.parametrize("reader", ["vtk", "meshio"])
 def test_a_frame_read_back_by_other_readers(stretched: Path, reader: str) -> None:
     """1 ms at 1/s is a strain of 1e-3: displacement 1e-3 x, stress E ln(1.001) in both elements (1 %: half a step)."""
-    module = pytest.importorskip(reader, reason=f"{reader} is not installed (extra view)")
+    module = pytest.importorskip(reader, reason=f"{reader} is not installed")
     path = stretched / "frame-0005.vtu"
     if reader == "meshio":
         mesh = module.read(path)

@@ -12,10 +12,8 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from typer.testing import CliRunner
 
 from stemcal import workflow
-from stemcal.cli.app import app
 from stemcal.doe.calibration.profile import allowed_rise, holds
 from stemcal.doe.calibration.search_region import Region
 from stemcal.executors.local import LocalExecutor
@@ -29,8 +27,7 @@ from stemcal.stages.surface.result import box_of
 from stemcal.study.reading import load_study
 from stemcal.study.types.placeholders import fill
 
-KITS = Path(__file__).parents[2] / "stemcal" / "kits"
-GRAINS = KITS / "grains"
+GRAINS = Path(__file__).parents[2] / "examples" / "liggghts"
 HIDDEN = {
     "grain_friction": 0.35,
     "grain_rolling": 0.08,
@@ -43,8 +40,8 @@ needs_program = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIG
 
 @pytest.fixture(scope="module")
 def heap() -> ModuleType:
-    """Return the kit's script as a module, whatever else is called heap."""
-    found = importlib.util.spec_from_file_location("heap_of_the_kit", GRAINS / "heap.py")
+    """Return the example's script as a module, whatever else is called heap."""
+    found = importlib.util.spec_from_file_location("heap_of_the_example", GRAINS / "heap.py")
     assert found is not None and found.loader is not None
     module = importlib.util.module_from_spec(found)
     with pytest.MonkeyPatch.context() as patch:
@@ -134,11 +131,7 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
 
     Two responses and three factors: a curve of solutions. The truth lies on it within what the scatter allows.
     """
-    assert (
-        CliRunner().invoke(app, ["init", str(tmp_path / "heap.yaml"), "--kit", "angle-of-repose-liggghts"]).exit_code
-        == 0
-    )
-    study = load_study(tmp_path / "heap.yaml")
+    study = load_study(GRAINS / "repose-heap.yaml")
     store = StudyFolder(tmp_path / "out")
     with LocalExecutor(2) as executor:
         workflow.calibrate(study, store, executor)

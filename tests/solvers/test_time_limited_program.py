@@ -16,7 +16,6 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.files.plain import open_plain, read_plain
-from stemcal.solvers.deck_import.keyword_blocks import blocks
 from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
 from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.programs.rcforc import contact_force as rcforc_force
@@ -94,7 +93,6 @@ READERS: dict[str, Callable[[str], object]] = {
     "deleted": lambda text: deleted_elements(text, text),
     "table": lambda text: contact_force(text, 1),
     "rcforc": lambda text: rcforc_force(text, 1, "z"),
-    "deck": lambda text: list(blocks(text)),
 }
 TEXTS: dict[str, Callable[[int], str]] = {
     "line ends": lambda n: "\n" * n,

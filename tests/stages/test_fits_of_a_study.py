@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from fakes import FakeSolver, force, make_study
+from printed import agrees
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.printed_numbers import agrees
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 

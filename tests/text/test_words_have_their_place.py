@@ -19,7 +19,6 @@ SPARED = {
     "stages/base.py": "help of the commands",
     "solvers/deck/model.py": "comments in decks: what these cannot say of the study",
     "solvers/deck/writer.py": "comments in decks",
-    "solvers/deck_import": "comments in a spec that is read from a deck",
     "runs/outcome.py": "failures of runs",
     "runs/retries.py": "failures of runs",
     "executors": "failures of runs",

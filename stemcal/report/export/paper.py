@@ -74,7 +74,7 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         tables.append(_levels(surface))
         tables.append(_printed("surface-runs", design_table(surface.design, symbols), _runs(study, "run")))
         kind = "anova" if surface.sums_of_squares != "sequential" else "sequential anova"
-        anova = _printed("anova", anova_table(replace(surface, anova=surface.as_published)), heads, f"{stars} {note}")
+        anova = _printed("anova", anova_table(surface), heads, f"{stars} {note}")
         tables.append(replace(anova, caption=line(f"published {kind}")))
     if inversion is not None:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}

@@ -79,7 +79,7 @@ def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Ta
 
 def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     """Return all tables of a surface."""
-    tables = [anova_table(stage), *_counting_copies(stage), coefficient_table(stage, names), fit_table(stage)]
+    tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
     tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
     tables += [sobol_table(stage, names)] if stage.sobol else []
     tables += [comparison_table(stage.comparison, names)] if stage.comparison else []
@@ -128,14 +128,6 @@ def anova_table(stage: SurfaceResult) -> Table:
     foot = () if stage.lack_of_fit_testable else [line("untestable")]
     strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
     return Table.of(columns, stage.anova, title, foot, strong=strong, detail=True)
-
-
-def _counting_copies(stage: SurfaceResult) -> list[Table]:
-    """Return the analysis of variance as a paper prints it, where copies of deterministic runs make it another."""
-    if not stage.anova_of_copies:
-        return []
-    counted = replace(stage, anova=stage.anova_of_copies, sums_of_squares=None)
-    return [replace(anova_table(counted), title=line("anova of copies"), foot=(line("copies counted"),))]
 
 
 def coefficient_table(stage: SurfaceResult, names: Names) -> Table:

@@ -12,7 +12,7 @@ from stemcal.stages.result import Interval
 from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, interval, short, significant
+from stemcal.text.numbers import fixed, interval, significant
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -27,9 +27,8 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     `refined` has the values after a refinement.
     """
     point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
-    published = {} if stage.published is None else stage.published.point.solution
     rows: list[dict[str, Any]] = [
-        {"factor": name, "range": ranges.get(name), "coded": point.coded[name], "published": published.get(name)}
+        {"factor": name, "range": ranges.get(name), "coded": point.coded[name]}
         | {"solution": (refined or point.solution)[name], "share": known and share_of_range(known, name)}
         for name in point.solution
     ]
@@ -39,7 +38,6 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         Column("range", head, form=interval, claims=True),
         *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
-        *([Column("published", "Published", form=short)] if published else []),
     ]
     found = {"target": stage.target, "predicted": point.predicted, "radius": point.coded_radius, "rule": stage.rule}
     ends = line("intervals of the response", names, mean=point.mean_interval, one=point.prediction_interval)

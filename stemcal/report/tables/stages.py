@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from stemcal.files.rows import Column, Table
+from stemcal.files.rows import Table
 from stemcal.files.typed import to_json
 from stemcal.report.tables.of_designs import effects_table, surface_tables
 from stemcal.report.tables.of_parameters import (
@@ -21,13 +21,11 @@ from stemcal.report.tables.of_responses import desired_table, further_table, joi
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.numbers import significant
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
-    from stemcal.stages.audit.stage import AuditResult
     from stemcal.stages.invert.result import InvertResult
     from stemcal.stages.transfer.result import TransferResult
 
@@ -79,17 +77,6 @@ def _of_others(stage: SurfaceResult, labels: Mapping[str, str] | None) -> list[T
     return tables
 
 
-def audit_table(stage: AuditResult, names: Names) -> Table:
-    """Return what an audit found."""
-    from stemcal.text.audit import said_of
-
-    touches = Column("consequence", "Touches", of=lambda finding: say(finding.found.consequence))
-    said = Column("sentence", "Finding", of=lambda finding: said_of(finding, names))
-    columns = Column("number", "", form=format), touches, said
-    counts = "; ".join(f"{name} {count.agree}/{count.of}" for name, count in stage.tables_agree.items())
-    return Table.of(columns, stage.findings, line("audit"), [line("agree", counts=counts)])
-
-
 _TABLES: dict[str, Callable[[Any, Names], list[Table]]] = {
     "climb": lambda stage, names: [climb_table(stage, names)],
     "invert": lambda stage, names: [calibration_table(stage, names), *joint_tables(stage, names)],
@@ -97,5 +84,4 @@ _TABLES: dict[str, Callable[[Any, Names], list[Table]]] = {
     "mesh": lambda stage, names: [mesh_table(stage, names), budget_table(stage, names)],
     "validate": validation_tables,
     "transfer": _transfer_tables,
-    "audit": lambda stage, names: [audit_table(stage, names)],
 }

@@ -53,7 +53,7 @@ class Parts:
 class Deck:
     """The deck of a shear test at given levels (units of the spec) and stem diameter (mm).
 
-    `force_to_give` (N) stands in its comments where it is known, for who checks a program by it.
+    `force_to_give` (N) is written in its comments where it is known.
     """
 
     study: Study
@@ -200,7 +200,7 @@ class Deck:
 
     @cached_property
     def settings(self) -> dict[str, Any]:
-        """What belongs to the model and has no card, in mm, t, s, N: an import takes it from comments."""
+        """What belongs to the model and has no card, in mm, t, s, N: it is written in comments."""
         study, solver, given = self.study, self.solver, self.given
         kept = {
             "edge_spread": self.edge_spread,

@@ -17,8 +17,7 @@ _HALF = 2
 _AROUND = 4
 # Elements of the rounding of the edge over those of the stem: so many facets are round for it.
 _FACET = 0.5
-# The height of a sharp edge's V over the body's thickness: higher than the edge sinks into the stem, lower than what an
-# import of the deck takes for a flank.
+# The height of a sharp edge's V over the body's thickness: higher than the edge sinks into the stem.
 _VEE = 0.15
 # How far the supports reach beyond the stem and below it, mm.
 _BEYOND, _BELOW = 5.0, 10.0

@@ -12,7 +12,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Rows, Table
-from stemcal.files.typed import Spread, absent, inline
+from stemcal.files.typed import absent, inline
 from stemcal.notes import Note, Weight
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
@@ -67,12 +67,6 @@ class PriorUnused(Note):
     factors: tuple[str, ...]
 
 
-class PublishedIncomplete(Note):
-    """The published solution lacks factors of the surface: their centres are taken."""
-
-    factors: tuple[str, ...]
-
-
 class SolvedByProcess(Note, weight=Weight.USE):
     """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
 
@@ -109,14 +103,6 @@ class Point:
             assessed.prediction_interval,
             assessed.inside,
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class PublishedPoint(Spread):
-    """A published solution as this surface sees it, and how far its prediction is from the target, N."""
-
-    point: Point = inline()
-    difference: float
 
 
 @dataclass(frozen=True)
@@ -333,7 +319,6 @@ class InvertResult(StageResult):
     certainty_alone: Certainty | None = absent()
     desirability: Desired | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
-    published: PublishedPoint | None = None
     notes: tuple[Note, ...] = ()
 
     @classmethod

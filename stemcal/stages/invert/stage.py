@@ -13,7 +13,6 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.errors import TargetUnreachable
 from stemcal.naming import FIRST
-from stemcal.notes import Note
 from stemcal.solvers.protocol import Belonging
 from stemcal.stages.invert import certainty
 from stemcal.stages.invert.joint import solve_jointly
@@ -21,8 +20,6 @@ from stemcal.stages.invert.result import (
     InvertResult,
     Point,
     PriorUnused,
-    PublishedIncomplete,
-    PublishedPoint,
     SolvedByProcess,
 )
 from stemcal.stages.result import Head, Interval
@@ -38,12 +35,11 @@ def invert(work: Work, head: Head) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
     study, surface = work.study, work.result(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
-    published, on_published = assess_published(study, surface)
     seen = work.solver
     belongs_to = seen.belongings(solved.condition) if isinstance(seen, Belonging) else None
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
-    notes = (*solved.notes, *([PriorUnused(idle)] if idle else []), *on_published)
-    return replace(solved, belongs_to=belongs_to, published=published, notes=notes)
+    notes = (*solved.notes, *([PriorUnused(idle)] if idle else []))
+    return replace(solved, belongs_to=belongs_to, notes=notes)
 
 
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
@@ -119,17 +115,3 @@ def _solve_by_process(
 def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:
     natural = coding.to_natural(np.array(coded).T).T
     return {name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)}
-
-
-def assess_published(study: Study, surface: SurfaceResult) -> tuple[PublishedPoint | None, list[Note]]:
-    """Return what the surface says of the published solution, and notes; (None, []) if there is none."""
-    if study.published is None or not study.published.solution:
-        return None, []
-    coding, given = surface.scales, study.published.solution
-    missing = tuple(name for name in coding.names if name not in given)
-    natural = [given.get(name, centre) for name, centre in zip(coding.names, coding.centre, strict=True)]
-    point = surface.assess(study, coding.to_coded(natural))
-    published = PublishedPoint(
-        point=Point.of(point, coding), difference=point.predicted - study.calibration_target.response
-    )
-    return published, [PublishedIncomplete(missing)] if missing else []

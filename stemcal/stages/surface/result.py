@@ -30,7 +30,6 @@ from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import half_spaces
-from stemcal.stages.printed_tables import Audited
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
 from stemcal.stages.surface.shape import RidgeRow, Shape
@@ -116,8 +115,6 @@ class Prediction:
 class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    `anova_of_copies` counts every copy of a
-    deterministic run, as the tables of a paper that is analysed again do; it is there where that is another table.
     `deterministic` tells that equal inputs are known to give equal answers.
     """
 
@@ -158,8 +155,6 @@ class SurfaceResult(StageResult):
     conditions: Rows[AtCondition] = absent(Rows())
     pure_error: Note | None = None
     deterministic: bool = absent(False)
-    anova_of_copies: Rows[AnovaRow] = absent(Rows())
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     # ---- the fit
@@ -247,8 +242,6 @@ class SurfaceResult(StageResult):
             sobol=Rows(),
             comparison=None,
             conditions=Rows(),
-            anova_of_copies=Rows(),
-            published=None,
             notes=fit.notes,
         )
 
@@ -261,11 +254,6 @@ class SurfaceResult(StageResult):
     def anova_row(self, source: str) -> AnovaRow | None:
         """Return a line of the analysis of variance."""
         return next((row for row in self.anova if row.source == source), None)
-
-    @property
-    def as_published(self) -> Rows[AnovaRow]:
-        """The analysis of variance as a paper prints it, with every copy of a deterministic run."""
-        return self.anova_of_copies or self.anova
 
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""

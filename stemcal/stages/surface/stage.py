@@ -18,7 +18,6 @@ from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
 from stemcal.stages.fresh import read_fresh
-from stemcal.stages.printed_tables import audit_surface
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import (
@@ -66,7 +65,6 @@ def _result(
 ) -> SurfaceResult:
     """Return the result without what other conditions add."""
     beside = shape_of(study, design, fit, [runs.runs[row.run - 1].block for row in fit.runs_diagnostics])
-    printed = _counting_copies(study, design, runs.runs, fit) if fit.copies and study.published else fit
     middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
@@ -91,16 +89,7 @@ def _result(
         comparison=compare_surfaces(fit) if study.rsm.compare else None,
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
-        anova_of_copies=Rows(printed.anova if printed is not fit else ()),
-        published=audit_surface(study, printed.anova, printed.coefficients),
     )
-
-
-def _counting_copies(study: Study, design: Design, runs: Sequence[DesignRun], fit: Surface) -> Surface:
-    """Return the same terms fitted to every run, copies of deterministic ones too: what a paper prints."""
-    known = circumstances(_blocks(runs), runs, FIRST)
-    responses, drop = [run.number(FIRST) for run in runs], study.rsm.inestimable == "drop"
-    return fit_surface(design.coded, responses, design.names, fit.terms, *known, drop=drop, each_once=False)
 
 
 def _blocks(runs: Sequence[DesignRun]) -> list[str | None] | None:

@@ -15,18 +15,14 @@ from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.replicates import Scatter
-from stemcal.stages.printed_tables import Audited, audit_validation
 from stemcal.stages.result import Head, Interval, StageResult
-from stemcal.study.model import Study
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
 
 
 class FromTable(Note, weight=Weight.USE):
-    """The simulated responses are a table's, which belong to these levels (none: unknown), not to this calibration."""
-
-    levels: dict[str, float]
+    """The simulated responses are a table's and belong to its levels, not to this calibration."""
 
 
 class RangesChosenAfter(Note):
@@ -131,7 +127,6 @@ class ValidateResult(StageResult):
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
     discrepancy: Discrepancy | None = absent()
-    published: Audited | None = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -154,10 +149,6 @@ class ValidateResult(StageResult):
         """Whether each measured mean lies in the interval that the other fitted conditions predict for it."""
         pairs = [(row.compared.measured, row.corrected.interval) for row in self.rows if row.corrected is not None]
         return [low <= measured <= high for measured, (low, high) in pairs]
-
-    def against_published(self, study: Study) -> ValidateResult:
-        """Return it with the errors that a paper printed compared."""
-        return replace(self, published=audit_validation(study))
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison."""

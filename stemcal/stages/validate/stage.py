@@ -177,7 +177,7 @@ def _stage_notes(study: Study, solver: Solver, missed: _Missed) -> Iterator[Note
     if missed.asked != "none" and missed.scale is None:
         yield TooFewForDiscrepancy(needed(missed.seen), missed.seen)
     if solver.given_design("validate") is not None:
-        yield FromTable(dict(study.published.solution) if study.published is not None else {})
+        yield FromTable()
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:

@@ -16,7 +16,7 @@ from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.laboratory_tests import LaboratoryMeans, LaboratorySection
 from stemcal.study.model.manual_options import ManualSolver
-from stemcal.study.model.measured_targets import Mean, Published, Target, Targets
+from stemcal.study.model.measured_targets import Mean, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.model.program_options import (
     Commanded,
@@ -56,7 +56,7 @@ __all__ = [
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
-    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "Published", "RefineOptions",
+    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
     "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",

@@ -1,10 +1,10 @@
-"""What results are compared with: the laboratory's means, and what a paper prints."""
+"""What results are compared with: the laboratory's means."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import isclose
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema
 from pydantic.json_schema import SkipJsonSchema
@@ -12,13 +12,12 @@ from pydantic.json_schema import SkipJsonSchema
 from stemcal.measured.curve_modes import CurveModes, Machine
 from stemcal.naming import CUTTING, FIRST, Named
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
-from stemcal.study.types.field_types import Number, Quantity, Readable, SpecFile, Whole, complain
+from stemcal.study.types.field_types import Number, Quantity, Whole, complain
 from stemcal.study.types.named import OwnCondition, OwnResponse
 
 AtSize = Annotated[float, OwnCondition("length", above=0)]
 FirstResponse = Annotated[float, OwnResponse("force", above=0)]
 Work = Annotated[float, Quantity("energy", above=0)]
-PrintedText = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=40), Readable]
 
 
 def _not_from_yaml(given: Any, info: ValidationInfo) -> Any:
@@ -177,32 +176,3 @@ def named_modes(modes: Iterable[CurveModes]) -> tuple[Named, ...]:
         Named(f"curve_{j}", f"Score of the {which} curve mode", f"c{j}", "N", apart=True)
         for j, which in enumerate(("first", "second", "third")[:count], 1)
     )
-
-
-class Published(Frozen):
-    """Printed results to compare with, when a published study is analysed again."""
-
-    screening: SpecFile | None = None
-    """CSV of the printed effects."""
-    coefficients: SpecFile | None = None
-    """CSV of the printed coefficients."""
-    anova: SpecFile | None = None
-    """CSV of the printed analysis of variance."""
-    solution: dict[str, Number] = {}
-    """The printed parameters, by factor."""
-    validation: SpecFile | None = None
-    """CSV of the printed validation."""
-    levels: SpecFile | None = None
-    """CSV of the printed low and high levels."""
-    design: SpecFile | None = None
-    """CSV of the printed design."""
-    claims: dict[str, PrintedText] = {}
-    """Single printed numbers, by name, as text just as printed."""
-    runs: Literal["computed", "measured"] | None = None
-    """Whether the printed forces were `computed` (repeated runs must then agree) or `measured`."""
-    bounds: Literal["coded", "natural"] | None = None
-    """Whether the printed equation was searched within bounds in `coded` or in `natural` values."""
-    rate_law: Literal["paper", "cowper_symonds"] | None = None
-    """What the paper calls its rate law, held against the exponent that it prints."""
-    called: dict[str, PrintedText] = {}
-    """What the paper calls a factor, by its name here."""

@@ -21,7 +21,7 @@ from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
 from stemcal.study.model.manual_options import ManualSolver
-from stemcal.study.model.measured_targets import Published, Target, Targets, named_modes
+from stemcal.study.model.measured_targets import Target, Targets, named_modes
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
 from stemcal.study.model.shear_test import (
@@ -95,8 +95,6 @@ class StudyForm(Frozen):
     """After the validation: the calibrated point run in another program or on another mesh, and corrected there."""
     runs: RunsOptions = RunsOptions()
     """What becomes of runs that fail."""
-    published: Published | None = None
-    """A paper's printed results, to compare with and to audit."""
 
 
 class Hands(Protocol):

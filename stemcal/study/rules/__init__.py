@@ -56,8 +56,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_rules.constraints_fit,
     surface_rules.surface_weights_known,
     surface_rules.coding_fits,
-    target_rules.published_factors_exist,
-    target_rules.claims_known,
     target_rules.joint_conditions_measured,
     target_rules.responses_measured,
     target_rules.process_fits_one_response,

@@ -41,7 +41,6 @@ class Draft:
     screen: model.ScreenOptions | None = None
     rsm: model.RsmOptions | None = None
     invert: model.InvertOptions | None = None
-    published: model.Published | None = None
     refine: model.RefineOptions | None = None
     mesh: model.MeshOptions | None = None
     climb: model.ClimbOptions | None = None

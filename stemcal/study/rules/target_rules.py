@@ -1,4 +1,4 @@
-"""Rules on what was measured and what was published: diameters, forces, other responses, claims."""
+"""Rules on what was measured: diameters, forces, other responses."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -10,19 +10,9 @@ from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.factors import reached
 from stemcal.study.types.named import declared_once
 from stemcal.study.types.units import UnitError, convert
-from stemcal.words import did_you_mean
 
 _CLOSE = 1e-9
 _TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
-CLAIMS = (
-    "r2",
-    "adjusted_r2",
-    "predicted_r2",
-    "adequate_precision",
-    "cv_percent",
-    "max_abs_error_percent",
-    "mean_abs_error_percent",
-)
 
 
 def names_are_free(draft: Draft) -> Iterator[Finding]:
@@ -170,19 +160,3 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
         at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
         message = f"{name} has no {sd}{at_any}: there is nothing to weigh it by"
         yield Finding(("targets", "forces", min(given)), message, f"add {sd}: …")
-
-
-def published_factors_exist(draft: Draft) -> Iterator[Finding]:
-    """A published solution names factors of the study."""
-    for section in ("solution", "called") if draft.published else ():
-        for name in getattr(draft.published, section):
-            if name not in draft.names:
-                yield draft.unknown_factor(("published", section, name), name)
-
-
-def claims_known(draft: Draft) -> Iterator[Finding]:
-    """A printed claim is about a number that the audit computes."""
-    for name in draft.published.claims if draft.published else ():
-        if name not in CLAIMS:
-            message = f"{name[:60]!r} is no claim the audit knows"
-            yield Finding(("published", "claims", name), message, did_you_mean(name, CLAIMS), at_key=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from printed import agrees
 from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
@@ -13,7 +14,6 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.doe.screening.lenth import lenth
-from stemcal.stages.printed_numbers import agrees
 
 AXIAL = 2.0**0.5  # printed as 1.414; the book's sums of squares are those of √2
 

@@ -51,7 +51,6 @@ def test_keys_are_found_by_path() -> None:
     assert keys_of(("solver", "table")) == ("kind", "screen", "rsm", "validate")
     assert keys_of(("solver", "embedded", "hourglass")) == ("form", "coefficient")
     assert keys_of(("rsm", "coding", "any")) == ("center", "half_step")
-    assert keys_of(("published",))[0] == "screening"
     assert keys_of(("nowhere", "at", "all")) == ()
 
 

@@ -140,7 +140,6 @@ def test_the_replay_finds_its_tables() -> None:
         assert path is not None and path.is_absolute() and path.is_file()
     header = study.solver.screen.read_text(encoding="utf-8").splitlines()[0].split(",")  # type: ignore[union-attr]
     assert header == [*study.names, "force"]
-    assert study.published is not None and study.published.solution["yield_stress"] == 17.96
 
 
 def test_shipped_specs_raise_no_doubts() -> None:
