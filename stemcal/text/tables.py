@@ -61,17 +61,6 @@ LINES = {
     "beyond": "The best point is not within {tolerance:g} %, after {runs} of {budget} runs.",
     "predicted then": "Surface: as it was then. Interval: whether the simulated {response} lies inside or outside its "
     "95 % prediction interval.",
-    # meshes
-    "meshes": "The solution on other meshes",
-    "scatter": "Standard deviation over {places} places {sd:.2f} %.",
-    "shared scatter": "Standard deviation over {places} places {sd:.2f} % ({common:.2f} % shared by all diameters).",
-    "own": "the study's own",
-    "phases": "mean of {count} places",
-    "size": "elements of {size}",
-    "budget": "What the error of the {response} is made of",
-    "sources": "Laboratory: of the measured mean. Surface: of one more simulation. Mesh: of its place along the stem.",
-    "at any place": "At the solution of the surface a simulation with the mesh at any place gives {one:responses} (95 "
-    "%).",
     # responses, measured beside simulated
     "error": "Error = 100·(measured − simulated)/measured.",
     "scores": "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the "
@@ -82,8 +71,6 @@ LINES = {
     "smaller": "Not shown, of smaller error: {count}; see the report.",
     "further": "Beside the {response}",
     "of stems": "Travel and work of the blade from first touch to the maximum force.",
-    "other place": "With the mesh at another place the {response} at {at:condition} lies within {range:responses} (95 "
-    "%).",
     "tested further": "Tests against the scatter of the further responses",
     "tested": "Tests against the scatter of the measured {response}",
     "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",

@@ -26,9 +26,8 @@ tested together too: five tests by themselves would find one where there is none
 Several responses of the same specimens have one covariance matrix, told by these: it stands for its p variances, with
 the degrees of freedom of all together, and the residuals tell by how much its weights are off (`Misfit.freedom`).
 
-Some errors move many observations together, each by its own amount u: the place of the mesh all forces, all travels and
-all works (`Misfit.with_mesh`, which adds to each a variance of its own too); the testing machine's stiffness, and where
-its curves begin, the scores of curves at all diameters. So D = rᵀV⁻¹r with V = diag(v) + UᵀU, a row of U for each, by
+Some errors move many observations together, each by its own amount u: the testing machine's stiffness, and where its
+curves begin, the scores of curves at all diameters. So D = rᵀV⁻¹r with V = diag(v) + UᵀU, a row of U for each, by
 Woodbury's formula. What is shared is not averaged away over the diameters; each factor's degrees of freedom know of it.
 What the observations tell of such an error is `Misfit.told_of`.
 """
@@ -44,7 +43,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.levelset import Objective, optimise
-from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.gaussian_process import GaussianProcess
@@ -364,32 +362,6 @@ class Misfit:
             scale_df=self.df,
             sources=(VarianceSource("misfit", variance, self.df),),
         )
-
-    def with_mesh(self, mesh: MeshScatter, least: float, further: Mapping[str, MeshScatter] | None = None) -> Misfit:
-        """Return it with the scatter of the forces over the places of the mesh; `least` is its least misfit.
-
-        `further` has the scatter of travel and work. A scatter that the misfit has told holds what each diameter has by
-        itself, not what all share.
-        """
-        known = self if self.scale_known else self.scaled(least)
-        scatter = {FIRST: mesh, **(further or {})}
-        added = [source for kind, found in scatter.items() for source in known._of_mesh(kind, found)]
-        kept = [source for source in added if source.loading is not None or self.scale_known]
-        return known.of_sources([*known.sources, *kept])
-
-    def _of_mesh(self, kind: str, mesh: MeshScatter) -> list[VarianceSource]:
-        """Return what the place of the mesh adds to the observations of a kind: by itself, and shared by them."""
-        mine = np.array([observation.kind == kind for observation in self.observations])
-        size = np.where(mine, self.measured, 0.0)
-        own = VarianceSource("mesh", size**2 * mesh.own, mesh.own_df, kind=kind)
-        if mesh.common <= 0.0:
-            return [own]
-        loading = size * np.sqrt(mesh.common)
-        return [own, VarianceSource.moving("mesh, all alike", loading, mesh.common_df, mesh.conditions, kind)]
-
-    def own_part(self, shared: VarianceSource) -> int | None:
-        """Return which source is the mesh's own part beside what the observations of its kind share."""
-        return next((i for i, s in enumerate(self.sources) if s.name == "mesh" and s.kind == shared.kind), None)
 
     def of_sources(self, sources: Sequence[VarianceSource]) -> Misfit:
         """Return it with these sources of error alone."""

@@ -39,14 +39,13 @@ def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
 
 def validation_table(stage: ValidateResult, names: Names) -> Table:
     """Return measured against simulated response over the conditions."""
-    unit, meshed = names.response.written, any(row.mesh_interval is not None for row in stage.rows)
+    unit = names.response.written
     columns = [
         *condition(names.naming),
         Column("role", "Role"),
         Column("measured", "Measured", unit, short),
         simulated(names.response, "Simulated", "simulated"),
         ERROR,
-        *([Column("mesh_interval", "95 % over meshes", unit, interval, claims=True)] if meshed else []),
     ]
     errors = {"largest": stage.max_abs_error_percent, "mean": stage.mean_abs_error_percent}
     largest = line("largest of all" if names.naming.others else "largest", **errors)
@@ -97,7 +96,7 @@ def _scores(names: Names) -> list[str]:
 
 
 _VALUES = "target", "measured", "predicted", "simulated", "low", "high", "measured_low", "measured_high"
-_INTERVALS = "left_out_interval", "mesh_interval"
+_INTERVALS = ("left_out_interval",)
 
 
 def from_means(rows: Iterable[dict[str, Any]], names: Names, mean: str = "measured") -> list[dict[str, Any]]:

@@ -20,7 +20,6 @@ from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
@@ -48,7 +47,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    said = spoken(stage) if holds or not isinstance(stage, InvertResult | MeshResult) else []
+    said = spoken(stage) if holds or not isinstance(stage, InvertResult) else []
     return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *said]
 
 
@@ -58,7 +57,7 @@ def spoken(stage: StageResult) -> list[RenderableType]:
         names = Names(stage.naming)
         judged = [(effect.symbol, judgement(effect, stage, names)) for effect in stage.ranked()]
         return _lines("Verdicts", [" ".join([symbol, *sentences]) for symbol, sentences in judged if sentences])
-    if not isinstance(stage, InvertResult | MeshResult):
+    if not isinstance(stage, InvertResult):
         return []
     names = Names(stage.naming)
     each = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]

@@ -15,7 +15,7 @@ from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.replicates import Scatter
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Head, StageResult
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
@@ -42,7 +42,7 @@ _COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "stat
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it; `mesh_interval` as of the force."""
+    """Travel or work of a validation run beside what was measured of it."""
 
     response: str
     unit: str
@@ -50,7 +50,6 @@ class FurtherRow:
     sd: float | None
     simulated: float
     error_percent: float | None
-    mesh_interval: Interval | None = absent()
     n: int | None = absent()
     measured_low: float | None = absent()
     measured_high: float | None = absent()
@@ -85,8 +84,7 @@ class FurtherRow:
 class ValidateRow(Spread):
     """One diameter: measured and simulated force compared, and what came of the run.
 
-    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the
-    measured force that one scale for what the model misses at the other fitted diameters predicts.
+    `corrected` is the measured force that one scale for what the model misses at the other fitted diameters predicts.
     """
 
     compared: ValidationRow = inline()
@@ -96,7 +94,6 @@ class ValidateRow(Spread):
     message: str = ""
     key: str = ""
     replicates: Replicates | None = absent()
-    mesh_interval: Interval | None = absent()
     corrected: ScaledPrediction | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
 from typing import Literal
 
 import numpy as np
@@ -14,18 +13,16 @@ from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, co
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome, lower_bounds
 from stemcal.runs.replicates import Scatter, merged, pooled, repeated
-from stemcal.solvers.protocol import Meshed, Request, Solver
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import measured_of, misfit_over
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, Interval
+from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import (
     FromTable,
@@ -47,23 +44,17 @@ def validate(work: Work, head: Head) -> ValidateResult:
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
-    meshes = work.result(MeshResult) if study.mesh is not None else None
-    found = _compared(study, outcomes, _scatter_of(outcomes, meshes, solver))
+    found = _compared(study, outcomes, _scatter_of(outcomes))
     missed = _missed(work, found.rows)
-    rows = _rows(study, found.rows, outcomes, meshes, missed)
+    rows = _rows(study, found.rows, outcomes, missed)
     notes = [*found.notes, *_stage_notes(study, solver, missed), *lower_bounds(answers)]
     return _result(study, head, parameters, found, missed, rows, notes)
 
 
-def _scatter_of(outcomes: Sequence[Outcome], meshes: MeshResult | None, solver: Solver) -> tuple[float, float] | None:
-    """Return the relative scatter of simulated forces and its df: of their replicates, or else over meshes."""
-    by_chance = pooled(outcomes)
-    if by_chance is not None:
-        return by_chance.share, by_chance.df
-    if meshes is None or meshes.scatter is None or not isinstance(solver, Meshed):
-        return None
-    own = meshes.scatter.over(solver.phases)
-    return sqrt(own.variance), own.df
+def _scatter_of(outcomes: Sequence[Outcome]) -> tuple[float, float] | None:
+    """Return the relative scatter of simulated forces over their replicates, and its df."""
+    found = pooled(outcomes)
+    return None if found is None else (found.share, found.df)
 
 
 def _compared(study: Study, outcomes: Sequence[Outcome], scatter: tuple[float, float] | None) -> Validation:
@@ -104,12 +95,11 @@ def _rows(
     study: Study,
     compared: Sequence[ValidationRow],
     outcomes: Sequence[Outcome],
-    meshes: MeshResult | None,
     missed: _Missed,
 ) -> list[ValidateRow]:
     scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
     return [
-        replace(_row(study, target, row, outcome, meshes, scatters), corrected=_corrected(row, missed))
+        replace(_row(study, target, row, outcome, scatters), corrected=_corrected(row, missed))
         for target, row, outcome in zip(study.targets.means, compared, outcomes, strict=True)
     ]
 
@@ -209,15 +199,11 @@ def _row(
     target: Target,
     compared: ValidationRow,
     outcome: Outcome,
-    meshes: MeshResult | None,
     scatters: Mapping[str, Scatter | None],
 ) -> ValidateRow:
     margin = study.targets.equivalent_within_percent
     further = [
-        replace(
-            FurtherRow.of(mean, value, margin, scatters.get(mean.response)),
-            mesh_interval=_over_meshes(meshes, mean.response, value),
-        )
+        FurtherRow.of(mean, value, margin, scatters.get(mean.response))
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.of(mean.response)) is not None
     ]
@@ -229,12 +215,5 @@ def _row(
         message=outcome.message,
         key=outcome.key,
         replicates=outcome.replicates,
-        mesh_interval=_over_meshes(meshes, FIRST, compared.simulated),
         further=Rows(further),
     )
-
-
-def _over_meshes(meshes: MeshResult | None, response: str, simulated: float | None) -> Interval | None:
-    """Return what holds 95 % of a response with the mesh at another place; nothing where its scatter is not told."""
-    scatter = None if meshes is None else meshes.scatter_of(response)
-    return None if scatter is None or simulated is None else scatter.interval(simulated)

@@ -42,7 +42,7 @@ from stemcal.study.model.shear_test import (
     SupportsSection,
 )
 from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
@@ -55,7 +55,6 @@ __all__ = [
     "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
-    "MeshOptions",
     "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",

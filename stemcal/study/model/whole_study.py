@@ -33,7 +33,7 @@ from stemcal.study.model.shear_test import (
     SupportsSection,
 )
 from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
@@ -89,8 +89,6 @@ class StudyForm(Frozen):
     """Stage 3: the parameters that give the measured force."""
     refine: RefineOptions | None = None
     """Stage 4: simulate at the solution and correct it; without this section it is left out."""
-    mesh: MeshOptions | None = None
-    """Simulate the solution on other meshes; their scatter then enters every interval."""
     transfer: TransferOptions | None = None
     """After the validation: the calibrated point run in another program or on another mesh, and corrected there."""
     runs: RunsOptions = RunsOptions()

@@ -117,7 +117,7 @@ def _comment(path: NodePath, line: str, written: Collection[NodePath]) -> list[s
 def _prefix(line: str) -> str:
     """Return what a comment above a line begins with.
 
-    >>> _prefix("  low: 1"), _prefix("  - name: a"), _prefix("# mesh:"), _prefix("#   phases: 5")
+    >>> _prefix("  low: 1"), _prefix("  - name: a"), _prefix("# climb:"), _prefix("#   steps: 5")
     ('  # ', '  # ', '# ', '#   # ')
     """
     found = _KEY.match(line)
@@ -279,10 +279,6 @@ invert:
 refine:
   tolerance_percent: 1
   budget: 10
-
-# mesh:
-#   phases: 5
-#   sizes: [d/24]
 
 # transfer:
 #   solver: {kind: openradioss, home: /opt/openradioss, element_size: 1 mm}

@@ -45,8 +45,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     geometry.edge_fits_blade,
     geometry.elements_fit_stem,
     geometry.friction_falls,
-    geometry.one_mesh_scatter,
-    geometry.other_meshes_are_possible,
     surface_rules.surface_factors_exist,
     surface_rules.factors_are_found,
     surface_rules.strongest_are_enough,

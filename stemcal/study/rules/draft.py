@@ -42,7 +42,6 @@ class Draft:
     rsm: model.RsmOptions | None = None
     invert: model.InvertOptions | None = None
     refine: model.RefineOptions | None = None
-    mesh: model.MeshOptions | None = None
     climb: model.ClimbOptions | None = None
     transfer: model.TransferOptions | None = None
 

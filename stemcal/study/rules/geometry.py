@@ -52,22 +52,3 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
     if contact and contact.dynamic_friction > contact.static_friction:
         message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
         yield Finding(("contact", "dynamic_friction"), message, "swap them")
-
-
-def other_meshes_are_possible(draft: Draft) -> Iterator[Finding]:
-    """The scatter over meshes is that of the embedded solver, and not drawn anew in every run already."""
-    if draft.mesh is None or draft.solver is None:
-        return
-    if draft.embedded is None:
-        message = f"solver {draft.solver.kind} does not say how it would mesh otherwise"
-        yield Finding(("mesh",), message, "remove it, or use the embedded solver", at_key=True)
-    elif draft.embedded.perturb is not None:
-        message = "solver.perturb draws the place of the mesh anew in every run: the surface's error holds its scatter"
-        yield Finding(("mesh",), message, "leave out one of them", at_key=True)
-
-
-def one_mesh_scatter(draft: Draft) -> Iterator[Finding]:
-    """Phases sample the mesh's place evenly, a perturbation draws it: not both."""
-    if draft.embedded and draft.embedded.perturb is not None and draft.embedded.phases > 1:
-        message = "stands beside phases, which shift the mesh themselves"
-        yield Finding(("solver", "perturb"), message, "leave out one of them")

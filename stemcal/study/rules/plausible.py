@@ -195,12 +195,10 @@ def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float
 def _path_and_work(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.invert.responses]
-    measured = study.mesh is not None and study.mesh.sizes
-    if fitted and not measured and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
+    if fitted and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {_FALL}"
-        sizes = "add mesh: {sizes: [d/24]}, which puts that into their scatter"
-        yield Finding(("invert", "responses"), message, sizes)
+        yield Finding(("invert", "responses"), message, "fit the force alone, or add as much to their sd")
 
 
 def _conditions(study: Study) -> list[float]:
