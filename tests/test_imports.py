@@ -52,19 +52,16 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
-    "arviz": ("stemcal.stages.invert.result",),
     "pyDOE3": ("stemcal.doe",),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.time_limited_program"),
-    "emcee": ("stemcal.doe",),
-    "sklearn": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
 INSIDE_FUNCTIONS = (
-    "arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee", "sklearn",
+    "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 

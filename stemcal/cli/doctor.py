@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 EXTRAS = {
-    "bayes": "emcee", "compare": "sklearn", "docx": "docx", "dask": "distributed", "docs": "sphinx"
+    "docx": "docx", "dask": "distributed", "docs": "sphinx"
 }  # fmt: skip
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 

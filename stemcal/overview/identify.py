@@ -134,7 +134,7 @@ class Measurable:
     def measured(self, specimens: int) -> Observation:
         """Return it as measured over so many specimens whose mean is what mid-levels give; by itself without modes."""
         value = float(self.surface.beta[0])
-        told = self.response, None, self.specimens if most_modes(specimens) else "", self.systematic
+        told = self.response, self.specimens if most_modes(specimens) else "", self.systematic
         return Observation(self.surface, value, self.variation * abs(value), specimens, *told)
 
     def information(self, errors: Sequence[str] = ()) -> Array:
@@ -322,8 +322,7 @@ def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurab
     kept = told_by(found, study.targets.modes.values(), specimens)
     misfit = replace(misfit_of([one.measured(specimens) for one in kept], region), foretold=True)
     misfit = misfit.with_priors(priors_of(study, coding), region)
-    without_posterior = study.model_copy(update={"invert": study.invert.model_copy(update={"posterior": False})})
-    known = certainty_of(without_posterior, coding, misfit, region, "joint", np.zeros(region.k))
+    known = certainty_of(study, coding, misfit, region, "joint", np.zeros(region.k))
     return Combination(
         tuple(dict.fromkeys(one.test for one in found)),
         tuple(dict.fromkeys(one.condition for one in found)),

@@ -15,7 +15,7 @@ from stemcal.report.tables.of_parameters import (
     interval_table,
     refine_table,
 )
-from stemcal.report.tables.of_responses import desired_table, further_table, joint_table, validation_tables
+from stemcal.report.tables.of_responses import further_table, joint_table, validation_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
@@ -50,7 +50,6 @@ def _transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
 def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
     """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
     tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
-    tables += [desired_table(stage.desirability, names)] if stage.desirability is not None else []
     tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
     if stage.joint is not None and stage.joint.further:
         predicted = "predicted", "Predicted", significant
