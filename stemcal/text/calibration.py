@@ -8,6 +8,7 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.naming import Named
 from stemcal.notes import Weight
+from stemcal.numbers import fixed, interval, short, significant, unit_written
 from stemcal.stages.invert.result import (
     Certainty,
     FlatDirection,
@@ -23,7 +24,6 @@ from stemcal.stages.invert.result import (
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
-from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 KNOWN = "known"
 """The kind of the remarks that say how well the parameters are known."""
@@ -195,7 +195,7 @@ def assumptions(stage: InvertResult) -> list[str]:
     one_mesh = (
         "The intervals do not include the scatter over mesh positions; `replicates: 5` under `solver` includes it."
     )
-    fixed = bool(stage.belongs_to) and "replicates" not in stage.belongs_to
+    fixed = stage.belongs_to is not None and "replicates" not in stage.belongs_to
     return [*assumption(stage.certainty), *([say(one_mesh)] if fixed else [])]
 
 

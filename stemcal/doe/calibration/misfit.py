@@ -92,8 +92,7 @@ class Observation:
 class VarianceSource:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
-    One with a `loading`, u, moves all observations together, each by its own standard deviation with its sign; the
-    mesh's, of one `kind`, was told by a mean square over so many diameters, less the part of each by itself. Where
+    One with a `loading`, u, moves all observations together, each by its own standard deviation with its sign. Where
     `variance` is pooled, `apart` is what each observation by itself says of it, with its own degrees of freedom
     `apart_df`. A `matrix` is the estimated covariance of several responses of the same specimens.
     """
@@ -102,16 +101,14 @@ class VarianceSource:
     variance: Array
     df: float
     loading: Array | None = None
-    conditions: int = 1
-    kind: str = FIRST
     apart: Array | None = None
     apart_df: Array | None = None
     matrix: bool = False
 
     @classmethod
-    def moving(cls, name: str, loading: Array, df: float, conditions: int = 1, kind: str = FIRST) -> VarianceSource:
+    def moving(cls, name: str, loading: Array, df: float) -> VarianceSource:
         """Return what moves observations together."""
-        return cls(name, loading**2, df, loading, conditions, kind)
+        return cls(name, loading**2, df, loading)
 
     def only(self, kept: Sequence[int]) -> VarianceSource:
         """Keep some of the observations; a matrix of fewer responses is known better."""
@@ -176,11 +173,6 @@ class Misfit:
         """Whether the diameters scatter by different coefficients of variation."""
         p = self.equal_scatter_p
         return p is not None and p < UNEQUAL
-
-    @property
-    def meshed(self) -> bool:
-        """Whether the scatter over the places of the mesh is among its sources."""
-        return any(source.name.startswith("mesh") for source in self.sources)
 
     @cached_property
     def measured(self) -> Array:
@@ -368,7 +360,6 @@ class Misfit:
         covariance = np.linalg.pinv(self.information(x))
         g, by_priors = weighed @ covariance, ((self.told(x) @ covariance) ** 2).sum(axis=0)
         found = [source.parts(g) for source in self.sources]
-        self._as_mean_squares(found, g)
         self._of_matrices(found, x, (slopes * g).sum(axis=1))
         variance = sum((part for part, _ in found), start=by_priors)
         doubt = sum((part for _, part in found), start=np.zeros(self.k))
@@ -468,15 +459,6 @@ class Misfit:
             statistic, df = statistic - float(own @ np.log(ratio)) / correction, df + m - 1
         return float(chdtrc(df, statistic)) if df else None
 
-    def _as_mean_squares(self, found: list[tuple[Array, Array]], g: Array) -> None:
-        """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
-        for i, source in enumerate(self.sources):
-            if source.loading is not None and (own := self.own_part(source)) is not None:
-                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.conditions
-                shared, alone = found[i][0] + moved, np.maximum(found[own][0] - moved, 0.0)
-                found[i] = shared, shared**2 / source.df
-                found[own] = alone, alone**2 / self.sources[own].df
-
 
 def misfit_of(observations: Sequence[Observation], region: Region | None = None) -> Misfit:
     """Weigh the observations by what is known of their scatter (see the head of this module).
@@ -552,7 +534,7 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         for kind, df in freedom.items()
         if not np.all(together[kinds == kind] > 0.0)
     ]
-    sources += [*matrices, *(VarianceSource.moving(name, u, np.inf, kind="") for name, u in loadings.items())]
+    sources += [*matrices, *(VarianceSource.moving(name, u, np.inf) for name, u in loadings.items())]
     sources += [
         VarianceSource(
             "surface",

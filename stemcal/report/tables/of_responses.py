@@ -5,31 +5,21 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
+from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.tables.columns import ERROR, Form, condition, measured_of, simulated
 from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 
 
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     """Return measured against simulated, and further responses."""
-    naming, tables = names.naming, [validation_table(stage, names)]
+    tables = [validation_table(stage, names)]
     every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     further = from_means(every, names)
     if further:
-        foot = [
-            line(
-                "other place",
-                Names(naming.with_primary(row["response"])),
-                at=row["condition"],
-                range=row["mesh_interval"],
-            )
-            for row in further
-            if row.get("mesh_interval") is not None
-        ]
-        tables.append(further_table(further, ("simulated", "Simulated", significant), names, foot))
+        tables.append(further_table(further, ("simulated", "Simulated", significant), names, []))
     return tables
 
 
