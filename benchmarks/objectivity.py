@@ -2,7 +2,6 @@
 
 python benchmarks/objectivity.py phases        ten places of the mesh along the stem, at the centre of the design
 python benchmarks/objectivity.py edge          the edge over a row of nodes and over a row of elements
-python benchmarks/objectivity.py seeds         ten full models turned and shifted at random
 python benchmarks/objectivity.py sizes         elements of d/12 to d/40, the same lengths, three points and stems (slow)
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
@@ -30,7 +29,7 @@ from contact_energy import centre as centre_of_sizes
 from contact_energy import crops as tests_of_crops
 
 from stemcal import cutting
-from stemcal.cutting import CuttingResult, ShearTest, build, in_phases, perturbed
+from stemcal.cutting import CuttingResult, ShearTest, build, in_phases
 from stemcal.fem.stepper import simulate
 
 CALIBRATED = Case("validate", {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}, 8.0, 169.0)
@@ -70,12 +69,6 @@ def edge() -> None:
     """Print the force with the edge over nodes and over elements."""
     for place in ("nodes", "elements"):
         print(f"edge over {place}:", told(simulate_all([mesh(test, edge_over=place) for test in centre()])), flush=True)
-
-
-def seeds() -> None:
-    """Print the scatter over ten full models turned and shifted at random."""
-    for test in centre():
-        print("ten seeds:", scatter(simulate_all([perturbed(test, 1, i) for i in range(10)])), flush=True)
 
 
 def sizes() -> None:
@@ -263,7 +256,7 @@ def crops() -> None:
 
 
 ROWS = {
-    "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
+    "phases": phases, "edge": edge, "sizes": sizes, "grading": grading, "contact": contact,
     "choices": choices, "blades": blades, "lengths": lengths, "cut": cut, "precision": precision,
     "crops": crops, "even": even,
 }  # fmt: skip

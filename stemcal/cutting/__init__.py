@@ -23,7 +23,7 @@ from stemcal.cutting.parts import (
     Symmetry,
     rate_filter,
 )
-from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
+from stemcal.cutting.phases import in_phases, mean_over_phases, placed
 from stemcal.cutting.result import (
     BreakWatch,
     CuttingResult,
@@ -55,7 +55,7 @@ __all__ = [
     "in_phases",
     "mean_over_phases",
     "mesh_size",
-    "perturbed",
+    "placed",
     "rate_filter",
     "shear",
     "stem_mesh",

@@ -4,13 +4,13 @@ Each kind has its own module; mesh, contact, integration, curve and doubts are t
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting import ShearTest, mean_over_phases, shear
+from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
 from stemcal.cutting.result import (
@@ -99,17 +99,15 @@ def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[Note, ...]:
 
 
 def cut(
-    tests: Sequence[ShearTest], watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
+    test: ShearTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
 ) -> LaboratoryResult:
-    """Run a virtual shear test in each of its mesh phases as one of the laboratory's; the rest as in `perform`.
+    """Run a virtual shear test as one of the laboratory's; the rest as in `perform`.
 
-    Its responses, means over the phases, are those that the give of the contact, a matter of the mesh, does not decide.
+    Its responses are those that the give of the contact, a matter of the mesh, does not decide.
     """
-    results = [shear(tests[0], watch, inspect), *(shear(test, watch) for test in tests[1:])]
-    result = mean_over_phases(results)
-    ends = [(one.history, one.history.travel < (one.break_travel or np.inf)) for one in results]
-    each = [curve_responses(curve.travel[whole], curve.force_filtered[whole], None) for curve, whole in ends]
-    responses = {name: float(np.mean([told[name] for told in each])) for name in each[0]}
+    result = shear(test, watch, inspect)
+    curve, whole = result.history, result.history.travel < (result.break_travel or np.inf)
+    responses = curve_responses(curve.travel[whole], curve.force_filtered[whole], None)
     return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result)})
 
 

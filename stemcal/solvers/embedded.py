@@ -37,6 +37,7 @@ from stemcal.solvers.laboratory_runs import (
     seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
+from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.lengths import Length
@@ -146,16 +147,9 @@ class Embedded(OfSpecAlone):
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
-        cuts = [test for _, test in self._beside(request) if isinstance(test, tuple)]
-        meshes = [
-            cutting.mesh_size(one.stem, one.discretisation) for tests in (self._tests(request), *cuts) for one in tests
-        ]
+        cuts = [test for _, test in self._beside(request) if isinstance(test, cutting.ShearTest)]
+        meshes = [cutting.mesh_size(one.stem, one.discretisation) for one in (*self._tests(request), *cuts)]
         return _PROCESS + max(mesh.memory for mesh in meshes)
-
-    @property
-    def phases(self) -> int:
-        """Over how many places of the mesh its answers are means."""
-        return _options(self.study).phases
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
@@ -168,6 +162,8 @@ class Embedded(OfSpecAlone):
         found = {name: _told(length, diameter) for name, length in lengths.items()}
         if options.elements_through_wall is not None:
             found["elements_through_wall"] = f"{options.elements_through_wall}"
+        if options.replicates is not None:
+            found["replicates"] = f"{options.replicates}"
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
@@ -178,9 +174,12 @@ class Embedded(OfSpecAlone):
         return self.study.naming
 
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
-        """Return the laboratory tests that a run does beside cutting; their own meshes stay as they are."""
+        """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = [test for test in measured_at(self.study, request.condition) if test.solver is None]
-        return [(one, _test_of(self.study, one, request.levels, request.condition, request.row)) for one in wanted]
+        each = [(one, _test_of(self.study, one, request.levels, request.condition)) for one in wanted]
+        return [
+            (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
+        ]
 
     def _programs(self, request: Request) -> list[tuple[LaboratorySection, TestProgram]]:
         """Return the tests of a run that programs do."""
@@ -196,7 +195,17 @@ class Embedded(OfSpecAlone):
         return [*simulated, *done]
 
     def _tests(self, request: Request) -> tuple[cutting.ShearTest, ...]:
-        return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)
+        test = shear_test(meshed_as(self.study, request), request.levels, request.condition)
+        if request.phases is not None:
+            return cutting.in_phases(test, request.phases)
+        return (self._placed(test, request),)
+
+    def _placed(self, test: cutting.ShearTest, request: Request) -> cutting.ShearTest:
+        """Return the test with its mesh where a replicate has it."""
+        if not request.replicate:
+            return test
+        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED
+        return cutting.placed(test, (request.replicate - 1 + drawn) / (2 * self.study.replicates))
 
 
 def meshed_as(study: Study, request: Request) -> Study:
@@ -206,14 +215,11 @@ def meshed_as(study: Study, request: Request) -> Study:
     through the wall.
     """
     options, diameter, changes = _options(study), study.targets.calibrate_at, dict[str, object]()
-    if request.phases is not None:
-        changes |= {"phases": request.phases, "perturb": None}
     if request.element_size is not None:
         size = Length.of(request.element_size)
         ratio, through = size.at(diameter) / options.element_size.at(diameter), options.elements_through_wall
         changes |= {
             "element_size": size,
-            "phases": request.phases or 1,
             "time_step": None if options.time_step is None else options.time_step * ratio,
             "elements_through_wall": None if through is None else max(1, round(through / ratio)),
         }
@@ -246,10 +252,9 @@ def simulate(
         Folder for about 50 frames to be looked at in ParaView.
     """
     warm()
-    tests = shear_tests(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
-    inspect = None if frames is None else FrameWriter(frames, max(1, tests[0].discretisation.integration.outputs // 50))
-    first = cutting.shear(tests[0], watch, inspect)
-    return cutting.mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
+    test = shear_test(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
+    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
+    return cutting.shear(test, watch, inspect)
 
 
 def simulate_test(
@@ -267,30 +272,16 @@ def simulate_test(
     warm()
     section = next(section for section in study.tests if section.name == name)
     test = _test_of(study, section, levels, diameter)
-    how = test.discretisation if isinstance(test, LaboratoryTest) else test[0].discretisation
-    inspect = None if frames is None else FrameWriter(frames, max(1, how.integration.outputs // 50))
+    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
     result = perform(test, watch, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
-def _test_of(
-    study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float, replicate: int = 0
-) -> AnyTest:
+def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
     if section.is_further_cut:
-        return shear_tests(study.cut_as(section, diameter), levels, diameter, replicate)
+        return shear_test(study.cut_as(section, diameter), levels, diameter)
     return laboratory_test(section, shear_test(study, levels, diameter))
-
-
-def shear_tests(
-    study: Study, levels: Mapping[str, float], diameter: float, replicate: int = 0
-) -> tuple[cutting.ShearTest, ...]:
-    """Return the shear tests whose mean answers: one, or one for each mesh phase the study asks for."""
-    test = shear_test(study, levels, diameter)
-    solver = _options(study)
-    if solver.perturb is not None:
-        return (cutting.perturbed(test, solver.perturb, replicate),)
-    return cutting.in_phases(test, solver.phases)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
@@ -390,12 +381,10 @@ def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) 
     return {name: float(np.mean([scores[name] for scores in each])) for name in each[0]}
 
 
-def _seconds(test: AnyTest | cutting.ShearTest) -> float:
+def _seconds(test: AnyTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
     if isinstance(test, LaboratoryTest):
         return seconds(test, _STEP, _ELEMENT)
-    if isinstance(test, tuple):
-        return sum(map(_seconds, test))
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5

@@ -40,7 +40,7 @@ _WORST_DRIFT = 5.0
 # Nor is one whose contact has created more than this share of the tool's work, percent (`CuttingResult`).
 _LEAST_CONTACT = -1.0
 
-AnyTest = LaboratoryTest | tuple[ShearTest, ...]  # a cut in each of its mesh phases
+AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
@@ -93,7 +93,7 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
     if isinstance(test, LaboratoryTest):
         return {**known, **determining(test)}
-    return {**known, "cutting": cutting.REVISION, "tests": [determining(one) for one in test]}
+    return {**known, "cutting": cutting.REVISION, **determining(test)}
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:

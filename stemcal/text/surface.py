@@ -179,8 +179,8 @@ states(
 )
 states(
     EqualSeeds,
-    "Runs with different seeds agree exactly: the program has no chance in it (write deterministic: true), or does not "
-    "take {{{{seed}}}}.",
+    "Runs with different seeds agree exactly: the program has no chance in it (leave replicates out), or does not take "
+    "{{{{seed}}}}.",
 )
 states(
     UnequalRepeats,

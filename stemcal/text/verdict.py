@@ -276,7 +276,7 @@ states(
         "budget": "Raise `budget` under `transfer` to {budget}, or give {factors:factors} a wider range under `adjust` "
         "there.",
         "out_of_reach": "Give {factors:factors} a wider range, or name a further factor, under `adjust` of `transfer`.",
-        "settled": "Take the mean over places of the mesh there (`phases` of the embedded solver), or another factor.",
+        "settled": "Give another factor; the response jumps between neighbouring points there.",
     },
     by="stopped",
 )
@@ -308,13 +308,11 @@ states(
 states(
     advice.SmoothResponse,
     {
-        "phases": "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment "
-        "SPEC --extra-runs 4`.",
-        "replicates": "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment "
+        "replicates": "`replicates: {replicates}` under `solver` averages over them; or add runs: `stemcal augment "
         "SPEC --extra-runs 4`.",
         "": "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother.",
     },
-    by=lambda remedy: "phases" if remedy.phases else "replicates" if remedy.replicates else "",
+    by=lambda remedy: "replicates" if remedy.replicates else "",
 )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from stemcal import cutting, laboratory
+from stemcal.cutting import ShearTest
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import cut
 from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
@@ -56,12 +57,13 @@ def test_a_blade_of_another_angle_gives_what_a_spec_with_that_blade_gives(tmp_pa
     assert set(found) == {"again_maximum_force", "again_work"}
 
 
-def test_its_mesh_has_the_phases_of_the_first(tmp_path: Path) -> None:
-    study = _study(tmp_path, "", solver="  phases: 2\n")
-    levels = study.midlevels()
-    first, again = simulate(study, levels), simulate_test(study, "again", levels, 8.0)
-    assert first.phase_peaks[0] != first.phase_peaks[1]
-    assert again.responses["maximum_force"] == first.peak_force == pytest.approx(sum(first.phase_peaks) / 2.0)
+def test_its_mesh_is_where_that_of_the_first_is(tmp_path: Path) -> None:
+    study = _study(tmp_path, "", solver="  replicates: 2\n")
+    request = Request("rsm", 0, study.midlevels(), 8.0, replicate=2)
+    solver = Embedded(study)
+    ((_, again),), (first,) = solver._beside(request), solver._tests(request)
+    assert isinstance(again, ShearTest)
+    assert again.discretisation == first.discretisation and 0.25 <= first.discretisation.shift < 0.5
 
 
 def test_what_is_not_given_is_the_spec_s(tmp_path: Path) -> None:

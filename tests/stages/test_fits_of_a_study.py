@@ -20,7 +20,7 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1OPTIONS}\n"
-PHASES = "solver: {kind: embedded, phases: 4}\n"
+PHASES = ""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ def _solver(deck: Deck, rate_law: str) -> EmbeddedSolver:
     """Return the embedded solver with the deck's mesh and time step."""
     given, same = deck.solver, {"rate_law": rate_law}
     if isinstance(given, EmbeddedSolver):
-        return given.model_copy(update={**same, "phases": 1, "perturb": None})
+        return given.model_copy(update={**same, "replicates": None})
     names = (
         *("element_size", "elements_through_wall", "edge_over", "coarsening", "coarsening_around"),
         *("hourglass", "mass_scaling", "time_step_safety", "outputs", "filter_window", "break_drop"),

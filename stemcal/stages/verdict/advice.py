@@ -19,7 +19,7 @@ from stemcal.study.model import EmbeddedSolver, Factor, Study
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
-_MOST_AVERAGED = 100  # places or replicates that a spec may ask for
+_MOST_AVERAGED = 100  # replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
 # Finer elements are advised up to this many times the time of a run.
@@ -168,7 +168,6 @@ class CheckPrior(Remedy):
 class SmoothResponse(Remedy):
     """Average over so many places of the mesh or replicates, where the solver knows these, or add runs."""
 
-    phases: int | None = None
     replicates: int | None = None
 
 
@@ -303,9 +302,8 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
 
 def to_smooth(study: Study) -> SmoothResponse:
     """Return over what a rough response may be averaged: twice what it is already, five at least."""
-    if isinstance(study.solver, EmbeddedSolver):
-        return SmoothResponse(phases=min(max(5, 2 * study.solver.phases), _MOST_AVERAGED))
-    return SmoothResponse(replicates=min(max(5, 2 * study.replicates), _MOST_AVERAGED) if study.replicates else None)
+    more = study.replicates or isinstance(study.solver, EmbeddedSolver)
+    return SmoothResponse(min(max(5, 2 * study.replicates), _MOST_AVERAGED) if more else None)
 
 
 def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:

@@ -85,10 +85,9 @@ class EmbeddedSolver(Frozen):
     filter_window: FilterWindow = 0.010
     coarsening: Coarsening = 6.0
     coarsening_around: CoarseningAround = 2.0
-    phases: Annotated[Whole, Field(ge=1, le=100)] = 1
-    """The force is the mean over so many places of the mesh under the edge."""
-    perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
-    """Seed of a random place of the mesh, for tests of how much that matters."""
+    replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
+    """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
+    interval; without the key the mesh stays in one position."""
     break_drop: BreakDrop = 0.5
     stop_after_peak: Flag = True
     """End a simulation there; `false` computes the whole stroke."""

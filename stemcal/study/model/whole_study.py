@@ -288,7 +288,9 @@ class Study(StudyForm):
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
         solver = self.solver
-        return solver.replicates if isinstance(solver, CommandSolver | ManualSolver) and solver.by_chance else 0
+        if isinstance(solver, EmbeddedSolver | CommandSolver):
+            return solver.replicates or 0
+        return solver.replicates if isinstance(solver, ManualSolver) and solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:

@@ -161,7 +161,7 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
                 message = f"{name[:60]!r} is no response of a test"
                 yield Finding((*path, "result", name), message, did_you_mean(name, RESPONSES), at_key=True)
         if test.solver.by_chance:
-            yield Finding(path, "a test's program gives the same answer every time", "remove replicates, deterministic")
+            yield Finding(path, "a test's program gives the same answer every time", "remove replicates")
         for key in sorted(test.model_fields_set - _OF_PROGRAMS):
             message = f"{key} is for a test that is simulated here"
             yield Finding((*path[:2], key), message, "remove it, or the solver", at_key=True)
