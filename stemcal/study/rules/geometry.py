@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from stemcal.study.rules.draft import Draft, Finding
 
-
 # More elements across a stem would be thousands of millions in it.
 _MOST_ACROSS = 1000.0
 
