@@ -308,9 +308,9 @@ states(
 states(
     advice.SmoothResponse,
     {
-        "replicates": "`replicates: {replicates}` under `solver` averages over them; or add runs: `stemcal augment "
-        "SPEC --extra-runs 4`.",
-        "": "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother.",
+        "replicates": "`replicates: {replicates}` under `solver` averages over them; or add runs: `rsm: "
+        "{{extra_runs: 4}}`.",
+        "": "Add runs: `rsm: {{extra_runs: 4}}`, or make the response smoother.",
     },
     by=lambda remedy: "replicates" if remedy.replicates else "",
 )

@@ -1,18 +1,14 @@
-"""The runs of a surface as its fit takes them: weights, blocks, scatter, what repeated ones tell."""
+"""The runs of a surface as its fit takes them: scatter, what repeated ones show."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.regression.within import Within, moderated_weights
-from stemcal.files.typed import Spread, absent, inline
-from stemcal.naming import FIRST
+from stemcal.files.typed import Spread, inline
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import Study
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,54 +17,9 @@ class ConditionRun(Spread):
 
     run: int
     outcome: Outcome = inline()
-    weight: float | None = absent()
 
 
 Answered = DesignRun | ConditionRun
-A = TypeVar("A", DesignRun, ConditionRun)
-
-
-def weighed(study: Study, runs: Sequence[A]) -> list[A]:
-    """Add to the runs the weight that their scatter over mesh phases gives them, if the spec asks for it."""
-    if study.rsm.weights != "phases":
-        return list(runs)
-    scatter = [(run.outcome.sd, run.outcome.phases) for run in runs]
-    weights = moderated_weights([np.nan if sd is None else sd for sd, _ in scatter], [m or 0 for _, m in scatter])
-    return [replace(run, weight=float(weight)) for run, weight in zip(runs, weights, strict=True)]
-
-
-def circumstances(
-    blocks: Sequence[str | None] | None, answered: Sequence[Answered], response: str, further: int = 0
-) -> tuple[list[float] | None, list[str] | None, Within | None]:
-    """Return weights, blocks and scatter of runs as `fit_surface` takes them.
-
-    Points added later count to the last block, with the mean weight; their scatter is not counted.
-    """
-    apart = None if blocks is None else [block or "" for block in blocks] + [blocks[-1] or ""] * further
-    weights = within = None
-    if response == FIRST and any(run.weight is not None for run in answered):
-        weights = [1.0 if run.weight is None else run.weight for run in answered] + [1.0] * further
-    if response == FIRST and any(run.outcome.sd is not None for run in answered):
-        within = _within([run.outcome for run in answered], further)
-    return weights, apart, within
-
-
-def _within(outcomes: Sequence[Outcome], further: int) -> Within:
-    most = max(outcome.phases or 0 for outcome in outcomes)
-    empty = (np.nan,) * most
-    responses = [empty if o.phase_responses is None else o.phase_responses for o in outcomes] + [empty] * further
-    same = all(len(values) == most for values in responses)
-    return Within(
-        np.array([np.nan if o.sd is None else o.sd for o in outcomes] + [np.nan] * further),
-        np.array([o.phases or 0 for o in outcomes] + [0] * further),
-        np.array(responses, dtype=float) if same else None,
-    )
-
-
-class ScatterOfPlaces(Note):
-    """Every run is a mean over so many places of the mesh, whose scatter is the pure error."""
-
-    places: int
 
 
 class EqualRepeats(Note):
@@ -95,14 +46,11 @@ class UnequalRepeats(Note):
 
 
 def pure_error_of(design: DesignRuns, by_chance: bool = False) -> Note | None:
-    """Return what repeated runs, or mesh phases within the runs, tell; None if there are neither.
+    """Return what repeated runs show; None if there are none.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
     program with chance in it.
     """
-    places = max((run.outcome.phases or 1 for run in design.runs), default=1)
-    if places > 1:
-        return ScatterOfPlaces(places)
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
         if run.response is not None:
