@@ -228,7 +228,6 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     numbers.pop("peak_sd", None)
-    phases = {"phase_peaks": list(result.phase_peaks)} if result.phase_peaks else {}
     warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses
@@ -236,7 +235,7 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
         work = work_until(result.history.travel, result.history.force_filtered, result.peak_travel)
         responses = {"maximum_force": result.peak_force, "travel": result.peak_travel, "work": work}
     head = {"schema_version": 2, "stage": "simulate", "test": test, "responses": responses}
-    return {**head, **numbers, **phases, "warnings": warnings}
+    return {**head, **numbers, "warnings": warnings}
 
 
 def write_history(result: CuttingResult, path: Path) -> None:
