@@ -27,6 +27,9 @@ class Scattered(FakeSolver):
 
     fails: frozenset[int] = frozenset()
 
+    def identity(self, request: Request) -> dict[str, Any]:
+        return {**super().identity(request), "replicate": request.replicate}
+
     def solve(self, request: Request) -> Answer:
         if request.stage == "rsm" and request.row in self.fails:
             return Answer("failed", reason="inverted", message="element 3 turned inside out")
