@@ -143,7 +143,6 @@ def fit_surface(
     response: ArrayLike,
     names: Sequence[str],
     terms: Sequence[str] | None = None,
-    each_once: bool = True,
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -156,8 +155,6 @@ def fit_surface(
     names : sequence of k strings
     terms : sequence of strings, optional
         The terms to fit, as `term_names` calls them; the mean is always there.
-    each_once : bool
-        Count copies of a deterministic run once; False counts each, as published tables do.
 
     Raises
     ------
@@ -165,7 +162,7 @@ def fit_surface(
         If the runs at hand, or the design, cannot estimate every term.
     """
     points, y = _checked_points(coded, response, names)
-    copies = copies_of(points, y) if each_once else np.zeros(y.size, dtype=bool)
+    copies = copies_of(points, y)
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     kept, every = _kept(names, terms), term_names(names)
     matrix = term_columns(points)[present][:, kept]
