@@ -62,7 +62,7 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
             watch(progress(0, preparing=31.4))
     assert "compiling, once" in shown(out)
     assert lines.getvalue().splitlines()[-1] == (
-        "Screening: compiling the solver for this machine, once for all studies of this precision; 31 s last time"
+        "Screening: compiling the solver for this machine (31 s last time, once for all studies)"
     )
 
 
