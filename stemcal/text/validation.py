@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
+from stemcal.doe.validation.comparison import ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
 from stemcal.stages.validate.result import FromTable, ValidateResult
@@ -155,16 +155,6 @@ states(
     ErrorTrend,
     "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
     "removes.",
-)
-states(
-    BetterCurve,
-    {
-        "power_law": "Over the diameters a power law describes the measured force better than a straight line (AICc "
-        "lower by {gain:.1f}).",
-        "straight_line": "Over the diameters a straight line describes the measured force better than a power law "
-        "(AICc lower by {gain:.1f}).",
-    },
-    by="curve",
 )
 states(
     FromTable,

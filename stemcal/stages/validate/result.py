@@ -84,7 +84,6 @@ class ValidateResult(StageResult):
     max_abs_error_percent: float | None
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None = None
-    best_scaled_max_error_percent: float | None = None
     error_slope_percent_per_unit: float | None = None
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None

@@ -78,7 +78,6 @@ def _result(
         max_abs_error_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
-        best_scaled_max_error_percent=found.best_scaled_max_error_percent,
         error_slope_percent_per_unit=found.error_slope_percent_per_unit,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
