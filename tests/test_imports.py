@@ -20,7 +20,10 @@ FLOORS = {
     "stemcal.interrupts": 0,
     "stemcal.child": 1,
     "stemcal.naming": 0,
+    "stemcal.names": 1,
+    "stemcal.note": 0,
     "stemcal.notes": 2,
+    "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
@@ -52,7 +55,6 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
-    "pyDOE3": ("stemcal.doe",),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
@@ -61,7 +63,7 @@ PLACES = {
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
 INSIDE_FUNCTIONS = (
-    "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
+    "statsmodels", "pandas", "matplotlib", "jinja2", "distributed",
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 

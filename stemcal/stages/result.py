@@ -15,7 +15,6 @@ from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
-from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -62,8 +61,6 @@ class DesignRun(Spread):
     run: int
     levels: dict[str, float]
     coded: dict[str, float]
-    block: str | None = absent()
-    weight: float | None = absent()
     replicate: int | None = absent()
     outcome: Outcome = inline()
 
@@ -91,9 +88,8 @@ class DesignRuns:
 
     def table(self) -> Table:
         """Return levels and response of every run, as a table solver reads them."""
-        known = ("block", "weight", "replicate")
-        marks = [name for name in known if self.runs and getattr(self.runs[0], name) is not None]
-        return Table.of(["run", *self.varied, *marks, "response"], self.runs)
+        replicate = ["replicate"] if self.runs and self.runs[0].replicate is not None else []
+        return Table.of(["run", *self.varied, *replicate, "response"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
         """Yield what must be told of every run: a level of every factor, the varied ones coded too."""
@@ -110,7 +106,7 @@ class StageResult(Spread):
     shown: ClassVar[tuple[str, ...]] = ()
     """The attributes that a result is shown with."""
     head: Head
-    notes: tuple[Note, ...]
+    notes: tuple[Any, ...]  # of the kinds of `stemcal.notes`, or of the one class of `stemcal.note`
 
     @property
     def naming(self) -> Naming:

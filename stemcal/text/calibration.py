@@ -9,6 +9,7 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.naming import Named
 from stemcal.notes import Weight
+from stemcal.numbers import fixed, interval, short, significant, unit_written
 from stemcal.stages.invert.result import (
     Certainty,
     FlatDirection,
@@ -23,7 +24,6 @@ from stemcal.stages.invert.result import (
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
-from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 if TYPE_CHECKING:
     from stemcal.stages.mesh.result import MeshResult
@@ -296,10 +296,8 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     test = "With each test left out in turn, the fit to the others misses it by at most {error:tenths} %."
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     tests = any(row.left_out_interval is not None for row in joint.rows)
-    said = names.say(
-        test if tests else each if several else response, condition=condition.long if condition else "", error=error
-    )
-    return [said]
+    template = test if tests else each if several else response
+    return [names.say(template, condition=condition.long if condition else "", error=error)]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:

@@ -59,7 +59,7 @@ def test_a_small_error_is_not_none(results: Any) -> None:
 
 
 def test_the_spec_says_what_counts_as_equal(results: Any) -> None:
-    checked = validation.certainty(replace(results.validation, equivalent_within_percent=6.0), NAMES)[0]
+    checked = validation.certainty(replace(results.validation, tolerance_percent=6.0), NAMES)[0]
     assert checked.endswith("1 of 4 are within 6 %.")
 
 

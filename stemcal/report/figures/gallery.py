@@ -8,12 +8,13 @@ from pathlib import Path
 
 from stemcal.cutting.end_state import Shape
 from stemcal.naming import FIRST, Named
+from stemcal.numbers import short
 from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
+from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fields, fracture_frames, mesh
 from stemcal.report.figures.style import Figure, png, resize, save, svg, write_both
@@ -30,7 +31,6 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.text.captions import caption
 from stemcal.text.names import Names, program
-from stemcal.text.numbers import short
 
 CLAIMING = ("profiles", "solutions")
 """Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""
@@ -127,8 +127,6 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
         plots.append(folded("diagnostics", "diagnostics", partial(diagnostics, rsm), wide=True))
     for pair in combinations(rsm.names, 2):
         plots += _pair_plots(rsm, pair, invert, labels)
-    if rsm.ridge:
-        plots.append(folded("ridge", "ridge", partial(ridge, rsm, invert, labels), wide=True))
     return plots
 
 

@@ -1,6 +1,6 @@
 """The rules of the verdict: each looks at the evidence and yields reasons, whose kinds are declared here.
 
-The given percentage is `targets.equivalent_within_percent`; what a reason weighs, its rule decides.
+The given percentage is `targets.tolerance_percent`; what a reason weighs, its rule decides.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -165,7 +165,7 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.targets.equivalent_within_percent)
+        return float(self.study.targets.tolerance_percent)
 
     @property
     def judged(self) -> list[Judged]:
