@@ -59,7 +59,7 @@ AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each goes on where it stopped)": (
         *(run.run, *(stages.command_of(stage) for stage in STAGES), augment.augment),
-        *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
+        *(by_hand.enter, report.report),
     ),
     AROUND: (init.init, check.check, plan.plan, simulate.simulate),
     "The study folder": (status.status, runs.runs, retry.retry, verify.verify),

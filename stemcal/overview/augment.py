@@ -35,8 +35,6 @@ def augment(study: Study, added: Augmentation) -> tuple[Study, list[Change]]:
     """
     if not added.stages:
         raise UsageError("augment: say what to add, --fold-over, --extra-runs N or --axial DISTANCE")
-    if study.solver.kind == "table":
-        raise UsageError("augment: a table answers only what it holds; further runs need a solver that can simulate")
     screen, rsm, changes = study.screen, study.rsm, list[Change]()
     if added.fold_over:
         screen = _folded(screen)

@@ -30,7 +30,7 @@ from stemcal.solvers import make_solver
 from stemcal.stages.design import design_radius, surface_coding
 from stemcal.stages.invert.certainty import certainty_of, priors_of
 from stemcal.stages.surface.result import region_in
-from stemcal.stages.work import Work, needs_simulation
+from stemcal.stages.work import Work
 from stemcal.study.model import LaboratoryMeans, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
 from stemcal.study.model.measured_targets import named_modes
@@ -164,7 +164,6 @@ def identify(work: Work, specimens: Sequence[int] = SPECIMENS) -> Identified:
         If one of the runs fails.
     """
     study = work.study
-    needs_simulation("plan --identify", study, work.solver)
     names = surface_names(study, work.solver, work.folder)
     if names is None:
         raise UsageError("plan --identify: name the factors in rsm.factors, or run `stemcal screen SPEC` before it")

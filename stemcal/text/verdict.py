@@ -263,7 +263,7 @@ states(
 
 
 states(advice.ContinueStudy, "`stemcal run SPEC` goes on.")
-states(advice.EnterResults, "Do the runs of the sheet, then `stemcal enter SPEC SHEET`; `stemcal run SPEC` writes it.")
+states(advice.EnterResults, "Write the results into the sheet of the study folder, then `stemcal run SPEC`.")
 states(advice.VaryAnother, "Vary a further factor: {factor:factor} is at the end of what it can be.")
 states(advice.AddRefinement, "Add `refine: {{}}` to the spec: it simulates at the solution and corrects it.")
 states(

@@ -89,7 +89,7 @@ def test_a_table_says_what_it_refers_to() -> None:
 
 
 def test_programs_by_their_names() -> None:
-    names = [transfer.program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "manual")]
+    names = [transfer.program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "sheet")]
     assert names == ["the other model", "LS-DYNA", "OpenRadioss", "the other program", "the other program"]
     assert [transfer.role(role) for role in ("search", "after", "before")] == [
         "search",
@@ -136,7 +136,7 @@ def test_the_verdict_and_the_plan_name_the_program() -> None:
     assert use_there(where, STEM) == (
         "Good in OpenRadioss (within 10 %) at 7, 8 and 9 mm. Worst there: 45 % low at 11 mm."
     )
-    nowhere = UseThere("manual", Use(10.0, (), Judged("angle", 0.0, 45.2, fitted=True)))
+    nowhere = UseThere("sheet", Use(10.0, (), Judged("angle", 0.0, 45.2, fitted=True)))
     assert use_there(nowhere, HEAP) == "In the other program not within 10 %. Worst there: 45 % low."
     missed = rules.TransferMissed(
         weight="with_reservations",

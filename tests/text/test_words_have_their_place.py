@@ -25,7 +25,7 @@ SPARED = {
     "folder/study_folder.py": "what is wrong with a file",
     "folder/record.py": "what is wrong with a file",
     "solvers/lsdyna/mat003.py": "remedies of an error",
-    "solvers/csv_table.py": "problems of a table, with their remedies",
+    "solvers/sheet": "what is wrong with a row, with its remedy",
     "doe/regression/surface.py": "remedies of an error",
     "stages/refine/stage.py": "an error",
     "stages/work.py": "remedies of an error",

@@ -168,13 +168,19 @@ class Evidence:
         return float(self.study.targets.equivalent_within_percent)
 
     @property
+    def is_given(self) -> bool:
+        """Whether the validation compares values of a sheet that were simulated elsewhere, with other parameters."""
+        validation = self.results.validation
+        return validation is not None and any(note.kind == "from_table" for note in validation.notes)
+
+    @property
     def judged(self) -> list[Judged]:
         """Measured against simulated at every condition that was simulated with the parameters found here.
 
         Beside the force that is every response that the study declares itself; one that was not fitted is a check.
         """
         validation = self.results.validation
-        if validation is None or self.study.solver.kind == "table":
+        if validation is None or self.is_given:
             return []
         found = []
         for row in validation.rows:
@@ -235,7 +241,7 @@ def _unfinished(evidence: Evidence) -> Iterator[Reason]:
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
         stages = tuple(stage.name for stage in missing)
-        remedy = advice.EnterResults() if evidence.study.solver.kind == "manual" else advice.ContinueStudy()
+        remedy = advice.EnterResults() if evidence.study.solver.kind == "sheet" else advice.ContinueStudy()
         weight: Severity = "with_reservations" if stages == ("transfer",) else "not_calibrated"
         yield Unfinished(weight=weight, remedy=remedy, stages=stages)
 
@@ -374,7 +380,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
     study = evidence.study
     if evidence.results.validation is None:
         return
-    if study.solver.kind == "table":
+    if evidence.is_given:
         yield ValidationFromTable(weight="with_reservations", remedy=advice.SimulateValidation())
         return
     independent = [row for row in evidence.judged if not row.fitted]
