@@ -24,7 +24,6 @@ from stemcal.files.rows import Rows
 from stemcal.measured.curve_modes import CurveModes, most_modes
 from stemcal.notes import Note
 from stemcal.overview.plan import surface_names
-from stemcal.run_warnings import MaximumNotPassed
 from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.design import design_radius, surface_coding
@@ -260,7 +259,7 @@ def _beyond_stroke(work: Work, outcome: Outcome) -> set[str]:
     return {
         test.called(response)
         for test in work.study.tests
-        if not test.targets and any(one["kind"] == MaximumNotPassed.kind for one in told[test.name]["warnings"])
+        if not test.targets and any(one["kind"] == "maximum_not_passed" for one in told[test.name]["warnings"])
         for response in test.told
         if response not in BEFORE_MAXIMUM
     }

@@ -9,6 +9,7 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.naming import Named
 from stemcal.notes import Weight
+from stemcal.numbers import fixed, interval, short, significant, unit_written
 from stemcal.stages.invert.result import (
     Certainty,
     FlatDirection,
@@ -24,7 +25,6 @@ from stemcal.stages.invert.result import (
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
-from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 if TYPE_CHECKING:
     from stemcal.stages.mesh.result import MeshResult

@@ -5,11 +5,11 @@ from collections.abc import Iterable, Iterator
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
+from stemcal.numbers import interval, significant
 from stemcal.stages.validate.result import FromTable, ValidateResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
-from stemcal.text.numbers import interval, significant
 
 _TRAVEL_APART = 50.0  # percent of the measured travel: beyond it is not the stem's alone
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from stemcal.files.durable import plain
 from stemcal.files.typed import to_json
+from stemcal.numbers import fixed
 from stemcal.stages.base import stage_called
 from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
@@ -11,7 +12,6 @@ from stemcal.text.calibration import change, counted
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names, program
 from stemcal.text.notes import sentence, states
-from stemcal.text.numbers import fixed
 
 
 def word(verdict: Verdict) -> str:

@@ -11,11 +11,11 @@ from rich.console import Console
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
+from stemcal.numbers import significant
 from stemcal.report.tables.of_responses import from_means, further_table
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import drawn, stage_tables
 from stemcal.text.names import Names
-from stemcal.text.numbers import significant
 
 
 def printed(stage: Any, width: int = 80) -> str:

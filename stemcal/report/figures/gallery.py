@@ -8,6 +8,7 @@ from pathlib import Path
 
 from stemcal.cutting.end_state import Shape
 from stemcal.naming import FIRST, Named
+from stemcal.numbers import short
 from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
@@ -30,7 +31,6 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.text.captions import caption
 from stemcal.text.names import Names, program
-from stemcal.text.numbers import short
 
 CLAIMING = ("profiles", "solutions")
 """Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""

@@ -10,6 +10,7 @@ from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FIRST, FORCE, Named
+from stemcal.numbers import fixed, percent, probability, short, significant, unit_written
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
     condition,
@@ -30,7 +31,6 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.shape import Shape
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, percent, probability, short, significant, unit_written
 from stemcal.text.screening import standing
 from stemcal.text.surface import shape_name
 from stemcal.text.tables import line

@@ -5,11 +5,11 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
+from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.tables.columns import ERROR, Form, condition, measured_of, simulated
 from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 
 

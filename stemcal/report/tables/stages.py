@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Table
 from stemcal.files.typed import to_json
+from stemcal.numbers import significant
 from stemcal.report.tables.of_designs import effects_table, surface_tables
 from stemcal.report.tables.of_parameters import (
     budget_table,
@@ -22,7 +23,6 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import significant
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
