@@ -185,7 +185,7 @@ def _against_record(
         raise RowRefused(filled, "nothing_to_withdraw", message)
     if before is None:
         found.new.append(result)
-    elif _agree(before, result.answer):
+    elif _agree(before, result.answer) or (not how.replace and _was_replaced(record, result.answer)):
         found.known.append(result)
     elif how.replace or (not before.ok and result.answer.ok):
         found.others.append(result)
@@ -197,6 +197,15 @@ def _against_record(
             f'{_said(result.answer)}; if that was wrong, enter the sheet with --replace "why"'
         )
         raise RowRefused(filled, "known_otherwise", message)
+
+
+def _was_replaced(record: Mapping[str, Any] | None, answer: Answer) -> bool:
+    """Whether a result is an earlier one that another has replaced: the sheet is older than the correction."""
+    return any(
+        _agree(Answer(old["status"], old["response"], details={RESPONSES: old.get(RESPONSES, {})}), answer)
+        for old in (record or {"details": {}})["details"].get("replaced", [])
+        if old["status"] == "ok"
+    )
 
 
 def _agree(one: Answer, other: Answer) -> bool:

@@ -45,7 +45,7 @@ def enter(
     from stemcal.solvers.sheet.reading import filled
 
     content, how = _content(sheet), Correction(replace.strip(), who or user_name(), sure)
-    with opened(spec, out, None, "local", quiet, own_sheet=False) as work:
+    with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
         if as_json:
             say_json(_entered_json(found))

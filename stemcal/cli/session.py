@@ -95,11 +95,11 @@ def make_executor(name: str, workers: int | None, time_limit: float | None) -> R
 
 @contextmanager
 def opened(
-    spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool, own_sheet: bool = True
+    spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool, entered: Path | None = None
 ) -> Iterator[Session]:
     """Open a study for work: read it, lock its folder, make workers ready; close all on the way out.
 
-    Results in the sheet of the study folder are entered first, unless `own_sheet` is false.
+    Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
     """
     from stemcal.executors.machine import require_address_space
 
@@ -116,8 +116,8 @@ def opened(
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)
         try:
-            if own_sheet and study.by_hand.solver.kind == "sheet":
-                _enter_own(work)
+            if study.by_hand.solver.kind == "sheet":
+                _enter_own(work, entered)
             yield work
             return
         except Waiting as waiting:
@@ -126,14 +126,14 @@ def opened(
     raise typer.Exit(code)
 
 
-def _enter_own(work: Session) -> None:
+def _enter_own(work: Session, other: Path | None) -> None:
     """Enter the results in the sheet of the study folder."""
     from stemcal.by_hand.entering import Correction, enter, user_name
     from stemcal.overview.status import SHEET
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     path = work.folder.path / SHEET
-    if path.is_file():
+    if path.is_file() and not (other and other.exists() and path.samefile(other)):
         rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
         enter(work.study, work.folder, rows, Correction(who=user_name())).require_all()
 

@@ -82,6 +82,25 @@ def test_a_wrong_row_of_the_own_sheet_stops_the_run_and_stays(tmp_path: Path) ->
     assert len(list(StudyFolder(out).keys())) == 14
 
 
+def test_a_correction_from_another_sheet_outlasts_the_own_one(tmp_path: Path) -> None:
+    """The own sheet still has the value that was replaced; what it has beside that is entered first."""
+    spec, out = spec_of(tmp_path), tmp_path / "study"
+    command("run", spec, "--out", out)
+    head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
+    for row in rows:
+        row[4] = f"{angle(dict(zip(head[1:4], map(float, row[1:4]), strict=True))):.6f}"
+    (out / "sheet.csv").write_text(text_of([head, *rows[:9]]), encoding="utf-8")
+    assert command("run", spec, "--out", out).exit_code == 6
+    (out / "sheet.csv").write_text(text_of([head, *rows[:12]]), encoding="utf-8")
+    other = [*rows[0][:4], "30.5", *rows[0][5:]]
+    (tmp_path / "other.csv").write_text(text_of([head, other]), encoding="utf-8")
+    done = command("enter", spec, tmp_path / "other.csv", "--out", out, "--replace", "misread")
+    assert done.exit_code == 6 and f"1 replaced: {rows[0][0]}." in done.stdout and "3 results of rsm" in done.stderr
+    (out / "sheet.csv").write_text(text_of([head, *rows]), encoding="utf-8")
+    assert command("run", spec, "--out", out).exit_code == 6
+    assert [row[4] for row in cells_of((out / "sheet.csv").read_text("utf-8")) if row[0] == rows[0][0]] == ["30.5"]
+
+
 def test_a_run_that_failed_may_be_tried_again(tmp_path: Path) -> None:
     """Retry asks for it once more; the value then takes the failure's place, and both are in the record."""
     spec, out = spec_of(tmp_path), tmp_path / "study"
