@@ -105,6 +105,7 @@ def test_encodings_and_separators(tmp_path: Path, encoding: str, separator: str)
         (RSM.replace(",122", ",122,1"), "runs.csv:2: the row has 5 cells, the heading 4"),
         (RSM.rstrip("\n"), "runs.csv:4: the last line has no line end"),
         (RSM.replace("15,0.03,122", "x,0.03,122"), "runs.csv:2: rsm 1, yield_stress: 'x' is not a number"),
+        ("run,diameter,force\nvalidate 1,wide,100\n", "runs.csv:2: validate 1, diameter: 'wide' is not a number"),
         (RSM.replace("122", "two"), "runs.csv:2: rsm 1, force: 'two' is not a number"),
         (RSM.replace("122", "1e31"), "'1e31' is beyond 1e30"),
         (RSM.replace("122", "12 mm"), "'12 mm' is in mm, not in N; convert it"),

@@ -166,16 +166,22 @@ def _known(study: Study, cells: Filled) -> KnownRow:
     if _number(cells.run) < 1:
         message = f"{cells.run!r} is no run; write a stage and a number, such as rsm 3"
         raise RowRefused(cells, "unknown_run", message)
-    levels = {}
-    for factor in study.factors:
-        if text := cells.levels.get(factor.name):
-            unit = cells.units.get(factor.name, factor.unit)
-            level = number_in(text, cells.decimal, unit, factor.unit)
-            if isinstance(level, Unread):
-                message = f"{cells.run}, {factor.name}: {unreadable(level, text, factor.unit)}"
-                raise RowRefused(cells, "unreadable", message)
-            levels[factor.name] = level
+    at = study.naming.condition
+    if at is not None:
+        _level(cells, at.name, at.unit)
+    found = {factor.name: _level(cells, factor.name, factor.unit) for factor in study.factors}
+    levels = {name: level for name, level in found.items() if level is not None}
     return KnownRow(cells, levels, None if cells.is_empty else result_in(study, cells))
+
+
+def _level(cells: Filled, name: str, unit: str) -> float | None:
+    """Return the number under a heading, None where there is none."""
+    if not (text := cells.levels.get(name)):
+        return None
+    level = number_in(text, cells.decimal, cells.units.get(name, unit), unit)
+    if isinstance(level, Unread):
+        raise RowRefused(cells, "unreadable", f"{cells.run}, {name}: {unreadable(level, text, unit)}")
+    return level
 
 
 def _gaps(source: str, rows: Mapping[str, Sequence[KnownRow]]) -> list[str]:
