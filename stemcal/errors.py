@@ -16,6 +16,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+EXIT_CODES = {
+    0: ("done", "done"),
+    1: ("fault", "a fault of the system: disk, memory, a damaged file, an internal error"),
+    2: ("wrong", "the spec or the call is wrong"),
+    3: ("runs_failed", "runs failed"),
+    4: ("unreachable", "the target is out of reach"),
+    5: ("in_use", "another process uses the study folder"),
+    6: ("waiting", "the study waits for results"),
+    130: ("interrupted", "interrupted by Ctrl-C"),
+    143: ("terminated", "terminated by SIGTERM"),
+}
+"""The exit codes: the `status` in the JSON envelope, and what each means."""
+
 
 class StemcalError(Exception):
     """A failure with a message fit for the user: place, value, remedy."""

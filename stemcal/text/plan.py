@@ -1,5 +1,6 @@
-"""What is said of a plan: what designs can find, what a study takes, what is too much."""
+"""What is said of a plan: what a study takes, what is too much."""
 
+from stemcal.errors import UsageError
 from stemcal.executors import machine
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview import plan
@@ -7,7 +8,7 @@ from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMem
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence, sentences, states
+from stemcal.text.notes import sentences, states
 
 
 def total(found: plan.Plan) -> list[str]:
@@ -45,6 +46,22 @@ def in_hours(hours: float) -> str:
     return say("about {hours:.0f} h", hours=hours) if hours < 240 else say("about {days:.0f} days", days=hours / 24)
 
 
+def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
+    """Return warnings of days and of scarce memory; raise `UsageError` for more memory than this machine has.
+
+    Where the runs are computed is `here`, or elsewhere: then this machine's memory does not count.
+    """
+    found = list(excess(demand, workers, machine.machine_memory() if here else None))
+    if impossible := [note for note in found if isinstance(note, TooMuchMemory)]:
+        raise UsageError(" ".join(sentences(impossible)))
+    return sentences([*found, *(scarce(demand, workers, machine.free_memory()) if here else ())])
+
+
+def remarks(found: plan.Plan, names: Names) -> list[str]:
+    """Return what is noted of the designs and the runs that are decided later."""
+    return sentences(found.notes, names)
+
+
 TOPICS = (screening,)
 """A plan has notes of a screening's design too, whose sentences stand there."""
 
@@ -62,7 +79,10 @@ states(plan.FactorsAssumed, "The screening decides which factors the surface has
 states(plan.FirstRunTwice, "{stage} begins with its first run made twice: equal inputs must give equal answers.")
 states(plan.DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
 states(plan.AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
-states(plan.CannotCarry, "{stage}, {design}: {reason}")
+states(
+    plan.CannotEstimate,
+    "{stage}, {design}: {runs} runs cannot estimate {terms:factors}. Add runs or levels.",
+)
 states(
     plan.InAnotherProgram,
     "{here} runs here, at most {there} in {solver:program} (transfer). Those take at most {seconds:duration} on one "
@@ -77,20 +97,6 @@ states(
     otherwise="mesh simulates the solution at {places} places of the mesh (conditions: {conditions}).",
     by="sizes",
 )
-
-
-@sentence.register
-def _(note: plan.DesignPower, names: Names) -> str:
-    saturated = (
-        "{stage}, {design}: {runs} runs for {coefficients} coefficients leave no residual df: no F test is possible."
-    )
-    tested = (
-        "{stage}, {design}: {runs} runs for {coefficients} coefficients leave {df} residual df. Chance that the "
-        "weakest term is found, for changes of so many standard deviations of the scatter: {chances}. Largest leverage "
-        "{leverage:.2f}."
-    )
-    chances = ", ".join(say("{ratio}σ {chance:.0%}", ratio=r, chance=c) for r, c in note.weakest.items())
-    return names.say(tested if note.df else saturated, chances=chances, **vars(note))
 
 
 states(

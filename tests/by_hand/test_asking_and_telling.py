@@ -48,7 +48,7 @@ def filled(out: Path, value: str = "") -> None:
 def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     """15 runs of the surface, one of the refinement and one of the validation: rows of one sheet."""
     spec, out = spec_of(tmp_path), tmp_path / "study"
-    planned = command("plan", spec, "--out", out).stdout
+    planned = command("check", spec, "--out", out).stdout
     assert "runs by hand, 16 in all" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
@@ -56,7 +56,9 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
-    assert json.loads(command("status", spec, "--out", out, "--json").stdout)["sheet"] == str(out / "sheet.csv")
+    assert json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["sheet"] == str(
+        out / "sheet.csv"
+    )
     assert "Results are awaited: fill in" in command("status", spec, "--out", out).stdout
     for count in (15, 16):
         filled(out)
@@ -65,7 +67,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
         assert len(rows) == count + 1 and [row[0] for row in rows if not row[4]] == [rows[-1][0]]
     filled(out)
     assert command("run", spec, "--out", out).exit_code == 0
-    assert "sheet" not in json.loads(command("status", spec, "--out", out, "--json").stdout)
+    assert "sheet" not in json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]
     solution = json.loads((out / "refine.json").read_text("utf-8"))["parameters"]
     assert angle(solution) == pytest.approx(28.2, rel=0.001)
 
@@ -108,7 +110,7 @@ def test_a_run_that_failed_may_be_tried_again(tmp_path: Path) -> None:
     runs = study.ask(out)
     study.tell([{**run, "angle": angle(run)} for run in runs[1:]] + [{**runs[0], "failed": "the heap slid"}], out)
     assert [run["run"].split()[0] for run in study.ask(out)] == ["refine"]
-    assert command("retry", spec, "--out", out).exit_code == 6
+    assert command("run", spec, "--retry", "--out", out).exit_code == 6
     _, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert [row[0] for row in rows if not row[4]] == [runs[0]["run"]]
     filled(out)

@@ -1,4 +1,4 @@
-"""Phases, blocks, weights and lost terms, from the spec to the files."""
+"""Phases and lost terms, from the spec to the files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from fakes import FakeSolver, force, make_study
 
 from stemcal import workflow
-from stemcal.errors import RunsFailed, SpecError
+from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
@@ -61,49 +61,8 @@ def test_phases_become_pure_error(tmp_path: Path) -> None:
     assert again.df in (3, 24) and again.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
 
 
-def test_weights_by_phases(tmp_path: Path) -> None:
-    """Runs of small scatter count more; the file holds the weights, and the fit from the file is the same."""
-    stage = fitted(tmp_path, ", weights: phases", Phased())
-    runs = stage["design"]["runs"]
-    assert sum(run["weight"] for run in runs) == pytest.approx(len(runs))
-    quiet, loud = min(runs, key=lambda run: run["sd"]), max(runs, key=lambda run: run["sd"])
-    assert quiet["weight"] > 1.2 * loud["weight"]
-    assert SurfaceResult.from_json(stage).fitted.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
-    (tmp_path / "equal").mkdir()
-    equal = fitted(tmp_path / "equal", "", Phased())
-    assert stage["coefficients"][1]["value"] != pytest.approx(equal["coefficients"][1]["value"], rel=1e-9)
-
-
-def test_weights_need_phases(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"rsm.weights: the solver gives no scatter over mesh phases"):
-        make_study(tmp_path, TWO.replace("OPTIONS", ", weights: phases"))
-
-
-def test_lost_terms_are_refused_or_left_out(tmp_path: Path) -> None:
+def test_terms_that_failed_runs_made_inestimable_end_the_fit(tmp_path: Path) -> None:
     """The four axial runs fail."""
     solver = Phased(fails=frozenset({4, 5, 6, 7}))
-    with pytest.raises(RunsFailed, match=r"rsm\.inestimable: drop"):
+    with pytest.raises(RunsFailed, match=r"cannot estimate yield_stress\^2, failure_strain\^2; repair those runs"):
         fitted(tmp_path, "", solver)
-    stage = fitted(tmp_path, ", inestimable: drop", solver)
-    assert stage["terms_dropped"] == ["yield_stress^2", "failure_strain^2"]
-    assert [row["term"] for row in stage["coefficients"]] == [
-        "1",
-        "yield_stress",
-        "failure_strain",
-        "yield_stress:failure_strain",
-    ]
-    study = make_study(tmp_path, TWO.replace("OPTIONS", ", inestimable: drop") + PHASES)
-    solution = workflow.invert(study, StudyFolder(tmp_path / "out"), solver=solver).to_json()
-    assert solution["predicted"] == pytest.approx(110.0)
-
-
-def test_orthogonal_blocks_from_the_spec(tmp_path: Path) -> None:
-    stage = fitted(tmp_path, "0, blocks: orthogonal", FakeSolver(), more="")
-    assert [run["block"] for run in stage["design"]["runs"]] == ["1"] * 9 + ["2"] * 9
-    assert "Block" in rows_of(stage) and set(stage["block_effects"]) == {"1", "2"}
-    assert "block" in (tmp_path / "out" / "rsm_runs.csv").read_text("utf-8").splitlines()[0].split(",")
-
-
-def test_blocks_set_alpha_themselves(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"rsm.blocks: orthogonal blocks are those of a central composite"):
-        make_study(tmp_path, TWO.replace("OPTIONS", ", blocks: orthogonal, alpha: face"))

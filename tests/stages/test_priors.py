@@ -1,4 +1,4 @@
-"""Priors and constraints from the spec to files, verdict and sentences."""
+"""Priors from the spec to files, verdict and sentences."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult, PriorUnused
 from stemcal.stages.results import Results
-from stemcal.stages.verdict.rules import Misfit, verdict_of
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.calibration import certainty
 from stemcal.text.names import Names
 from stemcal.text.results import shown_remarks
-from stemcal.text.verdict import sentence
 
 FORCES = """\
 targets:
@@ -79,21 +78,9 @@ def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
     assert found.joint is not None and found.joint.df == 1 and found.joint.p is not None and found.joint.p < 0.001
     assert [row.factor for row in found.priors] == ["yield_stress", "failure_strain"]
     verdict = verdict_of(study, place, Results(inversion=found))
-    (reason,) = (reason for reason in verdict.reasons if isinstance(reason, Misfit))
-    assert reason.weight == "not_calibrated" and verdict.verdict == "not_calibrated"
-    assert sentence(reason, Names(study.naming)).startswith("The misfit is ")
-    remedy = sentence(reason.remedy, Names(study.naming))
-    assert remedy.startswith("Check the prior of yield_stress against its source (compression, Li 2019)")
-
-
-@pytest.mark.parametrize("diameters", ["", ", diameters: all"])
-def test_a_constraint_under_invert_binds_the_solution(tmp_path: Path, diameters: str) -> None:
-    """σy ≤ 15.5 MPa, a ≤ 0.1: the rest is the failure strain's."""
-    limit = f"invert: {{constraints: [{{of: {{yield_stress: 1}}, at_most: 15.5}}]{diameters}}}\n"
-    _, found, _ = inverted(tmp_path, invert=limit)
-    assert found.point.solution["yield_stress"] <= 15.5 + 1e-6
-    assert found.cited["yield_stress"][1] <= 15.5 + 1e-5 and found.ranges["yield_stress"][1] <= 15.5 + 1e-5
-    assert found.point.predicted == pytest.approx(110.0, rel=0.01)
+    (reason,) = (reason for reason in verdict.reasons if reason.kind == "misfit")
+    assert reason.severity == "error" and verdict.verdict == "not_calibrated"
+    assert "prior of yield_stress" in reason.remedy.text and "compression, Li 2019" in reason.remedy.text
 
 
 def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
@@ -126,11 +113,3 @@ def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -
     workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
     found = workflow.invert(study, place, solver=OfTwo())
     assert PriorUnused(("density",)) in found.notes and found.parameters["density"] == 1100.0
-
-
-def test_constraints_that_leave_nothing_are_told_before_any_run(tmp_path: Path) -> None:
-    """Each leaves something of the ranges, both together nothing."""
-    above, below = "{of: {yield_stress: -1}, at_most: -16}", "{of: {yield_stress: 1}, at_most: 14}"
-    with pytest.raises(Exception, match="constraints: they leave no point of the region"):
-        inverted(tmp_path, invert=f"invert: {{constraints: [{above}, {below}]}}\n")
-    assert StudyFolder(tmp_path / "out").keys() == []
