@@ -20,7 +20,6 @@ from stemcal.study.model.program_options import (
     Commanded,
     CommandSolver,
     DeckAt,
-    DeckHourglass,
     DeckSolver,
     LsDynaSolver,
     OpenRadiossSolver,
@@ -35,15 +34,14 @@ from stemcal.study.model.result_readers import (
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
-    FailureSection,
     LoadingSection,
     MaterialSection,
     SpecimenSection,
     SupportsSection,
 )
 from stemcal.study.model.sheet_options import SheetSolver
-from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.solver_options import EmbeddedSolver
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
@@ -52,11 +50,10 @@ __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
     "ClimbOptions",
     "CodingEntry", "CommandSolver", "Commanded", "Condition", "ContactSection",
-    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
-    "Grades", "Growth", "HourglassSection",
+    "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
+    "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "MaterialSection", "Mean",
-    "MeshOptions",
     "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SheetSolver", "SpecimenSection",
