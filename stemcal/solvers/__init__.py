@@ -23,8 +23,7 @@ SOLVERS: dict[str, Callable[[Study], Solver]] = {
     "table": _of("table:ReplaySolver"),
     "command": _of("command:Command"),
     "manual": _of("manual:Manual.of"),
-    "lsdyna": _of("lsdyna:LsDyna"),
-    "openradioss": _of("openradioss:OpenRadioss"),
+    "deck": _of("deck.program:DeckProgram"),
 }
 
 

@@ -24,7 +24,7 @@ SPARED = {
     "executors": "failures of runs",
     "folder/study_folder.py": "what is wrong with a file",
     "folder/record.py": "what is wrong with a file",
-    "solvers/lsdyna/mat003.py": "remedies of an error",
+    "solvers/deck/own_deck.py": "remedies of an error",
     "solvers/csv_table.py": "problems of a table, with their remedies",
     "doe/regression/surface.py": "remedies of an error",
     "stages/refine/stage.py": "an error",

@@ -19,14 +19,15 @@ from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Mean, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.model.program_options import (
+    OF_LSDYNA,
+    OF_OPENRADIOSS,
     Commanded,
     CommandSolver,
     DeckAt,
     DeckHourglass,
     DeckSolver,
-    LsDynaSolver,
-    OpenRadiossSolver,
     ProgramOptions,
+    program_of,
 )
 from stemcal.study.model.result_readers import (
     CsvResult,
@@ -50,18 +51,19 @@ from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
+    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "OF_LSDYNA", "OF_OPENRADIOSS", "PARAMETERS", "AnySolver",
+    "BladeSection",
     "ClimbOptions",
     "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
-    "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
+    "ManualSolver", "MaterialSection", "Mean",
     "MeshOptions",
-    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
+    "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
     "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",
-    "TransferTest", "exponents_in", "factors_taken", "strongest_asked",
+    "TransferTest", "exponents_in", "factors_taken", "program_of", "strongest_asked",
 ]
 # fmt: on

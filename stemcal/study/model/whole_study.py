@@ -24,7 +24,7 @@ from stemcal.study.model.laboratory_tests import LaboratorySection, named_respon
 from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Target, Targets, named_modes
 from stemcal.study.model.parameters import PARAMETERS
-from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
+from stemcal.study.model.program_options import CommandSolver, DeckSolver
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
@@ -44,7 +44,7 @@ from stemcal.words import counted, did_you_mean
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
 
-AnySolver = EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver
+AnySolver = EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | DeckSolver
 
 
 class StudyForm(Frozen):
@@ -291,7 +291,7 @@ class Study(StudyForm):
     @property
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
-        return isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) and self.solver.rate_law == "none"
+        return isinstance(self.solver, EmbeddedSolver | DeckSolver) and self.solver.rate_law == "none"
 
     @property
     def replicates(self) -> int:

@@ -288,7 +288,7 @@ refine:
 #   sizes: [d/24]
 
 # transfer:
-#   solver: {kind: openradioss, home: /opt/openradioss, element_size: 1 mm}
+#   solver: {kind: deck, program: openradioss, home: /opt/openradioss, element_size: 1 mm}
 #   adjust: [failure_strain]
 #   diameters: all
 #   tolerance_percent: 2

@@ -42,7 +42,7 @@ def test_sections_have_places() -> None:
     assert places["CodingEntry"] == "rsm.coding.*"
     assert places["RegexResult"] == "solver.result, kind: regex"
     assert places["HourglassSection"] == "solver.hourglass, kind: embedded"
-    assert places["DeckHourglass"] == "solver.hourglass, kind: lsdyna, openradioss"
+    assert places["DeckHourglass"] == "solver.hourglass, kind: deck"
 
 
 def test_keys_are_found_by_path() -> None:

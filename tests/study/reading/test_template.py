@@ -43,7 +43,7 @@ def test_what_is_switched_off_can_be_switched_on() -> None:
     on = re.sub(r"(?m)^# (mesh:|transfer:|climb:|  [a-z_]+:|  #)", r"\1", template("x"))
     study = read_study(on.encode(), Path("study.yaml"))
     assert study.mesh is not None and study.mesh.phases == 5
-    assert study.transfer is not None and study.transfer.solver.kind == "openradioss"
+    assert study.transfer is not None and study.transfer.solver.kind == "deck"
     assert study.climb is not None and study.climb.step_sizes == {"yield_stress": 2.0}
 
 
