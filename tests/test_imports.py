@@ -50,7 +50,7 @@ PLACES = {
     "typer": ("stemcal.cli",),
     "rich": ("stemcal.cli", "stemcal.report"),
     "yaml": ("stemcal.study",),
-    "statsmodels": ("stemcal.doe", "stemcal.measured.normality"),
+    "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
     "arviz": ("stemcal.stages.invert.result",),
     "pyDOE3": ("stemcal.doe",),

@@ -15,7 +15,7 @@ from stemcal.by_hand.numbers import Unread, number_in, readings
 from stemcal.by_hand.reading import Filled, narrow
 from stemcal.by_hand.sheet import FAILED, REPLICATE, WITHDRAWN, entered_responses
 from stemcal.folder.study_folder import StudyFolder, now, provenance
-from stemcal.measured.outliers import grubbs
+from stemcal.measured.statistics import grubbs
 from stemcal.naming import Named
 from stemcal.runs.answer import keep
 from stemcal.runs.outcome import NOT_RUN, answer_of, record_key, stands

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from stemcal.measured.numerals import as_number
+from stemcal.measured.headings import as_number
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
 
 MOST = 1e30  # numbers whose powers are still numbers

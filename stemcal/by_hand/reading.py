@@ -11,8 +11,7 @@ from stemcal.by_hand import workbook
 from stemcal.by_hand.sheet import ASKED, REMARK, REPLICATE, RUN, STUDY, WHEN, WHO, Field, entered_responses, fields_of
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
-from stemcal.measured.guessed_encoding import decoded
-from stemcal.measured.workbook import is_foreign, is_workbook, text_of_cell
+from stemcal.measured.sheets import decoded, is_foreign, is_workbook, text_of_cell
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
-from stemcal.measured.workbook import MAX_CELLS, opening, text_of_cell
+from stemcal.measured.sheets import MAX_CELLS, opening, text_of_cell
 
 if TYPE_CHECKING:
     from stemcal.by_hand.sheet import Field

@@ -1,19 +1,15 @@
 """What the laboratory brings: stem diameters and shear-test curves, from the machine's files to targets.
 
-text_tables     files of any encoding, separator and decimal mark → tables of texts
-encodings       which encoding a file is written in
-workbook        the sheets of an Excel workbook
-lines           where the numbers stand among lines of cells, and what stands over them
-numerals        numbers as people and machines write them
-vocabulary      what columns are called in the languages of laboratories
-headings        names and units of columns
-columns         a column by its name or number, and its unit
+sheets          files of any encoding, workbooks of Excel
+lines           where the numbers are among lines of cells, and what is above them
+headings        numbers, names and units in the languages of laboratories
+text_tables     one table of any separator and decimal mark, its columns by name or number
 channels        which columns are one specimen's displacement and force
-samples         mean, standard deviation, intervals
-normality       does a sample look normal: Shapiro–Wilk, Anderson–Darling
-outliers        Grubbs' test: names a suspect, drops nothing
+statistics      mean, standard deviation, intervals, normality, outliers
 diameters       stem diameters → normal fit and grades
 shear_curves    the specimens of one force–displacement file → trimmed curves and their maxima
 shear           all specimens → forces per grade
+curve_modes     scores of whole curves
 target_entries  the `targets` section of a spec
+remarks         what a reader must know of the files
 """

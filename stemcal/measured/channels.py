@@ -9,12 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
-from stemcal.measured.columns import columns_of, given_columns, matching
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, millimetres_in
-from stemcal.measured.numerals import shown
+from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, SECONDS, TIME, TRAVEL, millimetres_in, plain, shown
 from stemcal.measured.remarks import ColumnChosen, LabRemark, SharedDisplacement, SpeedUnused
-from stemcal.measured.text_tables import TextTable
-from stemcal.measured.vocabulary import FORCE, TIME, TRAVEL, plain
+from stemcal.measured.text_tables import TextTable, columns_of, given_columns, matching
 
 NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
 _LABEL = 40  # characters of a label that are kept

@@ -11,13 +11,9 @@ import numpy as np
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
-from stemcal.measured.columns import columns_of, given_columns, matching, scale_of
-from stemcal.measured.headings import MILLIMETRES
-from stemcal.measured.normality import LEAST, NormalityTest, anderson_darling, shapiro_wilk
-from stemcal.measured.numerals import is_missing, shown
-from stemcal.measured.samples import Summary, summarise
-from stemcal.measured.text_tables import Form, TextTable, read_table
-from stemcal.measured.vocabulary import DIAMETER, LABEL, is_called
+from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, shown
+from stemcal.measured.statistics import LEAST, NormalityTest, Summary, anderson_darling, shapiro_wilk, summarise
+from stemcal.measured.text_tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.words import counted
 
 SHARE = 0.95  # of the stems that proposed grades must hold

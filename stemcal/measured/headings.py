@@ -1,8 +1,152 @@
-"""Names and units of columns, from the lines above the numbers."""
+"""Headings of columns: numbers, words and units as the laboratories of many languages write them,.
 
+Words of alphabets count where they stand alone, those of Chinese, Japanese and Korean, and those of several words,
+anywhere.
+"""
+
+import math
 import re
 import unicodedata
 from collections.abc import Sequence
+
+LONGEST = 64  # characters; what is longer holds no number
+# every alternative begins with another character than the one before may end with, so that no text is read twice
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
+# 1,234.5: groups of three, the first without a leading zero, so that 0.250 is never taken for 250
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:([,'’\u00a0\u202f])\d{3})(?:\1\d{3})*(?:\.\d*)?")
+MISSING = frozenset(
+    {"", "nan", "na", "n/a", "#n/a", "#div/0!", "#value!", "-", "--", "---", "null", "none", "inf", "-inf"}
+)
+
+
+def as_number(cell: str, decimal: str = ".") -> float | None:
+    """Return the finite number a cell holds, None if it holds none.
+
+    >>> as_number("3,5", ","), as_number("3,5"), as_number("−1.2e3"), as_number("7 mm"), as_number("1e400")
+    (3.5, None, -1200.0, None, None)
+    >>> as_number("1,234.5"), as_number("1.234,5", ","), as_number("1'234.5"), as_number("0,250")
+    (1234.5, 1234.5, 1234.5, None)
+    """
+    text = _bare(cell)
+    if not 0 < len(text) <= LONGEST:
+        return None
+    text = text.replace("−", "-")
+    if decimal != ".":
+        text = text.translate(_SWAPPED)
+    if not _NUMBER.fullmatch(text):
+        grouped = _GROUPED.fullmatch(text)
+        if grouped is None:
+            return None
+        text = text.replace(grouped[1], "")
+    value = float(text)
+    return value if math.isfinite(value) else None
+
+
+_SWAPPED = str.maketrans({".": ",", ",": "."})
+
+
+def _bare(cell: str) -> str:
+    return cell.strip().strip('"').strip()
+
+
+def is_missing(cell: str) -> bool:
+    """Tell whether a cell says that there is no value.
+
+    >>> is_missing(""), is_missing("NaN"), is_missing("---"), is_missing("thick")
+    (True, True, True, False)
+    """
+    return _bare(cell).lower() in MISSING
+
+
+def shown(cell: str, most: int = 40) -> str:
+    """Return a cell for a message: quoted, on one line, its end left out where it is long.
+
+    >>> shown("thick"), shown("1" * 50, 8)
+    ("'thick'", "'11111111…'")
+    """
+    return repr(cell if len(cell) <= most else f"{cell[:most]}…")
+
+
+FORCE = (
+    *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti"),
+    *("yük", "yükü"),
+    *("сила", "усилие", "нагрузка", "зусилля", "навантаження"),
+    *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
+)
+TRAVEL = (
+    *("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "deformation"),
+    *("distance", "compression", "weg", "verformung", "desplazamiento", "deslocamento", "déplacement", "course"),
+    *("spostamento", "corsa", "uzama", "uzaması", "deplasman", "deplasmanı", "yer değiştirme"),
+    *("yerdeğiştirme", "strok", "stroku", "konum"),
+    *("перемещение", "ход", "деформация", "удлинение", "прогиб", "путь", "смещение", "переміщення", "хід"),
+    *("位移", "行程", "变形", "變形", "変位", "ストローク", "변위", "스트로크", "변형", "이동거리"),
+)
+TIME = (
+    *("time", "zeit", "tiempo", "temps", "tempo", "zaman", "süre", "время", "час"),
+    *("时间", "時間", "시간"),
+)
+DIAMETER = (
+    *("diameter", "durchmesser", "diametro", "diámetro", "diamètre", "çap", "диаметр", "діаметр"),
+    *("直径", "径", "직경", "지름", "reading", "measurement", "d1", "d2", "d3", "d4"),
+)
+LABEL = (
+    *("stem", "sample", "specimen", "plant", "no", "no.", "nr", "nr.", "id", "number", "numune", "образец", "номер"),
+    *("编号", "序号", "试样", "茎", "시편", "번호"),
+)
+FILE = ("file", "filename", "datei", "dosya", "файл", "文件", "파일")
+GRADE = ("grade", "class", "等级", "分级", "등급")
+
+# What holds one of the words above and is something else: stress, strain, rates.
+NOT_MEANT = (
+    *("stress", "strain", "spannung", "dehnung", "tensión", "contrainte", "gerilme", "напряжение"),
+    *("rate", "speed", "velocity", "geschwindigkeit", "hız", "скорость"),
+    *("应力", "应变", "応力", "応変", "速度", "速率", "응력", "변형률", "속도"),
+)
+GERMAN = ("kraft", "weg", "zeit")  # also at the end of a word: Standardkraft, Traversenweg
+
+
+def plain(text: str) -> str:
+    """Return a text without the differences that do not count: case, wide letters, the Turkish dots of i.
+
+    >>> plain("KUVVET（Ｎ）"), plain("YER DEĞİŞTİRME"), plain("ｋＮ")
+    ('kuvvet(n)', 'yer değiştirme', 'kn')
+    """
+    return unicodedata.normalize("NFKC", text).replace("İ", "i").replace("ı", "i").casefold()
+
+
+def is_called(name: str, words: Sequence[str]) -> bool:
+    """Tell whether a column's name holds one of the words.
+
+    >>> is_called("Max. Force (N)", FORCE), is_called("最大力/N", FORCE), is_called("reinforced", FORCE)
+    (True, True, False)
+    >>> is_called("Standardkraft", FORCE), is_called("Prüfkraft in N", FORCE), is_called("Déplacement", TRAVEL)
+    (True, True, True)
+    """
+    lowered = plain(name)
+    parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
+    sought = [plain(word) for word in words]
+    ends = tuple(word for word in sought if word in GERMAN)
+    return any(word in lowered if _anywhere(word) else word in parts for word in sought) or any(
+        part.endswith(ends) for part in parts if ends
+    )
+
+
+def _anywhere(word: str) -> bool:
+    return min(word) >= "\u1100" or " " in word
+
+
+_FOREIGN = tuple(plain(word) for word in (*FORCE, *TRAVEL, *TIME, *DIAMETER, *LABEL, *NOT_MEANT) if not word.isascii())
+
+
+def familiarity(text: str) -> int:
+    """Return how many letters of a text belong to words known here that are not ASCII: how well it was decoded.
+
+    >>> familiarity("Сила, Н") > familiarity("Сила, Н".encode("cp1251").decode("cp1252"))
+    True
+    """
+    lowered = plain(text)
+    return sum(len(word) ** 2 for word in _FOREIGN if word in lowered)
+
 
 NEWTONS = {
     "N": 1.0, "kN": 1000.0, "daN": 10.0, "mN": 0.001, "kgf": 9.80665, "kg": 9.80665, "gf": 0.00980665, "g": 0.00980665,
@@ -18,11 +162,11 @@ SECONDS = {
     "сек": 1.0, "мс": 0.001, "мин": 60.0, "ч": 3600.0, "초": 1.0, "분": 60.0, "sn": 1.0, "dk": 60.0,
 }  # fmt: skip
 # what else a line of units may hold, beside the columns that are wanted
-OTHERS = (
+_OTHER_UNITS = (
     *("%", "Pa", "kPa", "MPa", "GPa", "МПа", "V", "mV", "J", "mJ", "C", "°C", "1", "-"),
     *("mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
 )
-KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *SECONDS, *OTHERS))
+KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *SECONDS, *_OTHER_UNITS))
 _IN_ANY_CASE = frozenset(unit.casefold() for unit in KNOWN)
 _NUMBERS = ("1", "-")  # units on a line of their own; at the end of a name, as in `Kraft 1`, a number
 
@@ -82,9 +226,9 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
 def millimetres_in(text: str) -> float | None:
     """Return the first length in mm that a text holds; a speed is none.
 
-    >>> [millimetres_in(text) for text in ("12.1 mm", "A, d = 12,1mm", "8毫米-3", "A", "10 mm/min")]
-    [12.1, 12.1, 8.0, None, None]
+    >>> [millimetres_in(text) for text in ("12.1 mm", "A, d = 12,1mm", "8毫米-3", "1e99mm", "1e-9 mm", "10 mm/min")]
+    [12.1, 12.1, 8.0, None, None, None]
     """
-    length = r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?(?:mm|毫米|мм)(?!\s*/|[²³])"
+    length = r"(?<![\d.,])(?<!\d[eE])(?<!\d[eE][-+])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?(?:mm|毫米|мм)(?!\s*/|[²³])"
     match = re.search(length, text, re.IGNORECASE | re.ASCII)
     return float(match[1].replace(",", ".")) if match else None

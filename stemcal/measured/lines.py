@@ -9,8 +9,7 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import NamedTuple
 
-from stemcal.measured.headings import names_and_units
-from stemcal.measured.numerals import as_number
+from stemcal.measured.headings import as_number, names_and_units
 
 _SETTLED = 3  # lines of full width after which a shorter one belongs to the run
 

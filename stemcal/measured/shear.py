@@ -12,15 +12,11 @@ from pathlib import Path
 from stemcal.errors import UsageError
 from stemcal.files.typed import Spread, inline
 from stemcal.measured import remarks as lab
-from stemcal.measured.columns import find_column, matching, scale_of
 from stemcal.measured.diameters import checked_diameter
-from stemcal.measured.headings import MILLIMETRES, millimetres_in
-from stemcal.measured.numerals import shown
-from stemcal.measured.outliers import Grubbs, grubbs
-from stemcal.measured.samples import Summary, summarise
+from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
-from stemcal.measured.text_tables import Form, read_table
-from stemcal.measured.vocabulary import DIAMETER, FILE, GRADE
+from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
+from stemcal.measured.text_tables import Form, find_column, matching, read_table, scale_of
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.words import did_you_mean
 

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from stemcal.errors import UsageError
 from stemcal.measured import remarks as lab
 from stemcal.measured.channels import Channels, Choice, channels_of
-from stemcal.measured.columns import scale_of
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, millimetres_in
-from stemcal.measured.numerals import as_number, is_missing, shown
-from stemcal.measured.text_tables import Form, TextTable, read_tables
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, as_number, is_missing, millimetres_in, shown
+from stemcal.measured.text_tables import Form, TextTable, read_tables, scale_of
 from stemcal.words import counted
 
 Array = NDArray[np.float64]

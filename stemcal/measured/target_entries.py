@@ -4,8 +4,8 @@ import re
 from collections.abc import Sequence
 
 from stemcal.errors import UsageError
-from stemcal.measured.samples import Summary
 from stemcal.measured.shear import GradeForces, ShearTests
+from stemcal.measured.statistics import Summary
 
 _DIGITS = 4
 

@@ -4,21 +4,21 @@ A file is read as lines of cells; `lines` finds the numbers among them and what 
 a table on each of its sheets.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import MIB, read_plain
-from stemcal.measured import workbook
-from stemcal.measured.guessed_encoding import decoded
+from stemcal.files.plain import MIB, open_plain
+from stemcal.measured import sheets
+from stemcal.measured.headings import NOT_MEANT, as_number, is_called, shown
 from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split
-from stemcal.measured.numerals import as_number, shown
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
 MAX_BYTES = 64 * MIB
 MAX_LINE = 50_000  # characters; no machine writes longer lines, however many specimens stand side by side
+_MOST_SHOWN = 12  # columns in a message
 _PROBED = 3000  # lines that decide on separator and decimal mark
 
 
@@ -102,9 +102,9 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
 def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     """Return the tables in a file: one of a text, one for each sheet of a workbook that holds numbers."""
     content = _content(path)
-    if workbook.is_workbook(content):
+    if sheets.is_workbook(content):
         return _of_workbook(content, path, form)
-    if workbook.is_foreign(content):
+    if sheets.is_foreign(content):
         raise UsageError(
             f"{path} is a file of a spreadsheet program; open it there, save it as .xlsx or CSV, give that"
         )
@@ -114,15 +114,25 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
 
 
 def _content(path: Path) -> bytes:
+    """Return the bytes of a file; one that is too long is refused before all of it is read."""
+    content, lines = bytearray(), 0
     try:
-        return read_plain(path, MAX_BYTES)
+        with open_plain(path) as file:
+            while chunk := file.read(MIB):
+                content += chunk
+                lines += max(chunk.count(b"\n"), chunk.count(b"\r"))
+                if len(content) > MAX_BYTES:
+                    raise UsageError(f"{path} is larger than {MAX_BYTES // MIB} MiB; name the file of one specimen")
+                if lines > sheets.MAX_LINES and not sheets.is_workbook(bytes(content[:4])):
+                    raise sheets.too_long(str(path))
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; name the file of one specimen") from None
+    return bytes(content)
 
 
 def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     """Return the tables of the sheets; numbers in cells have no decimal mark, numbers in texts may have a comma."""
-    found = workbook.sheets(content, str(path))
+    found = sheets.sheets(content, str(path))
     if form.sheet is not None:
         titles = [title for title, _ in found]
         if form.sheet not in titles:
@@ -141,7 +151,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
 
 
 def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
-    text, encoding = decoded(content, form.encoding, path)
+    text, encoding = sheets.decoded(content, form.encoding, path)
     texts = text.splitlines()
     _refuse_long(texts, path)
     probed = texts[:_PROBED]
@@ -214,3 +224,75 @@ def _score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool
     alike = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
     cells = (cell for line in lines[run.begin : run.end] for cell in line.cells)
     return run.end - run.begin, alike, sum(as_number(cell, decimal) is not None for cell in cells), run.width
+
+
+def find_column(
+    table: TextTable,
+    words: Sequence[str],
+    what: str,
+    remedy: str,
+    given: str | None = None,
+    known: Collection[str] = (),
+) -> int:
+    """Return the column that `given` names (or numbers from 1), else the first of those that `matching` gives.
+
+    Raises
+    ------
+    UsageError
+        Telling the columns there are, and the remedy.
+    """
+    if given is not None:
+        return given_column(table, given, what)
+    found = matching(table, words, known)
+    if not found:
+        raise UsageError(f"{table.source}: no column for {what} among {columns_of(table)}; {remedy}")
+    return found[0]
+
+
+def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
+    """Return the columns whose names hold one of the words: of several those with a unit that is `known`.
+
+    Stress, strain and speeds are none: 应力 holds the word for force.
+    """
+    if not table.headed:
+        return []
+    found = [i for i, name in enumerate(table.columns) if is_called(name, words) and not is_called(name, NOT_MEANT)]
+    return [i for i in found if table.units[i] in known] or [i for i in found if not table.units[i]] or found
+
+
+def scale_of(table: TextTable, column: int, known: dict[str, float], default: str, given: str | None = None) -> float:
+    """Return the factor that turns a column into `default` (N, mm or s)."""
+    unit = given or table.units[column] or default
+    for name, factor in known.items():
+        if unit == name or (unit.lower() == name.lower() and name != "mN" and unit.lower() != "mn"):
+            return factor
+    where = f"{table.source}: column {shown(table.columns[column])}"
+    raise UsageError(f"{where}: unknown unit {shown(unit)}; use one of {', '.join(known)}")
+
+
+def given_column(table: TextTable, given: str, what: str) -> int:
+    """Return the column of a name or number that was given."""
+    if given in table.columns:
+        return table.columns.index(given)
+    if given.isascii() and given.isdigit() and len(given) < 6 and 1 <= int(given) <= len(table.columns):
+        return int(given) - 1
+    raise UsageError(f"{table.source}: no column {shown(given)} for {what}; there are {columns_of(table)}")
+
+
+def given_columns(table: TextTable, given: str, what: str) -> list[int]:
+    """Return the columns of one name, or of several numbers or names between commas."""
+    parts = [given] if given in table.columns else [part.strip() for part in given.split(",")]
+    return [given_column(table, part, what) for part in parts]
+
+
+def columns_of(table: TextTable) -> str:
+    """Return the names of the columns; of columns without names the range of their numbers."""
+    names = table.columns[:_MOST_SHOWN]
+    listed = [shown(name) if table.headed else f"{name} ({_range(table, i)})" for i, name in enumerate(names)]
+    more = len(table.columns) - len(names)
+    return ", ".join(listed) + (f" and {more} more" if more else "")
+
+
+def _range(table: TextTable, column: int) -> str:
+    values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
+    return f"{min(values):g} to {max(values):g}" if values else "no numbers"

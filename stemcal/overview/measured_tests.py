@@ -12,11 +12,11 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
 from stemcal.laboratory import curve_responses, secant
-from stemcal.measured.numerals import shown
+from stemcal.measured.headings import shown
 from stemcal.measured.remarks import FolderSkipped, LabRemark, OfFiles
-from stemcal.measured.samples import Summary, summarise
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
 from stemcal.measured.shear_curves import CurveOptions
+from stemcal.measured.statistics import Summary, summarise
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import RESPONSES
 

@@ -451,7 +451,7 @@ def test_many_lines(tmp_path: Path, unit: str) -> None:
 @pytest.mark.parametrize("size", [2_000, 16_000])
 def test_numbers_are_read_in_linear_time(size: int) -> None:
     """Digits that end in a letter: each must be looked at a few times, not once for each other one."""
-    from stemcal.measured.numerals import as_number
+    from stemcal.measured.headings import as_number
 
     cells = ["1" * size + "x", "1" * size, "1." + "1" * size + "x", "1,111" * (size // 5) + "x", " " * size + "1x"]
     began = time.process_time()

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.measured.normality import anderson_darling, shapiro_wilk
-from stemcal.measured.outliers import critical_value, grubbs
-from stemcal.measured.samples import summarise
+from stemcal.measured.statistics import anderson_darling, critical_value, grubbs, shapiro_wilk, summarise
 
 # Michelson's speed of light of 1879, first 20 experiments of run 1 (km/s − 299 000), as in R's `morley`.
 MORLEY = [850, 740, 900, 1070, 930, 850, 950, 980, 980, 880, 1000, 980, 930, 650, 760, 810, 1000, 1000, 960, 960]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,15 @@ def test_what_cannot_be_read_is_said(tmp_path: Path, content: bytes, form: Form,
     path.write_bytes(content)
     with pytest.raises(UsageError, match=words):
         read_table(path, form)
+
+
+def test_a_file_of_too_many_lines_is_refused_before_it_is_split(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("x,force\n" + "0.1,2.5\n" * 1_000_000)
+    begin = time.process_time()
+    with pytest.raises(UsageError, match=r"a\.csv: more than 250,000 lines; record fewer points a second"):
+        read_table(path)
+    assert time.process_time() - begin < 0.5
 
 
 def test_missing_file(tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.measured.curve_modes import FEWEST, Curve, smoothed
-from stemcal.measured.samples import summarise
 from stemcal.measured.shear_curves import CurveOptions, read_curves
+from stemcal.measured.statistics import summarise
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import counted

@@ -1,18 +1,69 @@
-"""The sheets of an Excel workbook as lines of cells, by openpyxl."""
+"""From the bytes of a file to its text, whatever its encoding, or to the sheets of a workbook of Excel."""
 
 import io
+import re
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
+from stemcal.files import encodings
+from stemcal.measured.headings import familiarity, shown
 from stemcal.measured.lines import Line
+
+_BEGINNING = 20_000  # bytes by whose words an encoding is judged
+_EASTERN = ("gb18030", "cp949", "cp932", "cp1251", "cp1254", "cp866", "cp1252")
+_WESTERN = ("cp1252", "cp1254", "gb18030", "cp1251")
+
+
+def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
+    """Return a text and its encoding.
+
+    It is that of the byte order mark, or UTF-8, or UTF-16; else, of the encodings of Chinese, Korean, Japanese,
+    Russian, Turkish and Western machines, the one in which most words are known.
+
+    >>> decoded("力/N".encode("gbk"), None, Path("a.csv"))
+    ('力/N', 'gb18030')
+    >>> decoded("Сила, Н".encode("cp1251"), None, Path("a.csv"))
+    ('Сила, Н', 'cp1251')
+    """
+    try:
+        found = encodings.decoded(content, [encoding] if encoding else _guesses(content))
+    except (LookupError, ValueError):
+        raise UsageError(
+            f"--encoding {shown(encoding or '')[1:-1]}: unknown; take utf-8, utf-16, gbk or another of Python's"
+        ) from None
+    if found is None:
+        named = encoding or next(_guesses(content))
+        raise UsageError(f"{path} is not written in {named}; leave out --encoding or name another")
+    return found
+
+
+def _guesses(content: bytes) -> Iterator[str]:
+    """Yield Unicode, then, unless it is UTF-16, the encodings of one or two bytes a letter, the likeliest first."""
+    yield from (unicode := list(encodings.unicodes(content)))
+    if unicode != ["utf-8"]:
+        return
+    begin = content[:_BEGINNING]
+    # letters of Western Europe stand alone among ASCII, Chinese and Cyrillic ones come together
+    usual = _EASTERN if re.search(rb"[\x80-\xff]{2}", begin) else _WESTERN
+    yield from sorted(usual, key=lambda encoding: -familiarity(begin.decode(encoding, "ignore")))
+    yield "latin-1"
+
 
 MODERN = b"PK\x03\x04"  # xlsx, and ods
 OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
 MAX_UNPACKED = 512 * 2**20  # bytes
 MAX_CELLS = 5_000_000
+MAX_LINES = 250_000  # a minute at 4 kHz
+
+
+def too_long(source: str) -> UsageError:
+    """Return what a table of too many lines is refused with."""
+    remedy = "record fewer points a second, or give the part with the test"
+    return UsageError(f"{source}: more than {MAX_LINES:,} lines; {remedy}")
 
 
 def is_workbook(content: bytes) -> bool:
@@ -62,7 +113,9 @@ def _lines(sheet: Any, source: str) -> Iterator[Line]:
     """Yield the rows of a sheet up to the last that is filled, without the empty cells at their ends."""
     sheet.reset_dimensions()  # some machines state them wrongly
     seen = empty = 0
-    for row in sheet.iter_rows(values_only=True):
+    for number, row in enumerate(sheet.iter_rows(values_only=True)):
+        if number == MAX_LINES:
+            raise too_long(f"{source}: sheet {sheet.title!r}")
         seen += len(row) + 1
         if seen > MAX_CELLS:
             raise UsageError(f"{source}: sheet {sheet.title!r} has more than {MAX_CELLS:,} cells; is it one of curves?")

@@ -1,0 +1,119 @@
+"""Samples: mean, standard deviation and their intervals, normality, outliers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+from statistics import fmean
+
+import numpy as np
+
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A sample in numbers; what needs more values than there are is None.
+
+    Attributes
+    ----------
+    sd : float
+        Sample standard deviation (divisor n − 1).
+    cv_percent : float
+        100·sd/mean.
+    mean_interval, sd_interval : (float, float)
+        95 % confidence intervals, Student's t and χ².
+    """
+
+    n: int
+    mean: float
+    sd: float | None
+    cv_percent: float | None
+    mean_interval: tuple[float, float] | None
+    sd_interval: tuple[float, float] | None
+
+
+def summarise(values: Sequence[float], level: float = LEVEL) -> Summary:
+    """Return a sample's summary; it must hold one value at least.
+
+    >>> low, high = summarise([7.0, 8.0, 9.0]).mean_interval
+    >>> round(low, 4), round(high, 4)
+    (5.5159, 10.4841)
+    """
+    from scipy import stats
+
+    n, mean = len(values), fmean(values)
+    if n < 2:
+        return Summary(n, mean, None, None, None, None)
+    sd = float(np.std(values, ddof=1))
+    # mean ± t(1 − α/2; n − 1)·s/√n
+    reach = float(stats.t.ppf(0.5 + level / 2, n - 1)) * sd / sqrt(n)
+    # s·√((n − 1)/χ²)
+    low, high = (sd * sqrt((n - 1) / float(stats.chi2.ppf(0.5 + side * level / 2, n - 1))) for side in (1, -1))
+    cv = 100.0 * sd / mean if mean else None
+    return Summary(n, mean, sd, cv, (mean - reach, mean + reach), (low, high))
+
+
+LEAST = 8  # values below which Stephens' formula does not hold
+
+
+@dataclass(frozen=True)
+class NormalityTest:
+    """One test: its statistic, and how likely as large a departure is if the population is normal."""
+
+    name: str
+    statistic: float
+    p: float
+
+
+def shapiro_wilk(values: Sequence[float]) -> NormalityTest:
+    """Return Shapiro and Wilk's test, as computed by Royston's algorithm."""
+    from scipy import stats
+
+    result = stats.shapiro(np.asarray(values))
+    return NormalityTest("Shapiro–Wilk", float(result.statistic), float(result.pvalue))
+
+
+def anderson_darling(values: Sequence[float]) -> NormalityTest:
+    """Return Anderson and Darling's test, mean and variance estimated; the statistic is A² for n → ∞."""
+    from statsmodels.stats.diagnostic import normal_ad
+
+    n = len(values)
+    a2, p = normal_ad(np.asarray(values, dtype=float))
+    return NormalityTest("Anderson–Darling", float(a2) * (1.0 + 0.75 / n + 2.25 / n**2), float(p))
+
+
+@dataclass(frozen=True)
+class Grubbs:
+    """The value farthest from the mean, its distance in standard deviations, and the largest credible distance."""
+
+    index: int
+    statistic: float
+    critical: float
+    alpha: float
+    is_outlier: bool
+
+
+def grubbs(values: Sequence[float], alpha: float = 0.05) -> Grubbs | None:
+    """Return the two-sided test, None for fewer than three values or none that differ."""
+    n = len(values)
+    sd = float(np.std(values, ddof=1)) if n > 2 else 0.0
+    if sd <= 0.0:
+        return None
+    # G = max |xᵢ − x̄| / s
+    distances = np.abs(np.asarray(values) - np.mean(values)) / sd
+    index = int(np.argmax(distances))
+    statistic, critical = float(distances[index]), critical_value(n, alpha)
+    return Grubbs(index, statistic, critical, alpha, statistic > critical)
+
+
+def critical_value(n: int, alpha: float = 0.05) -> float:
+    """Return the largest credible G of `n` values.
+
+    >>> round(critical_value(6), 3), round(critical_value(10), 3)
+    (1.887, 2.29)
+    """
+    from scipy import stats
+
+    # G = (n − 1)/√n · √(t²/(n − 2 + t²)), t = t(1 − α/2n; n − 2)
+    t2 = float(stats.t.ppf(1.0 - alpha / (2 * n), n - 2)) ** 2
+    return (n - 1) / sqrt(n) * sqrt(t2 / (n - 2 + t2))
