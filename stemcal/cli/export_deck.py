@@ -13,12 +13,14 @@ from stemcal.cli.session import folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
 from stemcal.outputs import write_output
+from stemcal.text.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
+_NEAR_PERCENT = 10.0  # a deck so near the force of its study needs no remedy
 
 DeckFile = Annotated[
     Path, typer.Argument(metavar="PATH", help="The deck to write, .k or .rad (OpenRadioss).", show_default=False)
@@ -52,7 +54,6 @@ def export_deck(
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
     from stemcal.solvers.deck.form import form_of
     from stemcal.study.model import DeckSolver
-    from stemcal.text.decks import forces_told
 
     study = read_study(spec)
     chosen = _program_of(study, path, program)
@@ -75,7 +76,7 @@ def export_deck(
         told = {"files": files, "levels": levels, "force": of_deck, "force_of_study": of_study}
         say_json({**told, "otherwise": deck.notes})
     if not quiet:
-        for sentence in (*deck.notes, *(forces_told(*forces) if forces else ())):
+        for sentence in (*deck.notes, *(_told(*forces) if forces else ())):
             warn(sentence)
         for file in texts:
             note(f"wrote {file}")
@@ -155,14 +156,25 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
     from stemcal.study.model import EmbeddedSolver
-    from stemcal.text.decks import not_foretold
     from stemcal.text.plan import objections
 
     of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)
     for study in (of_deck, deck.study) if own else (of_deck,):
         if too_much := objections(demand_of_one(study, [deck.diameter], None), 1)[0]:
-            warn(not_foretold(too_much))
+            warn(f"The force that this deck should give was not computed. {' '.join(too_much)}")
             return None
     with waiting("the force that this deck should give", quiet):
         force = simulate(of_deck, {}, deck.diameter).peak_force
         return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
+
+
+def _told(of_deck: float, of_study: float | None) -> list[str]:
+    """State the force of a deck (N) beside that of its study, and what to do where they differ."""
+    computed = f"This deck should give {significant(of_deck)} N"
+    if of_study is None:
+        return [f"{computed} (computed by the embedded solver)."]
+    told = [f"{computed}, the study {significant(of_study)} N (both computed by the embedded solver)."]
+    off = 100.0 * (of_deck / of_study - 1.0)
+    if abs(off) > _NEAR_PERCENT:
+        told.append(f"The deck differs by {off:+.0f} %. Correct the parameters in the program: docs/howto/transfer.md.")
+    return told
