@@ -12,8 +12,8 @@ from stemcal.cli.options import AsJson, Out, Quiet, Spec
 from stemcal.cli.session import folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
+from stemcal.numbers import significant
 from stemcal.outputs import write_output
-from stemcal.text.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck

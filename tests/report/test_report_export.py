@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Column, Table
+from stemcal.numbers import interval
 from stemcal.report.export.formats import export_tables, markdown
 from stemcal.report.export.latex import latex
 from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges
 from stemcal.stages.results import Results
 from stemcal.text.names import Names
-from stemcal.text.numbers import interval
 
 NASTY = PaperTable(
     5,

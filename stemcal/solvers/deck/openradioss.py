@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.outputs import write_output
-from stemcal.run_warnings import NothingDeleted
+from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck.installation import Installation, installation, program_version
 from stemcal.solvers.deck.listing import (
     contact_force,
@@ -106,7 +106,7 @@ def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], _ended
     """Return the peak force by what the programs have left."""
     contact = contact_force(read_text(folder, TABLE), options.interface)
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), _text_left(folder, OUTPUT))
-    warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [NothingDeleted()]
+    warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)
 
 
