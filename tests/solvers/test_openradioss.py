@@ -109,7 +109,7 @@ def test_first_deck_has_a_force_and_a_warning_that_nothing_is_deleted(tmp_path: 
     answer = solved(tmp_path, "first")
     assert answer.ok, answer.message
     assert answer.response == pytest.approx(193.4367, abs=1e-4)
-    assert answer.details["warnings"][0] == {"kind": "nothing_deleted"}
+    assert answer.details["warnings"][0]["kind"] == "nothing_deleted"
     assert "deleted_in_all" not in answer.details
 
 

@@ -12,13 +12,12 @@ from stemcal.files.plain import open_plain
 from stemcal.solvers.deck.peak import Array, ContactForce
 from stemcal.solvers.deck.radioss_files import DECK
 from stemcal.solvers.fortran import NUMBER, number_of
-from stemcal.solvers.programs.program_base import executable, run_in
+from stemcal.solvers.programs.program_base import executable, run_command
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import DeckSolver
-from stemcal.study.types.placeholders import fill
 
 FORCES = "rcforc"
 # Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
@@ -41,9 +40,8 @@ def prepare(options: DeckSolver, folder: Path) -> None:
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer]) -> Answer:
     """Run the deck in `folder` and return its answer, or why there is none."""
-    program, *arguments = options.command
-    filled = [fill(argument.encode(), {"deck": DECK}).decode() for argument in arguments]
-    return run_in(folder, [executable(program, spec_folder), *filled], options, partial(_read, folder, options, peak))
+    read = partial(_read, folder, options, peak)
+    return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, read)
 
 
 def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], ended: Ended) -> Answer:

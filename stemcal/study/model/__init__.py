@@ -20,7 +20,6 @@ from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Paramet
 from stemcal.study.model.program_options import (
     OF_LSDYNA,
     OF_OPENRADIOSS,
-    Commanded,
     CommandSolver,
     DeckAt,
     DeckHourglass,
@@ -53,7 +52,7 @@ __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "OF_LSDYNA", "OF_OPENRADIOSS", "PARAMETERS", "AnySolver",
     "BladeSection",
     "ClimbOptions",
-    "CodingEntry", "CommandSolver", "Commanded", "Condition", "ContactSection",
+    "CodingEntry", "CommandSolver", "Condition", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",

@@ -32,13 +32,6 @@ TimeLimit = Annotated[
 ]
 
 
-class Commanded(Frozen):
-    """A program that one command starts."""
-
-    command: Command
-    """The program and its arguments, as a list; it never passes through a shell."""
-
-
 class ProgramOptions(Frozen):
     """What is said of every program that answers in place of the embedded solver."""
 
@@ -53,7 +46,7 @@ class ProgramOptions(Frozen):
     """Which run folders stay: those of failed runs, or all."""
 
 
-class CommandSolver(ProgramOptions, Commanded):
+class CommandSolver(ProgramOptions):
     """Any program that reads text files and leaves its result in one.
 
     In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
@@ -66,6 +59,8 @@ class CommandSolver(ProgramOptions, Commanded):
 
     kind: Literal["command"] = "command"
     """Any program that reads text and leaves a number."""
+    command: Command
+    """The program and its arguments, as a list; it never passes through a shell."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
     program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
