@@ -35,10 +35,10 @@ from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.words import lines
 from stemcal.study.model import Study
 from stemcal.study.reading.checked import checked_number
 from stemcal.text.names import Names
-from stemcal.text.verdict import lines
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:

@@ -39,10 +39,10 @@ def test_calibrated_values_are_written_for_the_named_program(tmp_path: Path) -> 
     path, out = tmp_path / "run.k", tmp_path / "out"
     before = command("export", "deck", SMOKE, path, "--for", "openradioss", "--no-force", "--json", "--out", out)
     assert "has no calibrated values" in " ".join(before.stderr.split())
-    assert json.loads(before.stdout)["levels"] == load_study(SMOKE).midlevels()
+    assert json.loads(before.stdout)["result"]["levels"] == load_study(SMOKE).midlevels()
     assert command("run", SMOKE, "--out", out, "--quiet").exit_code == 0
     done = command("export", "deck", SMOKE, path, "--for", "openradioss", "--json", "--out", out)
-    told, found = json.loads(done.stdout), json.loads((out / "invert.json").read_text("utf-8"))["parameters"]
+    told, found = json.loads(done.stdout)["result"], json.loads((out / "invert.json").read_text("utf-8"))["parameters"]
     assert told["levels"] == found and "no calibrated values" not in done.stderr
     assert told["force_of_study"] == simulate(load_study(SMOKE), found).peak_force
     assert 0.5 * told["force_of_study"] < told["force"] < 1.2 * told["force_of_study"]  # the lengths go along
@@ -54,7 +54,8 @@ def test_deck_for_openradioss_has_its_files_beside_it(tmp_path: Path) -> None:
     """A name that ends in .rad names the starter's file, and the program."""
     asked = ("--no-force", "--json", "--quiet", "--out", tmp_path)
     for name, options in (("my.k", ("--for", "openradioss")), ("my_0000.rad", ()), ("my.rad", ())):
-        told = json.loads(command("export", "deck", SMOKE, tmp_path / name, *options, *asked).stdout)
+        done = command("export", "deck", SMOKE, tmp_path / name, *options, *asked)
+        told = json.loads(done.stdout)["result"]
         assert [Path(file).name for file in told["files"]] == ["my.k", "my_0000.rad", "my_0001.rad"]
         assert told["force"] is None
         assert "/INCLUDE_LS-DYNA/\nmy.k\n" in (tmp_path / "my_0000.rad").read_text(encoding="utf-8")
@@ -66,9 +67,9 @@ def test_deck_of_a_study_of_its_program_is_the_one_that_runs(tmp_path: Path) -> 
     """Without lengths, as the study was calibrated; another program is refused with the command that calibrates."""
     spec, asked = ROOT / "configs" / "openradioss.yaml", ("--no-force", "--quiet", "--json", "--out", tmp_path)
     done = command("export", "deck", spec, tmp_path / "a.k", *asked)
-    assert [Path(name).name for name in json.loads(done.stdout)["files"]] == ["a.k"]
+    assert [Path(name).name for name in json.loads(done.stdout)["result"]["files"]] == ["a.k"]
     radioss = command("export", "deck", spec, tmp_path / "a.rad", *asked)
-    assert len(json.loads(radioss.stdout)["files"]) == 3
+    assert len(json.loads(radioss.stdout)["result"]["files"]) == 3
     assert "/NONLOCAL" not in (tmp_path / "a_0000.rad").read_text("utf-8")
     other = command("export", "deck", spec, tmp_path / "b.k", "--for", "lsdyna", *asked)
     assert other.exit_code == 2 and "do not apply to another program" in " ".join(other.stderr.split())
