@@ -148,7 +148,6 @@ def fit_surface(
     names: Sequence[str],
     terms: Sequence[str] | None = None,
     within: Within | None = None,
-    each_once: bool = True,
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -163,8 +162,6 @@ def fit_surface(
         The terms to fit, as `term_names` calls them; the mean is always there.
     within : Within, optional
         The scatter known within each run: a pure error.
-    each_once : bool
-        Count copies of a deterministic run once; False counts each, as published tables do.
 
     Raises
     ------
@@ -172,7 +169,7 @@ def fit_surface(
         If the runs at hand, or the design, cannot estimate every term.
     """
     points, y = _checked_points(coded, response, names)
-    copies = copies_of(points, y) if each_once else np.zeros(y.size, dtype=bool)
+    copies = copies_of(points, y)
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     kept, every = _kept(names, terms), term_names(names)
     matrix = term_columns(points)[present][:, kept]

@@ -265,11 +265,6 @@ def told_by(fit: Surface) -> dict[str, Any]:
     }
 
 
-def region_in(study: Study, coding: Coding, radius: float | None) -> Region:
-    """Return where a solution may be: within the factors' ranges and the design's sphere."""
-    return Region(*box_of(study, coding), radius)
-
-
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
     """Return the factors' low and high ends, coded."""
     factors = [study.factor(name) for name in coding.names]
