@@ -87,15 +87,13 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.stages import joint_tables, tables_of
-    from stemcal.report.tables.terminal import spoken, stage_tables
+    from stemcal.report.tables.terminal import spoken
     from stemcal.text.calibration import KNOWN
     from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
     if found is not None and found.joint is not None:
         say_tables(*joint_tables(found, Names(found.naming)))
-    if results.mesh is not None:
-        say(*stage_tables(results.mesh, verdict.holds))
     if found is not None and verdict.holds:
         say(*spoken(found))
     if results.transfer is not None:

@@ -25,7 +25,6 @@ from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.joint import misfit_of_study
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -238,11 +237,6 @@ class StudyResults:
         """The calibrated parameters and how well they are known."""
         found, surface = self._there(self._results.inversion, "invert"), self._there(self._results.surface, "rsm")
         return _plotted(Inversion, found, InversionPlots(found, surface), _study=self.study, _surface=surface)
-
-    @property
-    def mesh(self) -> MeshResult:
-        """The solution on other meshes, and the error budget."""
-        return self._there(self._results.mesh, "mesh")
 
     @property
     def refinement(self) -> RefineResult:

@@ -198,9 +198,10 @@ def test_what_values_hold_for_and_ranges_assume(results: Any) -> None:
         "These values hold for element_size 0.5 mm and edge_spread 1 mm: cite them together."
     ]
     assert calibration.valid_for(results.inversion) == []
-    exact, fixed_mesh = calibration.assumptions(stage, meshed=False)
-    assert exact.startswith("The measured value is treated as exact") and "the mesh stays in its place" in fixed_mesh
-    assert calibration.assumptions(stage, meshed=True) == [exact]
+    exact, fixed_mesh = calibration.assumptions(stage)
+    assert exact.startswith("The measured value is treated as exact") and "do not include the scatter" in fixed_mesh
+    scattered = replace(stage, belongs_to={"element_size": "0.5 mm", "replicates": "5"})
+    assert calibration.assumptions(scattered) == [exact]
 
 
 def test_the_range_to_cite_is_explained_for_one_force_only(results: Any, joint: InvertResult) -> None:

@@ -152,7 +152,7 @@ def _beside_values(results: Results, holds: bool) -> list[str]:
     """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
     if results.inversion is None:
         return []
-    assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
+    assumed = assumptions(results.inversion) if holds else []
     return [*valid_for(results.inversion), *assumed]
 
 

@@ -16,7 +16,7 @@ from stemcal.words import series
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
-_MOST_AVERAGED = 100  # places or replicates that a spec may ask for
+_MOST_AVERAGED = 100  # replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
 # Finer elements are recommended up to this many times the time of a run.
@@ -223,12 +223,10 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> Remedy:
 def to_smooth(study: Study) -> Remedy:
     """Return over how many runs a rough response may be averaged: twice the present number, at least five."""
     runs = "add runs (`rsm: {extra_runs: 4}`)"
-    if isinstance(study.solver, EmbeddedSolver):
-        phases = min(max(5, 2 * study.solver.phases), _MOST_AVERAGED)
-        return _in_solver({"phases": f"{phases}"}, f"averages over mesh positions; or {runs}.")
-    if study.replicates:
+    if study.replicates or isinstance(study.solver, EmbeddedSolver):
         replicates = min(max(5, 2 * study.replicates), _MOST_AVERAGED)
-        return _in_solver({"replicates": f"{replicates}"}, f"averages over seeds; or {runs}.")
+        over = "mesh positions" if isinstance(study.solver, EmbeddedSolver) else "seeds"
+        return _in_solver({"replicates": f"{replicates}"}, f"averages over {over}; or {runs}.")
     return Remedy(f"{runs[:1].upper()}{runs[1:]}, or make the response smoother.", "rsm: {extra_runs: 4}")
 
 

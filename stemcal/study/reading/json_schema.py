@@ -101,8 +101,8 @@ def _said_by_fields(model: type) -> dict[str, str]:
 def section_places() -> dict[str, str]:
     """Return where the keys of each class of the model stand in a spec.
 
-    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckHourglass", "Growth")]
-    ['targets.forces[]', 'rsm.coding.*', 'solver.hourglass, kind: deck', 'material.*']
+    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckAt", "Growth")]
+    ['targets.forces[]', 'rsm.coding.*', 'solver.decks[], kind: deck', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for name, path, kind in _sections(_schema(), "", ""):

@@ -41,15 +41,13 @@ def test_sections_have_places() -> None:
     assert places["Target"] == "targets.forces[]"
     assert places["CodingEntry"] == "rsm.coding.*"
     assert places["RegexResult"] == "solver.result, kind: regex"
-    assert places["HourglassSection"] == "solver.hourglass, kind: embedded"
-    assert places["DeckHourglass"] == "solver.hourglass, kind: deck"
+    assert places["DeckAt"] == "solver.decks[], kind: deck"
 
 
 def test_keys_are_found_by_path() -> None:
     further = ("travel", "travel_sd", "work", "work_sd", "curves")
     assert keys_of(("targets", "forces", 3)) == ("diameter", "force", "sd", "n", *further)
     assert keys_of(("solver", "table")) == ("kind", "screen", "rsm", "validate")
-    assert keys_of(("solver", "embedded", "hourglass")) == ("form", "coefficient")
     assert keys_of(("rsm", "coding", "any")) == ("center", "half_step")
     assert keys_of(("nowhere", "at", "all")) == ()
 
