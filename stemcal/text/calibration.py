@@ -19,7 +19,6 @@ from stemcal.stages.invert.result import (
     MachineFound,
     PriorRow,
     PriorUnused,
-    UnequalScatter,
 )
 from stemcal.text.language import say
 from stemcal.text.names import Names
@@ -232,9 +231,6 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:
         )
         text = names.say(one_of_many, response=names.response.long, factors=len(point.solution))
         yield Remark(text, Weight.TRUST, "one_of_many")
-    if stage.share is not None:
-        share = "The 95 % prediction interval holds the target in {percent:.0f} % of the region."
-        yield Remark(say(share, percent=100.0 * stage.share), Weight.ASIDE, "share_of_region")
     if not point.inside:
         outside = (
             "The solution lies {distance:.2f} coded units from the centre, outside the region that the design supports "
@@ -380,11 +376,6 @@ states(
     },
     by=_machine_told,
     given=_given_range,
-)
-states(
-    UnequalScatter,
-    "The measured means do not scatter alike (Bartlett's test, p {p:p}): the weights of the fit stay those of one "
-    "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
 )
 states(
     FreeFactors,

@@ -90,7 +90,7 @@ def test_refusals(tmp_path: Path) -> None:
         SMOKE.read_text(encoding="utf-8").replace("element_size: d/10", "element_size: 0.8 mm"), encoding="utf-8"
     )
     for args, said in (
-        ((REPLAY, tmp_path / "x.k", *dyna), "kind table"),
+        ((REPLAY, tmp_path / "x.k", *dyna), "kind sheet"),
         ((SMOKE, tmp_path / "x.k"), "add --for lsdyna or --for openradioss"),
         ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA reads no .rad file"),
         ((SMOKE, tmp_path / "no" / "x.k", *dyna), "does not exist"),

@@ -56,8 +56,6 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
-UNEQUAL = 0.05
-"""Level of the test that all diameters scatter alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,12 +163,6 @@ class Misfit:
     def tests_priors(self) -> bool:
         """Whether the least misfit tests the priors alone: the data have told their own scatter."""
         return self.scatter == "joint" and bool(self.priors) and np.isfinite(self.scale_df)
-
-    @property
-    def unequal(self) -> bool:
-        """Whether the diameters scatter by different coefficients of variation."""
-        p = self.equal_scatter_p
-        return p is not None and p < UNEQUAL
 
     @cached_property
     def measured(self) -> Array:
@@ -433,29 +425,6 @@ class Misfit:
         expected = float(np.trace(spread) + np.trace(alone))
         squared = np.trace(spread @ spread) + np.trace(alone @ alone) + 2.0 * np.sum(across * (omega @ across))
         return expected, expected**2 / float(squared), expected**2 / max(doubt, 1e-300)
-
-    @property
-    def equal_scatter_p(self) -> float | None:
-        """Bartlett's test that each kind has one coefficient of variation at all diameters; None where none is told.
-
-        −Σ νᵢ·ln(sᵢ²/s²)/C over the observations follows χ²(m − 1), C = 1 + (Σ 1/νᵢ − 1/Σνᵢ)/(3(m − 1)); kinds add up.
-        Source: M. S. Bartlett, Proc. R. Soc. A 160 (1937) 268.
-        """
-        from scipy.special import chdtrc
-
-        statistic, df = 0.0, 0
-        for source in self.sources:
-            if source.name != "laboratory" or source.apart is None or source.apart_df is None:
-                continue
-            if not np.isfinite(source.df):
-                continue
-            told = (source.apart > 0.0) & (source.apart_df < source.df)
-            if (m := int(told.sum())) < 2:
-                continue
-            own, ratio = source.apart_df[told], source.apart[told] / source.variance[told]
-            correction = 1.0 + (float(np.sum(1.0 / own)) - 1.0 / float(own.sum())) / (3.0 * (m - 1))
-            statistic, df = statistic - float(own @ np.log(ratio)) / correction, df + m - 1
-        return float(chdtrc(df, statistic)) if df else None
 
 
 def misfit_of(observations: Sequence[Observation], region: Region | None = None) -> Misfit:

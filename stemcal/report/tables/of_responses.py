@@ -88,13 +88,3 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found
-
-
-def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
-    """Return a measured mean with its standard deviation and number of specimens, as far as they are known.
-
-    >>> with_scatter(745.0, 6.0, 5), with_scatter(745.0, 6.0, None), with_scatter(745.0, None, 5)
-    ('745 ± 6 (5)', '745 ± 6', '745')
-    """
-    written = short(mean) if sd is None else f"{short(mean)} ± {short(sd)}"
-    return f"{written} ({n})" if sd is not None and n is not None else written

@@ -75,11 +75,10 @@ class ValidateResult(StageResult):
     head: Head = inline()
     parameters: dict[str, float]
     rows: Rows[ValidateRow]
-    equivalent_within_percent: float = 10.0
+    tolerance_percent: float = 10.0
     max_abs_error_percent: float | None
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None = None
-    best_scaled_max_error_percent: float | None = None
     error_slope_percent_per_unit: float | None = None
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None

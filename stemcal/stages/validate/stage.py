@@ -70,11 +70,10 @@ def _result(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        equivalent_within_percent=study.targets.equivalent_within_percent,
+        tolerance_percent=study.targets.tolerance_percent,
         max_abs_error_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
-        best_scaled_max_error_percent=found.best_scaled_max_error_percent,
         error_slope_percent_per_unit=found.error_slope_percent_per_unit,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
@@ -84,8 +83,8 @@ def _result(
 
 
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
-    """Find whether the simulated responses are a table's, which belong to other parameters."""
-    if solver.given_design("validate") is not None:
+    """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
+    if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         yield FromTable()
 
 
