@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stemcal.fem.model import Precision
 
 EXTRAS = {
-    "bayes": "emcee", "compare": "sklearn", "docx": "docx", "dask": "distributed", "docs": "sphinx"
+    "bayes": "emcee", "compare": "sklearn", "dask": "distributed", "docs": "sphinx"
 }  # fmt: skip
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 
