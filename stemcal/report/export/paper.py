@@ -12,14 +12,13 @@ from stemcal.report.tables.columns import ERROR, condition, level, simulated, st
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table, refine_table
 from stemcal.report.tables.stages import visible
-from stemcal.stages.result import Interval
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.study.model import Factor, Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
-from stemcal.text.numbers import interval, probability, short, significant, unit_written
+from stemcal.text.numbers import probability, short, significant, unit_written
 from stemcal.text.tables import line
 
 NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,
@@ -166,7 +165,7 @@ def _levels(stage: SurfaceResult) -> PaperTable:
 
 
 def _parameters(
-    study: Study, names: Names, found: Mapping[str, float], cited: tuple[str, Mapping[str, Interval]] | None
+    study: Study, names: Names, found: Mapping[str, float], cited: tuple[str, Mapping[str, str]] | None
 ) -> PaperTable:
     """Return all parameters of the validation's simulations: those `found` with their range, the others marked."""
     levels, (head, ranges) = {**study.midlevels(), **found}, cited or ("Source", {})
@@ -174,7 +173,7 @@ def _parameters(
     def known(factor: Factor) -> str:
         if factor.name not in found:
             return "fixed"
-        return interval(ranges[factor.name]) if factor.name in ranges else "calibrated"
+        return ranges.get(factor.name, "calibrated")
 
     columns = [
         Column("symbol", "Symbol"),
