@@ -153,7 +153,7 @@ def observed(runs: Runs, setting: Setting, curves: list[Curve]) -> list[Observat
     found = [Observation(runs.forces, modes.force, float(forces.std(ddof=1)), n, "force", None, of)]
     for j, sd in enumerate(modes.scatter):
         surface, alike = fit_surface(RUNS, scores[:, j], NAMES), {by: u[j] for by, u in modes.systematic.items()}
-        found.append(Observation(surface, modes.force, sd, n, f"curve_{j}", None, of, alike))
+        found.append(Observation(surface, modes.force, sd, n, f"curve_{j}", of, alike))
     return found
 
 

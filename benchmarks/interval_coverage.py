@@ -7,14 +7,13 @@ The first number is that of the studies of each row, 1000 by default: a share is
 others.
 
 Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
-variation of 5 %. Counts how often the interval of each of two parameters holds the truth, by profile and by posterior,
-and how often the misfit test rejects a model that is right (should be 5 %). Three ways to treat the standard
-deviations: each as if it were known, a Student likelihood for each diameter, and the pooled coefficient of variation
-that stemcal takes. Then with quadratics that miss the simulated forces by 3 %, at the runs of the design and at the
-truth alike, and with coefficients of variation that differ between the diameters by a factor of two. Variances, degrees
-of freedom, allowed rise, test and posterior density are stemcal's; least misfits are found by Gauss and Newton's method
-from the truth, compared with stemcal's own search in the first studies of each row, the posterior's quantiles on a
-grid.
+variation of 5 %. Counts how often the interval of each of two parameters holds the truth, and how often the misfit test
+rejects a model that is right (should be 5 %). Three ways to treat the standard deviations: each as if it were known, a
+Student likelihood for each diameter, and the pooled coefficient of variation that stemcal takes. Then with quadratics
+that miss the simulated forces by 3 %, at the runs of the design and at the truth alike, and with coefficients of
+variation that differ between the diameters by a factor of two. Variances, degrees of freedom, allowed rise and test are
+stemcal's; least misfits are found by Gauss and Newton's method from the truth, compared with stemcal's own search in
+the first studies of each row.
 
 The mesh: the study's own mesh stands at a place drawn at random, as do n others that its stage simulates. At each place
 the force differs by a part that all diameters share and a part of each diameter, both of 1 %. `mesh` takes the
@@ -44,9 +43,7 @@ import numpy as np
 from stemcal.doe.calibration.joint_fit import chance_of
 from stemcal.doe.calibration.mesh_scatter import scatter_of
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.prior_conflict import agreements
 from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
@@ -61,7 +58,7 @@ DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 TRUTH, SIDE, VARIATION = np.array([0.3, -0.2]), 1.68, 0.05
 SAME = np.full(len(DIAMETERS), VARIATION)
 REGION = Region(np.full(2, -SIDE), np.full(2, SIDE), None)
-NODES, NODES_MESH = 101, 41
+NODES = 101
 SHARED, APART, KNOWN = 0.01, 0.01, 1e-5
 
 
@@ -76,10 +73,9 @@ class Laboratory:
 
 @dataclass(frozen=True)
 class Held:
-    """Whether the intervals held the truth, by profile and by posterior, and whether the misfit test rejected it."""
+    """Whether the intervals held the truth, and whether the misfit test rejected it."""
 
     profile: list[bool]
-    posterior: list[bool]
     rejected: bool
 
 
@@ -117,7 +113,7 @@ def observations(lab: Laboratory, fitted: list[Surface], told: bool) -> list[Obs
 def pooled(lab: Laboratory, fitted: list[Surface]) -> Held:
     """As stemcal does it."""
     misfit = misfit_of(observations(lab, fitted, told=True), REGION)
-    return _by_misfit(misfit, _around_truth(misfit))
+    return _by_misfit(misfit)
 
 
 def as_known(lab: Laboratory, fitted: list[Surface]) -> Held:
@@ -132,16 +128,13 @@ def student(lab: Laboratory, fitted: list[Surface]) -> Held:
     deviance = (lab.n * np.log1p(t_squared / (lab.n - 1))).sum(axis=1).reshape(NODES, NODES)
     at = [int(np.argmin(np.abs(axis - value))) for axis, value in zip(_axes(), TRUTH, strict=True)]
     rise = [deviance[at[0], :].min() - deviance.min(), deviance[:, at[1]].min() - deviance.min()]
-    return Held([bool(part <= 3.8415) for part in rise], _in_middle(-0.5 * deviance), bool(deviance.min() > 7.8147))
+    return Held([bool(part <= 3.8415) for part in rise], bool(deviance.min() > 7.8147))
 
 
-def _by_misfit(misfit: Misfit, axes: list[Array] | None = None) -> Held:
-    axes = axes or _axes()
-    density = log_posterior(misfit, REGION, _points(axes)).reshape([axis.size for axis in axes])
+def _by_misfit(misfit: Misfit) -> Held:
     best = _least(misfit, [])
     least, allowed = misfit.value(best), allowed_rises(misfit, best)
-    profile = [_rise(misfit, least, j) <= allowed[j] for j in range(2)]
-    return Held(profile, _in_middle(density, axes), chance_of(misfit, best) < 0.05)
+    return Held([_rise(misfit, least, j) <= allowed[j] for j in range(2)], chance_of(misfit, best) < 0.05)
 
 
 def _least(misfit: Misfit, held: list[int]) -> Array:
@@ -169,29 +162,8 @@ def _axes() -> list[Array]:
     return [grid + (value - grid[np.argmin(np.abs(grid - value))]) for value in TRUTH]
 
 
-def _around_truth(misfit: Misfit) -> list[Array]:
-    """Return nodes about the truth, dense within a standard deviation of each factor and wider beyond."""
-    covariance = np.diag(misfit.variance) + misfit.shared.T @ misfit.shared
-    slopes = misfit.beta @ term_gradient(TRUTH)
-    errors = np.sqrt(np.diag(np.linalg.inv(slopes.T @ np.linalg.solve(covariance, slopes))))
-    steps = np.sinh(np.linspace(-4.0, 4.0, NODES_MESH)) / np.sinh(4.0) * 30.0
-    return [value + error * steps for value, error in zip(TRUTH, errors, strict=True)]
-
-
-def _points(axes: list[Array] | None = None) -> Array:
-    return np.stack(np.meshgrid(*(axes or _axes()), indexing="ij"), axis=-1).reshape(-1, 2)
-
-
-def _in_middle(density: Array, axes: list[Array] | None = None) -> list[bool]:
-    """Tell whether the truth lies within the middle 95 % of each factor's marginal distribution."""
-    axes = axes or _axes()
-    weight = np.exp(density - density.max()) * np.outer(*(np.gradient(axis) for axis in axes))
-    found = []
-    for axis, grid in enumerate(axes):
-        marginal = weight.sum(axis=1 - axis)
-        below = (np.cumsum(marginal) - 0.5 * marginal) / marginal.sum()
-        found.append(bool(0.025 <= below[int(np.argmin(np.abs(grid - TRUTH[axis])))] <= 0.975))
-    return found
+def _points() -> Array:
+    return np.stack(np.meshgrid(*_axes(), indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 WAYS: dict[str, Callable[[Laboratory, list[Surface]], Held]] = {
@@ -202,10 +174,10 @@ WAYS: dict[str, Callable[[Laboratory, list[Surface]], Held]] = {
 
 
 def coverage(way: str, n: int, variation: Array, error: float, studies: int) -> Array:
-    """Return shares in per cent: profile a, b, posterior a, b, rejected by the misfit test."""
+    """Return shares in per cent: interval of a, of b, rejected by the misfit test."""
     random = np.random.default_rng([SEED, n])
     exact = surfaces(0.0, random)
-    counts = np.zeros(5)
+    counts = np.zeros(3)
     for study in range(studies):
         fitted = surfaces(error, random) if error else exact
         lab = laboratory(n, variation, error, random)
@@ -213,7 +185,7 @@ def coverage(way: str, n: int, variation: Array, error: float, studies: int) -> 
         if way == "pooled" and study < COMPARED:
             own = misfit_of(observations(lab, fitted, told=True), REGION)
             assert holds(own, REGION, TRUTH) == held.profile, f"stemcal's own search disagrees in study {study}"
-        counts += [*held.profile, *held.posterior, held.rejected]
+        counts += [*held.profile, held.rejected]
     return np.asarray(100.0 * counts / studies)
 
 
@@ -221,7 +193,7 @@ def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int) -> 
     """Return shares in per cent as `coverage` does, with n places of the mesh beside the study's own."""
     random = np.random.default_rng([SEED, n, specimens])
     exact, d = surfaces(0.0, random), len(DIAMETERS)
-    counts = np.zeros(5)
+    counts = np.zeros(3)
     for study in range(studies):
         shared, apart = random.standard_normal(n + 1), random.standard_normal((d, n + 1))
         factors = np.exp(SHARED * shared + APART * apart)
@@ -229,10 +201,10 @@ def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int) -> 
         lab = laboratory(specimens, np.full(d, variation), 0.0, random)
         scatter = scatter_of(factors[:, 0], factors[:, 1:], np.zeros((d, 0)))
         misfit = misfit_of(observations(lab, fitted, told=True)).with_mesh(scatter, 0.0)
-        held = _by_misfit(misfit, _around_truth(misfit))
+        held = _by_misfit(misfit)
         if study < COMPARED:
             assert holds(misfit, REGION, TRUTH) == held.profile, f"stemcal's own search disagrees in study {study}"
-        counts += [*held.profile, *held.posterior, held.rejected]
+        counts += [*held.profile, held.rejected]
     return np.asarray(100.0 * counts / studies)
 
 
@@ -241,8 +213,8 @@ def mesh_rows(studies: int) -> None:
     for label, variation in (("mesh", KNOWN), ("both", VARIATION)):
         for n in SPECIMENS:
             shares = coverage_of_mesh(n, 30 if variation == KNOWN else n, variation, studies)
-            a, b, c, d, rejected = shares
-            print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
+            a, b, rejected = shares
+            print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f}   {rejected:6.1f}", flush=True)
 
 
 def main() -> None:
@@ -251,8 +223,8 @@ def main() -> None:
     numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
     studies, SEED = numbers + [STUDIES, SEED][len(numbers) :]
     wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory", "mesh"]
-    print("                                              profile      posterior    misfit test")
-    print("  n   standard deviations                     a      b     a      b     rejects, %")
+    print("                                              interval      misfit test")
+    print("  n   standard deviations                     a      b      rejects, %")
     if "laboratory" in wanted:
         laboratory_rows(studies)
     if "mesh" in wanted:
@@ -297,8 +269,8 @@ def laboratory_rows(studies: int) -> None:
 
 def row(label: str, n: int, variation: Array, error: float, studies: int) -> None:
     """Print one row; its label begins with the way."""
-    a, b, c, d, rejected = coverage(label.split(",")[0], n, variation, error, studies)
-    print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f} {c:6.1f} {d:6.1f}   {rejected:6.1f}", flush=True)
+    a, b, rejected = coverage(label.split(",")[0], n, variation, error, studies)
+    print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f}   {rejected:6.1f}", flush=True)
 
 
 # ---- deterministic surfaces
@@ -444,14 +416,14 @@ def replicate_rows(studies: int) -> None:
 
 
 def prior_rows(studies: int) -> None:
-    """Print coverage, width against that without priors, and how often a true prior is called contradicted."""
+    """Print coverage, width against that without priors, and how often the misfit test rejects true priors."""
     a, b = Prior(0, "normal", 0.3, 0.35, 0.0, 1.0), Prior(1, "lognormal", 10.0, 2.0, 10.0, 4.0)
     m, s = a.mean, float(np.sqrt(np.log1p((b.sd / b.mean) ** 2)))
     exact = surfaces(0.0, np.random.default_rng(SEED))
-    print("  n   holds a, b, %   width over that without priors   contradicted a, b, %")
+    print("  n   holds a, b, %   width over that without priors   misfit test rejects, %")
     for n in SPECIMENS:
         random = np.random.default_rng([SEED, n, 7])
-        held, contradicted, widths = np.zeros(2), np.zeros(2), []
+        held, rejected, widths = np.zeros(2), 0, []
         for _ in range(studies):
             value = b.mean * np.exp(s * random.standard_normal() - 0.5 * s**2)
             truth = np.array([m + a.sd * random.standard_normal(), (value - b.centre) / b.half_step])
@@ -462,14 +434,11 @@ def prior_rows(studies: int) -> None:
             bare = misfit_of(observations(lab, exact, told=True), REGION)
             known = bare.with_priors((a, b), REGION)
             held += holds(known, REGION, truth)
-            contradicted += [found.p is not None and found.p < 0.05 for found in agreements(known, REGION)]
+            rejected += int(chance_of(known, best_fit(known, REGION)) < 0.05)
             widths.append([_width(known), _width(bare)])
         share = np.median(np.array(widths)[:, 0] / np.array(widths)[:, 1], axis=0)
-        a_held, b_held, a_off, b_off = 100.0 * np.append(held, contradicted) / studies
-        print(
-            f"{n:3d}   {a_held:6.1f} {b_held:6.1f}   {share[0]:8.2f} {share[1]:8.2f}   {a_off:8.1f} {b_off:6.1f}",
-            flush=True,
-        )
+        (a_held, b_held), off = 100.0 * held / studies, 100.0 * rejected / studies
+        print(f"{n:3d}   {a_held:6.1f} {b_held:6.1f}   {share[0]:8.2f} {share[1]:8.2f}   {off:8.1f}", flush=True)
 
 
 def _width(misfit: Misfit) -> list[float]:

@@ -50,3 +50,13 @@ def counted(count: int, noun: str) -> str:
     ('1 run', '12 runs')
     """
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def series(words: Iterable[object]) -> str:
+    """Return several things as a sentence lists them.
+
+    >>> series(["a"]), series(["a", "b"]), series(["a", "b", "c"])
+    ('a', 'a and b', 'a, b and c')
+    """
+    *first, last = [str(word) for word in words] or [""]
+    return f"{', '.join(first)} and {last}" if first else last

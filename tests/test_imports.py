@@ -20,7 +20,10 @@ FLOORS = {
     "stemcal.interrupts": 0,
     "stemcal.child": 1,
     "stemcal.naming": 0,
+    "stemcal.names": 1,
+    "stemcal.note": 0,
     "stemcal.notes": 2,
+    "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,
     "stemcal.power_law": 0,
     "stemcal.fem.kernels": 1,
@@ -52,19 +55,16 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
-    "arviz": ("stemcal.stages.invert.result",),
     "pyDOE3": ("stemcal.doe",),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.time_limited_program"),
-    "emcee": ("stemcal.doe",),
-    "sklearn": ("stemcal.doe",),
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
 INSIDE_FUNCTIONS = (
-    "arviz", "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed", "emcee", "sklearn",
+    "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
@@ -92,27 +91,23 @@ def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
     assert seen.naming.response.unit == "kg/m3" and seen.r2 == pytest.approx(fit.r2)
 
 
-def test_inverted_together_and_desirable(two: tuple[Study, StudyFolder, Results]) -> None:
+def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
     """The made-up program without its chance gives both targets at the solution, within what its chance allows."""
     inversion = two[2].inversion
-    assert inversion is not None and inversion.joint is not None and inversion.desirability is not None
+    assert inversion is not None and inversion.joint is not None
     assert [row.response for row in inversion.joint.rows] == ["angle", "bulk"]
-    for point in (inversion.parameters, {**inversion.parameters, **inversion.desirability.solution}):
-        static, rolling = point["static"], point["rolling"]
-        angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling - 0.6 + 0.2
-        bulk = 0.62 * point["grain_density"] * (1.0 - 0.12 * static - 0.2 * rolling)
-        assert angle == pytest.approx(32.6, abs=1.0) and bulk == pytest.approx(741.0, abs=6.0)
-    assert inversion.desirability.overall == pytest.approx(1.0, abs=1e-4)
+    static, rolling = inversion.parameters["static"], inversion.parameters["rolling"]
+    angle = 12.0 + 28.0 * static + 90.0 * rolling - 60.0 * static * rolling - 0.6 + 0.2
+    bulk = 0.62 * inversion.parameters["grain_density"] * (1.0 - 0.12 * static - 0.2 * rolling)
+    assert angle == pytest.approx(32.6, abs=1.0) and bulk == pytest.approx(741.0, abs=6.0)
 
 
 def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> None:
-    """One simulated value against n specimens: Welch's test is the one-sample test."""
     validation = two[2].validation
     assert validation is not None
     (row,) = validation.rows
     (bulk,) = row.further
-    t = (bulk.measured - bulk.simulated) / (6.0 / 5**0.5)
-    assert bulk.p_different == pytest.approx(2.0 * stats.t.sf(abs(t), 4))
+    assert (bulk.measured, bulk.sd, bulk.n) == (741.0, 6.0, 5) and bulk.judged
     assert validation.max_abs_error_percent == pytest.approx(
         max(abs(row.compared.error_percent or 0.0), abs(bulk.error_percent or 0.0))
     )
@@ -174,7 +169,7 @@ def test_names_that_files_use_themselves_may_be_taken(
 
 
 def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
-    """Three heaps at the solution: the mean of each response, tested with the scatter of both sides (Welch)."""
+    """Three heaps at the solution: the mean of each response."""
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
     spec = tmp_path / "two.yaml"
     text = spec.read_text("utf-8").replace(
@@ -192,9 +187,6 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     assert row.replicates is not None
     heaps = row.replicates.of("bulk")
     assert bulk.simulated == pytest.approx(np.mean(heaps)) and np.std(heaps) > 0.0
-    measured = stats.norm.ppf((np.arange(5) + 0.5) / 5)
-    measured = 741.0 + 6.0 * (measured - measured.mean()) / measured.std(ddof=1)
-    assert bulk.p_different == pytest.approx(stats.ttest_ind(measured, heaps, equal_var=False).pvalue, rel=1e-6)
 
 
 def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:

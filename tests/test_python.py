@@ -17,7 +17,6 @@ from fakes import ENVIRONMENT
 
 import stemcal
 from stemcal.errors import SpecError, UsageError
-from stemcal.stages.invert.result import PosteriorSummary
 
 ROOT = Path(__file__).parents[1]
 REPLAY = ROOT / "configs" / "paper-replay.yaml"
@@ -101,7 +100,7 @@ def test_every_figure_of_the_page(results: stemcal.StudyResults) -> None:
     from matplotlib.figure import Figure
 
     for plots in (results.screen.plot, results.surface.plot, results.inversion.plot, results.validation.plot):
-        for name in (name for name in dir(plots) if not name.startswith("_") and name != "posterior"):
+        for name in (name for name in dir(plots) if not name.startswith("_")):
             assert isinstance(getattr(plots, name)(), Figure), name
     assert len(results.figure_names) == 16
     assert isinstance(results.figure("pareto"), Figure)
@@ -124,8 +123,6 @@ def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_pa
         stemcal.open_results(tmp_path / "nowhere")
     with pytest.raises(UsageError, match="does not tell its spec"):
         stemcal.open_results(tmp_path)
-    with pytest.raises(UsageError, match="posterior: true"):
-        _ = results.posterior
     with pytest.raises(UsageError, match="kind table"):
         stemcal.simulate(results.study)
 
@@ -158,12 +155,16 @@ def test_a_factor_changed_without_editing_the_spec() -> None:
         study.with_(yeild_stress={"high": 2})
 
 
-def test_a_posterior_becomes_inference_data() -> None:
-    pytest.importorskip("arviz")
-    samples = {"a": (1.0, 1.5, 2.0), "b": (3.0, 5.0, 9.0)}
-    means, pairs = {"a": 1.5, "b": 5.7}, {"a": (1.0, 2.0), "b": (3.0, 9.0)}
-    data = PosteriorSummary(means, means, pairs, ((1.0, 0.0), (0.0, 1.0)), 0.4, 99.0, samples, ()).to_inference_data()
-    assert data.posterior["b"].values.tolist() == [[3.0, 5.0, 9.0]]
+def test_the_likelihood_is_that_of_the_fit(results: stemcal.StudyResults) -> None:
+    """Greatest where the surface gives the target, minus infinity outside the ranges, an array for arrays."""
+    found = results.inversion
+    best, apart = found.log_likelihood(found.point.solution), found.log_likelihood(AT_SOLUTION | {"yield_stress": 16.0})
+    assert best == pytest.approx(0.0, abs=1e-9) and apart < best - 2.0
+    levels = {name: np.array([value, value]) for name, value in found.point.solution.items()}
+    several = found.log_likelihood(levels | {"yield_stress": np.array([16.0, 99.0])})
+    assert several.shape == (2,) and np.isfinite(several[0]) and several[1] == -np.inf
+    with pytest.raises(UsageError, match="log_likelihood: no level of failure_strain, strain_rate_c"):
+        found.log_likelihood({"yield_stress": 18.0})
 
 
 def test_one_simulation() -> None:

@@ -122,7 +122,7 @@ class _Waiting:
         self._what, self._began = what, time.monotonic()
 
     def __rich__(self) -> str:
-        from stemcal.text.numbers import duration
+        from stemcal.numbers import duration
 
         return f"{self._what}, {duration(time.monotonic() - self._began)}"
 

@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 
     from stemcal.fem.model import Precision
 
-EXTRAS = {
-    "bayes": "emcee", "compare": "sklearn", "dask": "distributed", "docs": "sphinx"
-}  # fmt: skip
+EXTRAS = {"dask": "distributed", "docs": "sphinx"}
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 
 

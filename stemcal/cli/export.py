@@ -182,10 +182,10 @@ def films(records: Records) -> list[str]:
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
     """Write the animation `name` as a GIF; the bare word means the calibration diameter. Returns the file."""
     from stemcal.cutting.end_state import Shape
+    from stemcal.numbers import short
     from stemcal.outputs import make_folder
     from stemcal.report.figures.animation import write_animation
     from stemcal.solvers.film import frames_of
-    from stemcal.text.numbers import short
 
     if not study.naming.is_cutting:
         raise UsageError(f"no figure {name!r}: only runs of the embedded solver keep the frames")

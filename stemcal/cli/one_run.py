@@ -23,9 +23,8 @@ def one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
     """Make one run and show its answer; one that failed ends with exit code 3, its folder is named."""
-    from stemcal.run_warnings import RunWarning
+    from stemcal.note import Note
     from stemcal.study.model import ProgramOptions
-    from stemcal.text.runs import warning_text
 
     if not isinstance(study.solver, ProgramOptions):
         raise UsageError(
@@ -42,7 +41,7 @@ def one_run(
     if not as_json:
         say("\n".join(_lines(study, answer)))
     for warning in answer.details.get("warnings", []):
-        warn(warning_text(from_json(RunWarning, warning)))
+        warn(str(from_json(Note, warning)))
     if csv_file:
         _write_curve(answer, csv_file)
         if not quiet:

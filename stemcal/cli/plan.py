@@ -43,8 +43,8 @@ def plan(
     Example: [bold]stemcal plan configs/wild-chrysanthemum.yaml --workers 8[/bold]
     """
     from stemcal.files.rows import Column, Table
+    from stemcal.numbers import duration
     from stemcal.text.names import Names
-    from stemcal.text.numbers import duration
 
     if identify:
         _identify(spec, specimens, out, workers, as_json, quiet)
@@ -106,8 +106,8 @@ def _identify(
 def _intervals(found: Identified, names: Names) -> Table:
     """Return a row per combination and number of specimens, with the expected interval of each factor."""
     from stemcal.files.rows import Column, Table
+    from stemcal.numbers import unit_written
     from stemcal.text.identification import expected, foot, place
-    from stemcal.text.numbers import unit_written
 
     columns = [
         Column("tests", "Measured"),

@@ -104,7 +104,7 @@ def simulate(
     from stemcal.overview.foresight import demand_of_one
     from stemcal.solvers.embedded import seconds_to_prepare, simulate_test
     from stemcal.solvers.embedded import simulate as shear_test
-    from stemcal.text.runs import compiling, warning_text
+    from stemcal.text.runs import compiling
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
@@ -126,7 +126,7 @@ def simulate(
     else:
         _show(result, section, at)
     for warning in result.warnings:
-        warn(warning_text(warning))
+        warn(str(warning))
     if not quiet:
         for path in (csv_file, figure, frames):
             if path:
@@ -137,7 +137,7 @@ def live(
     status: object, stroke: float, clock: Callable[[], float] = time.monotonic
 ) -> Callable[[float, float], None] | None:
     """Return what shows travel (of the stroke, mm), force and time left while a test goes on; None if nobody looks."""
-    from stemcal.text.numbers import duration
+    from stemcal.numbers import duration
 
     if not hasattr(status, "update"):
         return None
@@ -229,12 +229,11 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
     from stemcal.laboratory import LaboratoryResult
     from stemcal.solvers.measures import work_until
-    from stemcal.text.runs import warning_text
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     numbers.pop("peak_sd", None)
     phases = {"phase_peaks": list(result.phase_peaks)} if result.phase_peaks else {}
-    warnings = [{**to_json(warning), "text": warning_text(warning)} for warning in result.warnings]
+    warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses
     else:

@@ -13,16 +13,16 @@ from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
 from stemcal.fem.kernels.nodes import COHESION, EDGE, FRICTION, SURFACE
+from stemcal.note import Note
 from stemcal.run_warnings import (
     MOST_DRIFT,
     MOST_HOURGLASS,
     MOST_INERTIA,
     NEGLIGIBLE_MASS,
-    EnergyDrifts,
-    ForceAfterBreak,
-    HourglassEnergy,
-    InertiaInForce,
-    RunWarning,
+    energy_drifts,
+    force_after_break,
+    hourglass_energy,
+    inertia_in_force,
 )
 
 Array = NDArray[np.float64]
@@ -114,7 +114,7 @@ class CuttingResult:
     contact_energy_percent: float
     inertia_percent: float
     stroke_was_enough: bool
-    warnings: tuple[RunWarning, ...]
+    warnings: tuple[Note, ...]
     history: ForceHistory
     peak_sd: float | None = None
     phase_peaks: tuple[float, ...] = ()
@@ -302,12 +302,12 @@ def evaluate(
     )
 
 
-def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> list[RunWarning]:
+def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> list[Note]:
     """Return a warning if the force exceeds its peak after the stem has broken."""
     if broken is None:
         return []
     largest, before = float(curve.force_filtered[broken:].max()), float(curve.force_filtered[peak])
-    return [ForceAfterBreak(float(curve.travel[broken]), largest, before)] if largest > before else []
+    return [force_after_break(float(curve.travel[broken]), largest, before)] if largest > before else []
 
 
 def _before_fracture(curve: ForceHistory) -> int:
@@ -339,13 +339,13 @@ def _warnings(
     hourglass_ratio_percent: float,
     inertia_percent: float,
     added_mass_percent: float,
-) -> list[RunWarning]:
+) -> list[Note]:
     """Return the doubts that the end of the stroke and the energies leave."""
     found = end.warnings
     if energy_drift_percent > MOST_DRIFT:
-        found.append(EnergyDrifts(energy_drift_percent))
+        found.append(energy_drifts(energy_drift_percent))
     if inertia_percent > MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
-        found.append(InertiaInForce(inertia_percent, kinetic_ratio_percent))
+        found.append(inertia_in_force(inertia_percent, kinetic_ratio_percent))
     if hourglass_ratio_percent > MOST_HOURGLASS:
-        found.append(HourglassEnergy(hourglass_ratio_percent))
+        found.append(hourglass_energy(hourglass_ratio_percent))
     return found

@@ -17,7 +17,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.run_warnings import RunWarning, StrokeTooShort
+from stemcal.note import Note
+from stemcal.run_warnings import stroke_too_short
 
 Array = NDArray[np.float64]
 End = Literal["broken", "fallen", "rising", "regained", "falling"]
@@ -43,10 +44,10 @@ class StrokeEnd:
         return self.kind in ("broken", "fallen")
 
     @property
-    def warnings(self) -> list[RunWarning]:
+    def warnings(self) -> list[Note]:
         """What keeps the maximum in doubt."""
         forces = self.peak, self.peak_travel, self.valley, self.end
-        return [] if self.was_enough else [StrokeTooShort(self.kind, *forces, self.stroke)]
+        return [] if self.was_enough else [stroke_too_short(self.kind, *forces, self.stroke)]
 
 
 def stroke_end(travel: Array, raw: Array, filtered: Array, window: int, broken: int | None = None) -> StrokeEnd:

@@ -7,9 +7,9 @@ from typing import Any
 
 from stemcal.files.durable import digest
 from stemcal.files.typed import absent, from_json
-from stemcal.run_warnings import RunWarning
+from stemcal.note import Note
 
-RECORD_VERSION = 3
+RECORD_VERSION = 4
 KEY_LENGTH = 32
 _KEY = re.compile(r"[0-9a-f]{32}")
 _STATUSES = ("ok", "failed")
@@ -50,7 +50,7 @@ class _Details:
     energies: dict[str, Numbers] | None = absent()
     shape: dict[str, Any] | None = absent()
     film: dict[str, Any] | None = absent()
-    warnings: tuple[RunWarning, ...] | None = absent()
+    warnings: tuple[Note, ...] | None = absent()
     responses: dict[str, float] | None = absent()
     block: str | None = absent()
     weight: float | None = absent()

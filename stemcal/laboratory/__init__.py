@@ -4,7 +4,7 @@ Each kind has its own module; mesh, contact, integration, curve and doubts are t
 """
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from stemcal.cutting import ShearTest, mean_over_phases, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
-from stemcal.cutting.result import BreakWatch, ForceHistory, break_row, evaluate, filter_rows, force_history, travel_at
+from stemcal.cutting.result import (
+    BreakWatch,
+    CuttingResult,
+    ForceHistory,
+    break_row,
+    evaluate,
+    filter_rows,
+    force_history,
+    travel_at,
+)
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.axial import Axial
@@ -23,7 +32,8 @@ from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
-from stemcal.run_warnings import MOST_BUCKLING, Buckles, MaximumNotPassed, RunWarning, StrokeTooShort
+from stemcal.note import Note
+from stemcal.run_warnings import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maximum_not_passed
 
 __all__ = [
     "REVISION",
@@ -79,16 +89,16 @@ def perform(
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
     responses, r2 = responses_of(test, curve, deflection, result, broken)
     shape = shape_of(model, history, how.symmetry)
-    warnings = _of_tests(result.warnings) + _buckling(gauges, curve)
+    warnings = _of_tests(result) + _buckling(gauges, curve)
     more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more})
 
 
-def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[RunWarning, ...]:
+def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[Note, ...]:
     """Return the doubt about a pressed piece that is out of shape when the first element fails."""
     whole = np.flatnonzero(curve.deleted == 0)[-1]
     percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
-    return (Buckles(percent),) if percent > MOST_BUCKLING else ()
+    return (buckles(percent),) if percent > MOST_BUCKLING else ()
 
 
 def cut(
@@ -103,9 +113,10 @@ def cut(
     ends = [(one.history, one.history.travel < (one.break_travel or np.inf)) for one in results]
     each = [curve_responses(curve.travel[whole], curve.force_filtered[whole], None) for curve, whole in ends]
     responses = {name: float(np.mean([told[name] for told in each])) for name in each[0]}
-    return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result.warnings)})
+    return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result)})
 
 
-def _of_tests(warnings: Iterable[RunWarning]) -> tuple[RunWarning, ...]:
+def _of_tests(result: CuttingResult) -> tuple[Note, ...]:
     """Return the warnings, that of a stroke in terms of these tests."""
-    return tuple(MaximumNotPassed(one.stroke) if isinstance(one, StrokeTooShort) else one for one in warnings)
+    stroke = float(result.history.travel[-1])
+    return tuple(maximum_not_passed(stroke) if one.kind == STROKE_TOO_SHORT else one for one in result.warnings)

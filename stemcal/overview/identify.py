@@ -24,7 +24,6 @@ from stemcal.files.rows import Rows
 from stemcal.measured.curve_modes import CurveModes, most_modes
 from stemcal.notes import Note
 from stemcal.overview.plan import surface_names
-from stemcal.run_warnings import MaximumNotPassed
 from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.design import design_radius, surface_coding
@@ -134,7 +133,7 @@ class Measurable:
     def measured(self, specimens: int) -> Observation:
         """Return it as measured over so many specimens whose mean is what mid-levels give; by itself without modes."""
         value = float(self.surface.beta[0])
-        told = self.response, None, self.specimens if most_modes(specimens) else "", self.systematic
+        told = self.response, self.specimens if most_modes(specimens) else "", self.systematic
         return Observation(self.surface, value, self.variation * abs(value), specimens, *told)
 
     def information(self, errors: Sequence[str] = ()) -> Array:
@@ -261,7 +260,7 @@ def _beyond_stroke(work: Work, outcome: Outcome) -> set[str]:
     return {
         test.called(response)
         for test in work.study.tests
-        if not test.targets and any(one["kind"] == MaximumNotPassed.kind for one in told[test.name]["warnings"])
+        if not test.targets and any(one["kind"] == "maximum_not_passed" for one in told[test.name]["warnings"])
         for response in test.told
         if response not in BEFORE_MAXIMUM
     }
@@ -322,8 +321,7 @@ def _told(study: Study, coding: Coding, region: Region, found: Sequence[Measurab
     kept = told_by(found, study.targets.modes.values(), specimens)
     misfit = replace(misfit_of([one.measured(specimens) for one in kept], region), foretold=True)
     misfit = misfit.with_priors(priors_of(study, coding), region)
-    without_posterior = study.model_copy(update={"invert": study.invert.model_copy(update={"posterior": False})})
-    known = certainty_of(without_posterior, coding, misfit, region, "joint", np.zeros(region.k))
+    known = certainty_of(study, coding, misfit, region, "joint", np.zeros(region.k))
     return Combination(
         tuple(dict.fromkeys(one.test for one in found)),
         tuple(dict.fromkeys(one.condition for one in found)),

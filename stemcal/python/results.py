@@ -7,11 +7,14 @@ from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
+from stemcal.doe.calibration.misfit import Misfit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import Entry, ledger
-from stemcal.report.figures.certainty import corner, profiles
+from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
@@ -20,6 +23,7 @@ from stemcal.report.figures.validation import growth, validation
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
+from stemcal.stages.invert.joint import misfit_of_study
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
@@ -117,13 +121,6 @@ class InversionPlots:
         """Draw the rise of the misfit over each factor."""
         return profiles(self._result, self._labels())
 
-    def posterior(self) -> Figure:
-        """Draw the posterior; raise `UsageError` if the spec did not ask for one (invert.posterior)."""
-        known = self._result.certainty
-        if known is None or known.posterior is None:
-            raise UsageError("there is no posterior; write posterior: true under invert in the spec")
-        return corner(known.posterior, self._labels())
-
     def _labels(self) -> dict[str, str]:
         return {name: with_unit(self._surface, name) for name in self._result.point.solution}
 
@@ -165,9 +162,30 @@ class Surface(SurfaceResult):
 
 
 class Inversion(InvertResult):
-    """A calibration with its figures."""
+    """A calibration with its figures and its likelihood."""
 
     plot: InversionPlots
+    _study: Study
+    _surface: SurfaceResult
+
+    @cached_property
+    def _misfit(self) -> Misfit:
+        return misfit_of_study(self._study, self._surface)
+
+    def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
+        """Return the log-likelihood of what was measured, up to a constant, at levels in the units of the spec.
+
+        Each level is a number, or an array to evaluate many points at once. Priors of the spec are included. The value
+        is minus infinity outside the ranges. Raise `UsageError` if a level is missing.
+        """
+        names = self._surface.names
+        if missing := [name for name in names if name not in levels]:
+            raise UsageError(f"log_likelihood: no level of {', '.join(missing)}")
+        each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
+        points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
+        inside = self._surface.region(self._study).contains(points)
+        found = np.where(inside, self._misfit.log_likelihood(points), -np.inf).reshape(each[0].shape)
+        return found if found.ndim else float(found)
 
 
 class Validation(ValidateResult):
@@ -176,10 +194,10 @@ class Validation(ValidateResult):
     plot: ValidationPlots
 
 
-def _plotted(kind: type[V], result: StageResult, plot: object) -> V:
+def _plotted(kind: type[V], result: StageResult, plot: object, **more: object) -> V:
     """Return a result as the class that has figures."""
     plotted = object.__new__(kind)
-    plotted.__dict__.update(vars(result), plot=plot)
+    plotted.__dict__.update(vars(result), plot=plot, **more)
     return plotted
 
 
@@ -223,7 +241,7 @@ class StudyResults:
     def inversion(self) -> Inversion:
         """The calibrated parameters and how well they are known."""
         found, surface = self._there(self._results.inversion, "invert"), self._there(self._results.surface, "rsm")
-        return _plotted(Inversion, found, InversionPlots(found, surface))
+        return _plotted(Inversion, found, InversionPlots(found, surface), _study=self.study, _surface=surface)
 
     @property
     def mesh(self) -> MeshResult:
@@ -276,14 +294,6 @@ class StudyResults:
     def records(self) -> Records:
         """What the solver told of every run, by the label of the run: curves, checks, energies."""
         return read_records(self._results, self.folder)
-
-    @property
-    def posterior(self) -> Any:
-        """The posterior of the parameters as `arviz.InferenceData`; the extra bayes, and `invert.posterior: true`."""
-        known = self.inversion.certainty
-        if known is None or known.posterior is None:
-            raise UsageError("there is no posterior; write posterior: true under invert in the spec")
-        return known.posterior.to_inference_data()
 
     # ---- every figure of the page
 

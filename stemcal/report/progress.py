@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 from stemcal.naming import CUTTING, FORCE, Naming
+from stemcal.numbers import duration, significant
 from stemcal.stages.base import STAGES
 from stemcal.text.language import say
-from stemcal.text.numbers import duration, significant
 from stemcal.text.runs import compiling
 from stemcal.text.tables import line
 from stemcal.words import counted

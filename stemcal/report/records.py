@@ -7,12 +7,12 @@ from typing import Any
 from stemcal.files.typed import from_json
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import DIAMETER
-from stemcal.run_warnings import RunWarning
+from stemcal.note import Note
+from stemcal.numbers import duration
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
-from stemcal.text.numbers import duration
 from stemcal.text.runs import warned_of
 
 Numbers = tuple[float, ...]
@@ -51,7 +51,7 @@ class Details:
     energies: dict[str, Numbers] | None = None
     shape: Any = None
     film: Any = None
-    warnings: tuple[RunWarning, ...] = ()
+    warnings: tuple[Note, ...] = ()
     program_version: str | None = None
 
 
@@ -128,7 +128,7 @@ def curves_of(records: Records) -> dict[str, Curve]:
 
 def run_warnings(records: Records) -> list[str]:
     """Return what the runs are warned of, once per kind: how many runs, and the first one's warning."""
-    kinds: dict[str, dict[str, RunWarning]] = {}
+    kinds: dict[str, dict[str, Note]] = {}
     distinct = distinct_of(records)
     for label, record in distinct.values():
         for warning in record.details.warnings:

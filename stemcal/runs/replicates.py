@@ -1,10 +1,8 @@
 """Programs with chance in them: each point simulated several times over, each time a run of its own."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import fmean
-
-import numpy as np
 
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome, Replicates
@@ -42,23 +40,3 @@ def _mean(replicates: Sequence[Outcome]) -> Outcome:
 
 def _values(done: Sequence[Outcome], response: str) -> tuple[float, ...]:
     return tuple(value for outcome in done if (value := outcome.of(response)) is not None)
-
-
-@dataclass(frozen=True)
-class Scatter:
-    """The standard deviation of the mean over replicates, as a share of it, with its degrees of freedom."""
-
-    share: float
-    df: int
-
-
-def pooled(outcomes: Sequence[Outcome], response: str = FIRST) -> Scatter | None:
-    """Return the scatter of means over replicates, pooled over points; None where nothing was repeated."""
-    drawn = [outcome.replicates.of(response) for outcome in outcomes if outcome.replicates is not None]
-    groups = [np.array(values) for values in drawn if len(values) > 1]
-    df = sum(len(values) - 1 for values in groups)
-    if not df or any(values.mean() == 0.0 for values in groups):
-        return None
-    square = sum(float(np.sum((values / values.mean() - 1.0) ** 2)) for values in groups) / df
-    times = sum(map(len, groups)) / len(groups)
-    return Scatter(float(np.sqrt(square / times)), df)

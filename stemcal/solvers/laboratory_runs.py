@@ -25,7 +25,7 @@ from stemcal.laboratory import (
     ThreePointBending,
 )
 from stemcal.laboratory.build import integration
-from stemcal.run_warnings import Buckles, MaximumNotPassed, RunWarning
+from stemcal.note import Note
 from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
@@ -120,7 +120,7 @@ class Performed:
     """What the tests of a run gave: responses by the study's names, warnings, and what the record keeps of each."""
 
     responses: dict[str, float]
-    warnings: tuple[RunWarning, ...]
+    warnings: tuple[Note, ...]
     details: dict[str, Any]
 
     def beside(self, other: Performed) -> Performed:
@@ -167,7 +167,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
         If one fails, or ends before it has given what was measured.
     """
     responses: dict[str, float] = {}
-    warnings: list[RunWarning] = []
+    warnings: list[Note] = []
     details: dict[str, Any] = {}
     for section, test in tests:
         try:
@@ -184,10 +184,12 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
     return Performed(responses, tuple(dict.fromkeys(warnings)), details)
 
 
-def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[RunWarning]:
+def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
     """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
-    needs_maximum, late = not BEFORE_MAXIMUM.issuperset(measured), (MaximumNotPassed, Buckles)
-    return [warning for warning in result.warnings if needs_maximum or not isinstance(warning, late)]
+    needs_maximum = not BEFORE_MAXIMUM.issuperset(measured)
+    return [
+        warning for warning in result.warnings if needs_maximum or warning.kind not in ("maximum_not_passed", "buckles")
+    ]
 
 
 def kept(result: LaboratoryResult) -> Mapping[str, Any]:

@@ -15,7 +15,6 @@ from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
-from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ class StageResult(Spread):
     shown: ClassVar[tuple[str, ...]] = ()
     """The attributes that a result is shown with."""
     head: Head
-    notes: tuple[Note, ...]
+    notes: tuple[Any, ...]  # of the kinds of `stemcal.notes`, or of the one class of `stemcal.note`
 
     @property
     def naming(self) -> Naming:

@@ -9,6 +9,7 @@ from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
 from stemcal.naming import Named
 from stemcal.notes import Weight
+from stemcal.numbers import fixed, interval, short, significant, unit_written
 from stemcal.stages.invert.result import (
     Certainty,
     FlatDirection,
@@ -19,14 +20,11 @@ from stemcal.stages.invert.result import (
     MachineFound,
     PriorRow,
     PriorUnused,
-    ProcessesTaken,
-    SolvedByProcess,
     UnequalScatter,
 )
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
-from stemcal.text.numbers import fixed, interval, short, significant, unit_written
 
 if TYPE_CHECKING:
     from stemcal.stages.mesh.result import MeshResult
@@ -224,13 +222,6 @@ def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
         yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
-        if part.posterior is not None and part.posterior.is_rough:
-            rough = (
-                "The chains of the posterior are only {length:.0f} autocorrelation times long ({samples:.0f} "
-                "independent samples): its intervals are rough."
-            )
-            fields = {"length": part.posterior.chain_length, "samples": part.posterior.effective_samples}
-            yield Remark(say(rough, **fields), Weight.TRUST, "short_chains", claims=True)
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:
@@ -312,8 +303,7 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     said = names.say(
         test if tests else each if several else response, condition=condition.long if condition else "", error=error
     )
-    after = "The ranges were chosen after the measured values were known: that is not an independent check."
-    return [said, say(after)] if joint.ranges_chosen == "after" else [said]
+    return [said]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
@@ -353,18 +343,6 @@ _WEIGHTS = {
     "misfit": "No SD was given: relative weights are equal, and the misfit of the fit itself gives the scatter.",
     "surface": "No SD was given: the measured values are treated as exact, and only the surface's own error counts.",
 }
-
-states(
-    SolvedByProcess,
-    "The quadratic reaches {low:.4g} to {high:response} only, but it predicts its own runs badly (predicted R² "
-    "{quadratic_predicted_r2:fixed 3}). A Gaussian process predicts them better ({process_predicted_r2:fixed 3}) and "
-    "may reach the target: the values are where it does. Confirm them with `refine: {{model: process}}`.",
-)
-states(
-    ProcessesTaken,
-    "For {count} of the {of} measured means a Gaussian process takes the quadratic's place: it predicts runs left out "
-    "clearly better.",
-)
 
 
 def _machine_told(note: MachineFound) -> str:

@@ -33,8 +33,6 @@ SENTENCES = {
     "point; dashed: ±1, dotted: the reach of the design. Its error is left out here.",
     "profiles": "Profile of each factor, the others free. Where the curve is below the dashed line (shaded) lies the "
     "95 % range; vertical line: the calibrated value.",
-    "posterior": "Posterior of the parameters with uniform priors over the region; dashed: 95 %.",
-    # validation
     "validation": "Measured and simulated {long}.",
     "validation ringed": "Measured and simulated {long}; the ringed {condition} is the calibration's.",
     "validation together": "Measured and simulated {long}; the parameters are fitted to the ringed together.",

@@ -1,7 +1,7 @@
 """What is said of decks: the force that one is to give, beside the study's."""
 
+from stemcal.numbers import significant
 from stemcal.text.language import say
-from stemcal.text.numbers import significant
 
 # So near the study's force needs no remedy, as a share of it.
 _NEAR = 0.1

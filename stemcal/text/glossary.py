@@ -121,18 +121,11 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("joint fit", "One set of parameters for several diameters, or several responses, at once, weighted by how "
           "well each is known.",
           _MM, ("joint",)),
-    Entry("posterior", "What remains possible once the measurements are known, as samples of the parameters; before, "
-          "every point of the region counted the same.",
-          "J. Goodman, J. Weare, Comm. Appl. Math. Comp. Sci. 5 (2010) 65"),
     Entry("refinement", "Simulate at the solution, correct the surface by what it was off there, solve again, until "
           "the simulated response meets the target.", "C. G. Broyden, Math. Comp. 19 (1965) 577", ("refine",)),
-    Entry("Welch's test", "Does the simulated response differ from the measured mean by more than the scatter? A large "
-          "p is no proof of agreement.", "B. L. Welch, Biometrika 34 (1947) 28", ("welch", "p_different")),
     Entry("verdict", "The outcome of a study by stated rules: calibrated, with reservations or not calibrated, with "
           "the reasons and the step that mends each. Where it is not calibrated no interval is shown.", _MM,
           ("calibrated", "with_reservations", "not_calibrated")),
-    Entry("equivalence test", "Shows that two means agree within a margin (two one-sided tests), if it can be shown.",
-          "D. J. Schuirmann, J. Pharmacokinet. Biopharm. 15 (1987) 657", ("tost", "equivalence", "p_equivalent")),
     # ---- laboratory
     Entry("grade", "A class of stems by diameter: from half a step below to half a step above.",
           "the wild chrysanthemum study, section 2.3"),

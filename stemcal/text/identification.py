@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 
 from stemcal.naming import FIRST
+from stemcal.numbers import interval, significant
 from stemcal.overview.identify import Combination, Expected, Identified, MaximumOutOfReach, ScatterAssumed
 from stemcal.text.calibration import change, with_unit
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentences, states
-from stemcal.text.numbers import interval, significant
 
 _WORTH_TELLING = 0.005  # of the specimens
 

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 from stemcal.measured import remarks as lab
+from stemcal.numbers import significant
 from stemcal.study.model.measured_targets import Mean
 from stemcal.text.language import all_of, say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, states
-from stemcal.text.numbers import significant
 
 _MOST = 10
 

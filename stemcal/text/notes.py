@@ -6,6 +6,7 @@ from functools import singledispatch
 from operator import attrgetter
 from typing import Any, TypeVar
 
+from stemcal import note as note_
 from stemcal.files.typed import Tagged
 from stemcal.notes import Note, Weight
 from stemcal.text.names import Names
@@ -72,6 +73,11 @@ def _decides(path: str, fact: Tagged, names: Names) -> Any:
     return attrgetter(rest)(names) if root == "names" else attrgetter(path)(fact) if path else None
 
 
-def remark(note: Note, names: Names) -> Remark:
+_WEIGHTS = {"error": Weight.NUMBERS, "warning": Weight.NUMBERS, "caution": Weight.TRUST, "info": Weight.ASIDE}
+
+
+def remark(note: Note | note_.Note, names: Names) -> Remark:
     """Return a note as a sentence that knows its weight."""
+    if isinstance(note, note_.Note):
+        return Remark(str(note), _WEIGHTS[note.severity], note.kind)
     return Remark(sentence(note, names), note.weight, note.kind, note.claims)

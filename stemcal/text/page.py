@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 
 from stemcal.executors.code import code_version
+from stemcal.numbers import short
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
 from stemcal.study.model import Study
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
-from stemcal.text.numbers import short
 from stemcal.version import __version__
 
 _FOLLOWING = ("climb", "refine", "transfer")  # their runs follow from each other; a failed one is answered by the next

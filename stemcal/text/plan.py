@@ -1,13 +1,13 @@
 """What is said of a plan: what designs can find, what a study takes, what is too much."""
 
 from stemcal.executors import machine
+from stemcal.numbers import duration, in_bytes
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence, sentences, states
-from stemcal.text.numbers import duration, in_bytes
 
 
 def total(found: plan.Plan) -> list[str]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from stemcal.notes import Weight
-from stemcal.stages.refine.result import LearntProcess, RefineResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark
@@ -37,8 +37,6 @@ def remarks(stage: RefineResult, names: Names) -> list[Remark]:
 
 
 def _of_numbers(stage: RefineResult, names: Names) -> Iterator[Remark]:
-    if stage.process is not None:
-        yield Remark(_proposed(stage.process), Weight.TRUST, "process_proposed")
     if any(row.iteration == 1 and row.inside_interval is False for row in stage.rows):
         yield Remark(_outside(stage, names), Weight.USE, "first_outside")
     if stage.stopped is not None:
@@ -49,16 +47,6 @@ def _of_numbers(stage: RefineResult, names: Names) -> Iterator[Remark]:
     if stage.iteration > 1:
         found = "The point is the one found by simulation, no longer the one that the rule of `invert` chose."
         yield Remark(say(found), Weight.ASIDE, "found_by_simulation")
-
-
-def _proposed(process: LearntProcess) -> str:
-    none = "A Gaussian process through {runs} runs proposed the points."
-    alone = "A Gaussian process through {runs} runs proposed the points; its predicted R² is {q2:.3f}."
-    both = (
-        "A Gaussian process through {runs} runs proposed the points; its predicted R² is {q2:.3f}, that of the "
-        "quadratic surface through the design's runs {quadratic_q2:.3f}."
-    )
-    return say(none if process.q2 is None else alone if process.quadratic_q2 is None else both, **vars(process))
 
 
 def _outside(stage: RefineResult, names: Names) -> str:

@@ -1,10 +1,10 @@
 """What is said of a failure strain over element size, on the terminal and in the files for other programs."""
 
 from stemcal.executors.code import code_version
+from stemcal.numbers import significant
 from stemcal.stages.regularise import HIGHEST, LOWEST, VALID, Regularisation, Regularised
 from stemcal.study.model import Study
 from stemcal.text.language import all_of, say
-from stemcal.text.numbers import significant
 
 
 def material_lines(study: Study, found: Regularisation, row: Regularised, force: float) -> list[str]:

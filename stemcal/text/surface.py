@@ -45,13 +45,6 @@ def certainty(stage: SurfaceResult, names: Names) -> list[str]:
     return [explained, names.say(untested if p is None else misses if p < 0.05 else fits, p=p)]
 
 
-RIVALS = {
-    "quadratic": "Quadratic surface",
-    "gaussian_process": "Gaussian process",
-    "neural_network": "Neural network",
-}
-
-
 def remarks(stage: SurfaceResult, names: Names) -> list[Remark]:
     """Return what a surface says beside its tables."""
     said = [remark(note, names) for note in stage.notes]
@@ -73,8 +66,6 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield Remark(names.say(withheld, **fields), Weight.TRUST, "shares_withheld")
     if stage.box_cox is not None and stage.box_cox.advised != 1.0:
         yield Remark(_box_cox(stage.box_cox, names), Weight.TRUST, "box_cox")
-    if stage.second_opinion is not None and stage.second_opinion.process_is_better:
-        yield Remark(_second_opinion(stage, names), Weight.TRUST, "second_opinion")
     by_chance = isinstance(stage.pure_error, ScatterOfSeeds | EqualSeeds)
     if stage.pure_error is not None and (by_chance or stage.lack_of_fit_testable):
         yield remark(stage.pure_error, names)
@@ -136,15 +127,6 @@ def _box_cox(found: BoxCox, names: Names) -> str:
         best=found.best,
         low=-3.0 if found.low is None else found.low,
         high=3.0 if found.high is None else found.high,
-    )
-
-
-def _second_opinion(stage: SurfaceResult, names: Names) -> str:
-    return names.say(
-        "A Gaussian process predicts the runs better than the quadratic (predicted R² {process_predicted_r2:.3f} "
-        "against {polynomial_predicted_r2:.3f}): it bends too little. Within the region of the runs they differ by "
-        "{typical_difference:response .3g} typically, {largest_difference:response .3g} at most.",
-        **vars(stage.second_opinion),
     )
 
 

@@ -22,11 +22,6 @@ LINES = {
     "region of the runs.",
     "curvature": "Negative: the {response} falls on both sides along that axis; the columns give its direction, coded.",
     "sobol": "Variance shares of the {response}",
-    "comparison": "Kinds of surface on the same runs",
-    "compared": "{runs} runs predicted from the others in {folds} folds, all runs of a point left out together; "
-    "R² of the fit: of the runs that it is fitted to. Network: mean of {networks}, {neurons} hidden units. "
-    "The calibration does not depend on this table.",
-    "passed over": "Of {count} more no prediction is compared: without them the quadratic cannot be fitted.",
     "uniform": "Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",
     "ridge": "Ridge of steepest ascent",
     "of another": "{title}: {response}",
@@ -46,10 +41,6 @@ LINES = {
     "left out": "Left out: predicted from a fit to the others.",
     "test left out": "Left out: predicted from a fit to the other tests. Others allow: where these put the mean, with "
     "95 %.",
-    "desired": "The most desirable point",
-    "desirability": "Overall desirability {overall:.3f} at {levels}.",
-    "product": "After Derringer and Suich: 0 at both ends, 1 at the measured mean; the product of all is largest "
-    "there.",
     "known": "How well the measurements fix the parameters",
     "profile": "95 % intervals by profile likelihood; free: half of the range or more remains possible.",
     "climb": "Steps towards the target",
@@ -84,11 +75,6 @@ LINES = {
     "of stems": "Travel and work of the blade from first touch to the maximum force.",
     "other place": "With the mesh at another place the {response} at {at:condition} lies within {range:responses} (95 "
     "%).",
-    "tested further": "Tests against the scatter of the further responses",
-    "tested": "Tests against the scatter of the measured {response}",
-    "tests": "Different: Welch's test. Equal: two one-sided tests; a small p shows agreement within the margin.",
-    "corrected": "With one scale for what the model misses",
-    "scaled": "Simulated times measured over simulated where else the parameters were fitted; 95 % of measured values.",
     # a transfer to another program
     "transferred": "Parameters for {there}",
     "alone": "What is not named stays as calibrated. The search ends at the first values within its tolerance; "

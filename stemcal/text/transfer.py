@@ -1,11 +1,11 @@
 """What a transfer says: what the parameters become in another program, and how near the response is there."""
 
 from stemcal.notes import Weight
+from stemcal.numbers import significant
 from stemcal.stages.transfer import result as facts
 from stemcal.text.language import say
 from stemcal.text.names import Names, program
 from stemcal.text.notes import Remark, remark, states
-from stemcal.text.numbers import significant
 
 
 def role(name: facts.Role) -> str:

@@ -1,15 +1,15 @@
 """What a validation says: its outcome, how sure it is, what formulas without mechanics reach, and its notes."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
-from stemcal.stages.validate.result import FromTable, RangesChosenAfter, TooFewForDiscrepancy, ValidateResult
+from stemcal.numbers import interval, significant
+from stemcal.stages.validate.result import FromTable, ValidateResult
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
-from stemcal.text.numbers import interval, significant
 
 _TRAVEL_APART = 50.0  # percent of the measured travel: beyond it is not the stem's alone
 
@@ -120,10 +120,8 @@ def remarks(stage: ValidateResult, names: Names) -> list[Remark]:
         *_fitted(stage, names),
         *_failed(stage, names),
         *_growth(stage),
-        *_tests(stage, names),
         *_travel(stage, names),
         *(Remark(said, elsewhere, "beside_formula") for said in _elsewhere(stage, names)),
-        *_scale(stage, names),
         *(remark(note, names) for note in stage.notes),
     ]
 
@@ -153,60 +151,10 @@ def _growth(stage: ValidateResult) -> Iterator[Remark]:
         yield Remark(say(template, measured=lab.value, simulated=model.value), Weight.ASIDE, "growth")
 
 
-def _tests(stage: ValidateResult, names: Names) -> Iterator[Remark]:
-    """Say what Welch's and the equivalence test show together."""
-    found = {
-        standing: [row.condition for row in stage.compared if row.standing == standing]
-        for standing in ("equal", "different", "open")
-    }
-    if not any(found.values()):
-        return
-    equal = "Equal within ±{margin:g} % (equivalence test): {places}."
-    none = "Nothing is shown to be equal within ±{margin:g} % (equivalence test)."
-    margin, places = stage.equivalent_within_percent, _listed(found["equal"], names)
-    said = say(equal if found["equal"] else none, margin=margin, places=places)
-    yield Remark(said, Weight.TRUST, "equal", claims=True)
-    if found["different"]:
-        template = "Different (Welch's test) and not shown to be equal: {places}."
-        yield Remark(say(template, places=_listed(found["different"], names)), Weight.USE, "different")
-    if found["open"]:
-        template = "Shown neither different nor equal, with too few specimens to tell: {places}."
-        yield Remark(say(template, places=_listed(found["open"], names)), Weight.TRUST, "open")
-
-
-def _listed(conditions: Sequence[float], names: Names) -> str:
-    """List comparisons by their condition; by the response where there is none."""
-    return names.conditions(conditions) if names.placed else names.response.long
-
-
-def _scale(stage: ValidateResult, names: Names) -> Iterator[Remark]:
-    """Say what the model misses, as one scale, and how well it predicts what it was not made of."""
-    if stage.discrepancy is None:
-        return
-    plain = (
-        "One scale for what the model misses: measured = {scale:.3f}·simulated, SD {sd_percent:.1f} % over "
-        "{conditions} fitted values of the {condition}."
-    )
-    smooth = (
-        "One scale for what the model misses, smooth over the {condition}: measured = {scale:.3f}·simulated, SD "
-        "{sd_percent:.1f} % over {conditions} fitted values."
-    )
-    held = "The 95 % interval predicted from the other fitted values holds the measured {response} at {held} of {of}."
-    found = stage.discrepancy
-    scale = names.say(smooth if found.smooth else plain, condition=names.condition.long, **vars(found))
-    counts = {"held": sum(stage.predicted), "of": len(stage.predicted)}
-    yield Remark(f"{scale} {say(held, response=names.response.long, **counts)}", Weight.TRUST, "discrepancy")
-
-
 states(
     ErrorTrend,
     "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
     "removes.",
-)
-states(
-    RangesChosenAfter,
-    "The ranges of the factors were chosen after seeing the measurements: what the fit leaves out in turn is not an "
-    "independent check either.",
 )
 states(
     BetterCurve,
@@ -217,14 +165,6 @@ states(
         "(AICc lower by {gain:.1f}).",
     },
     by="curve",
-)
-states(
-    TooFewForDiscrepancy,
-    "What the model misses needs {needed} fitted conditions with a measured {names.response.long} "
-    "(`{names.naming.fitted_at}`) to be estimated.",
-    "What the model misses needs {needed} fitted conditions with a measured {names.response.long} "
-    "(`{names.naming.fitted_at}`) to be estimated, since the parameters are seen in {count} directions.",
-    by="directions",
 )
 states(
     FromTable,

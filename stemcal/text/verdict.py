@@ -4,14 +4,14 @@ from typing import Any
 
 from stemcal.files.durable import plain
 from stemcal.files.typed import to_json
+from stemcal.numbers import fixed
 from stemcal.stages.base import stage_called
 from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
-from stemcal.text.calibration import change, counted, known_beforehand, with_unit
+from stemcal.text.calibration import change, counted
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names, program
 from stemcal.text.notes import sentence, states
-from stemcal.text.numbers import fixed, interval
 
 
 def word(verdict: Verdict) -> str:
@@ -176,13 +176,6 @@ def _(reason: rules.Conflict, names: Names) -> str:
     return names.say(placed if names.placed else plain, response=named.long, **fields)
 
 
-states(
-    rules.PriorConflict,
-    "The prior of {prior.factor:factor}, {known}, contradicts what was measured, which without it gives {allowed} "
-    "(p {prior.p:p}).",
-    known=lambda reason, _names: known_beforehand(reason.prior),
-    allowed=lambda reason, _names: with_unit(interval(reason.prior.allowed), reason.prior.unit),
-)
 states(
     rules.OutOfReach,
     "The measured {target:response g} is above what the ranges reach, {low:.4g} to {high:response}.",

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from commanding import REPLAY, ROOT, SMOKE, command
 
+from stemcal.numbers import significant
 from stemcal.solvers.embedded import simulate
 from stemcal.study.reading import load_study
-from stemcal.text.numbers import significant
 
 PAPER = ROOT / "configs" / "wild-chrysanthemum.yaml"
 

@@ -13,7 +13,7 @@ import pytest
 from commanding import REPLAY, SMOKE, command
 
 from stemcal.cutting.result import CuttingResult, ForceHistory
-from stemcal.run_warnings import InertiaInForce
+from stemcal.run_warnings import inertia_in_force
 
 THREE = SMOKE.with_name("three-tests.yaml")
 
@@ -47,7 +47,7 @@ def known_result() -> CuttingResult:
         deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
         energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
         contact_energy_percent=1.5, inertia_percent=0.1,
-        stroke_was_enough=True, warnings=(InertiaInForce(6.25, 0.5),), history=history,
+        stroke_was_enough=True, warnings=(inertia_in_force(6.25, 0.5),), history=history,
     )  # fmt: skip
 
 
@@ -171,11 +171,11 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 
     from stemcal.laboratory import LaboratoryResult
-    from stemcal.run_warnings import MaximumNotPassed
+    from stemcal.run_warnings import maximum_not_passed
     from stemcal.solvers import embedded
 
     curve = replace(
-        known_result(), stroke_was_enough=False, warnings=(MaximumNotPassed(0.83), InertiaInForce(6.25, 0.5))
+        known_result(), stroke_was_enough=False, warnings=(maximum_not_passed(0.83), inertia_in_force(6.25, 0.5))
     )
     responses = {"slope": 41.5, "axis_slope": 50.0, "maximum_force": 120.0, "travel": 0.6, "work": 60.0}
     monkeypatch.setattr(embedded, "perform", lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses}))

@@ -55,7 +55,7 @@ def folder(tmp_path: Path) -> StudyFolder:
 def test_what_is_saved_is_loaded(folder: StudyFolder) -> None:
     folder.save(record(message="Kraft fällt auf 0 N — 切割"))
     loaded = folder.load(KEY)
-    assert loaded == {"record_version": 3, **record(message="Kraft fällt auf 0 N — 切割")}
+    assert loaded == {"record_version": 4, **record(message="Kraft fällt auf 0 N — 切割")}
     assert folder.keys() == [KEY]
 
 
@@ -129,7 +129,7 @@ def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, mo
 
 
 RETYPED = {
-    "record_version": [4, "2", None],
+    "record_version": [3, "4", None],
     "identity": [{"solver": "another"}, [], None],
     "request": [{}, [], {"stage": "screen", "row": "0", "levels": {}, "condition": 8.0}],
     "status": ["done", 1],
@@ -143,7 +143,7 @@ RETYPED = {
 
 @pytest.mark.parametrize("name", [*RETYPED, "key"])
 def test_a_sealed_record_of_another_shape_is_set_aside(folder: StudyFolder, name: str) -> None:
-    whole = {"record_version": 3, **record()}
+    whole = {"record_version": 4, **record()}
     without = {key: value for key, value in whole.items() if key != name}
     for content in (without, *({**whole, name: value} for value in RETYPED.get(name, ["f" * 32, 1]))):
         folder.record_path(KEY).write_bytes(sealed(content).encode())

@@ -11,7 +11,6 @@ from pieces import RATIO, E, material, piece
 
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import Axial, LaboratoryResult, LaboratoryTest, build, perform
-from stemcal.run_warnings import Buckles, EnergyDrifts
 from stemcal.solvers import laboratory_runs
 
 LENGTH, YIELD, TANGENT, NU = 16.0, 15.0, 50.0, 0.3
@@ -112,7 +111,7 @@ def test_a_whole_piece_that_hardly_hardens_stays_straight(turn: float) -> None:
     quarter, whole = (perform(one) for one in pieces)
     for name in ("slope", "maximum_force", "work"):
         assert whole.responses[name] == pytest.approx(quarter.responses[name], rel=1e-3 if turn == 0.0 else 5e-3), name
-    assert not [one for one in (*quarter.warnings, *whole.warnings) if isinstance(one, Buckles)]
+    assert not [one for one in (*quarter.warnings, *whole.warnings) if one.kind == "buckles"]
 
 
 def test_lubricated_ends_are_held_where_the_planes_of_symmetry_cut_them() -> None:
@@ -134,22 +133,22 @@ def test_a_thin_wall_that_hardens_does_not_wrinkle() -> None:
     result = thin(TANGENT, 0.8)
     strength = YIELD + E * TANGENT / (E - TANGENT) * 0.03
     assert result.break_travel == pytest.approx(LENGTH * (1.0 - exp(-0.03 - strength / E)), rel=0.02)
-    assert not [one for one in result.warnings if isinstance(one, Buckles)]
+    assert not [one for one in result.warnings if one.kind == "buckles"]
     one_layer = thin(TANGENT, 0.8, through_wall=1)
     assert one_layer.break_travel is not None
     assert one_layer.break_travel < 0.75 * result.break_travel
-    assert [one for one in one_layer.warnings if isinstance(one, Buckles)]
+    assert [one for one in one_layer.warnings if one.kind == "buckles"]
 
 
 def test_a_thin_wall_that_hardly_hardens_wrinkles_and_says_so() -> None:
-    (warning,) = [one for one in thin(0.5, 0.9).warnings if isinstance(one, Buckles)]
+    (warning,) = [one for one in thin(0.5, 0.9).warnings if one.kind == "buckles"]
     assert warning.percent > 50.0
 
 
 def test_a_piece_that_does_not_widen_does_not_buckle() -> None:
     """At a Poisson's ratio of 0 it keeps its section until it yields: what there is of widening is rounding."""
     test = piece(Axial("compression", "lubricated"), material(YIELD, 0.5, 0.0), LENGTH, 0.1, 1.0)
-    assert not [one for one in perform(test).warnings if isinstance(one, Buckles)]
+    assert not [one for one in perform(test).warnings if one.kind == "buckles"]
 
 
 @pytest.mark.parametrize("ends", ["held", "lubricated"])
@@ -160,7 +159,7 @@ def test_energy_after_the_break_is_no_doubt_about_the_curve_before(ends: str) ->
     assert result.break_travel is not None
     assert result.energy_drift_percent < 0.1
     assert laboratory_runs.distrusted(result) is None
-    assert not [one for one in result.warnings if isinstance(one, EnergyDrifts)]
+    assert not [one for one in result.warnings if one.kind == "energy_drifts"]
 
 
 def test_a_piece_that_bursts_at_the_start_is_no_answer() -> None:

@@ -14,9 +14,10 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.note import Note
 from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
-from stemcal.run_warnings import HourglassEnergy, NothingDeleted, RunWarning
+from stemcal.run_warnings import hourglass_energy, nothing_deleted
 
 VOID = {"meta", "br", "link", "img"}
 
@@ -200,20 +201,20 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
 
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
-    def record(key: str, *warnings: RunWarning) -> RunRecord:
+    def record(key: str, *warnings: Note) -> RunRecord:
         return RunRecord(key, Details(warnings=warnings), None, Provenance())
 
     records = {
-        "screen 1": record("a", HourglassEnergy(16.3), HourglassEnergy(17.0)),
-        "screen 2": record("b", HourglassEnergy(17.1), NothingDeleted()),
-        "rsm 1": record("b", HourglassEnergy(17.1), NothingDeleted()),
+        "screen 1": record("a", hourglass_energy(16.3), hourglass_energy(17.0)),
+        "screen 2": record("b", hourglass_energy(17.1), nothing_deleted()),
+        "rsm 1": record("b", hourglass_energy(17.1), nothing_deleted()),
         "8 mm": record("c"),
     }
     assert run_warnings(records) == [
-        "2 of 3 runs, first screen 1: Hourglass energy is 16.3 % of internal energy. Refine the mesh or change "
-        "solver.hourglass.",
-        "1 of 3 runs, first screen 2: The material has no failure criterion: at the failure strain elements only lost "
-        "their shear stress, none was deleted.",
+        "2 of 3 runs, first screen 1: Hourglass energy is 16.3 % of internal energy. Use smaller elements "
+        "(solver.element_size).",
+        "1 of 3 runs, first screen 2: The material has no failure criterion: at the failure strain, elements lose "
+        "their shear stress but are not deleted.",
     ]
 
 

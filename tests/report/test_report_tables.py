@@ -11,11 +11,11 @@ from rich.console import Console
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
+from stemcal.numbers import significant
 from stemcal.report.tables.of_responses import from_means, further_table
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import drawn, stage_tables
 from stemcal.text.names import Names
-from stemcal.text.numbers import significant
 
 
 def printed(stage: Any, width: int = 80) -> str:
@@ -133,14 +133,3 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
     assert len(tables_of(stage)[0].foot) == 1
-
-
-def test_a_measured_scatter_without_its_number_of_specimens_has_no_number(stages: dict[str, Any], edited: Any) -> None:
-    def measure(content: dict[str, Any]) -> None:
-        content["rows"][0] |= {"sd": 6.0, "n": None}
-        content["rows"][1] |= {"sd": 7.0, "n": 5, "measured_low": 150.5, "measured_high": 167.9}
-        content["rows"][1] |= {"p_different": 0.04, "p_equivalent": 0.2}
-
-    (table,) = (s for s in tables_of(edited(stages["validate"], measure)) if s.title.startswith("Tests against"))
-    assert table.cells[0] == ("7", "120 ± 6", "–", "129.4", "–", "–")
-    assert table.cells[1] == ("8", "159.2 ± 7 (5)", "150.5 to 167.9", "169.0", "0.0400", "0.2000")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.runs.replicates import merged, pooled, repeated
+from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request
 
 
@@ -31,13 +29,3 @@ def test_a_failed_replicate_is_left_out_but_its_record_is_named():
     assert found.ok and found.response == 14.0 and found.keys == ("a", "b")
     (lost,) = merged([run(None, 0.0, "a"), run(None, 0.0, "b")], 2)
     assert not lost.ok and lost.response is None and lost.replicates == Replicates((), ("a", "b"))
-
-
-def test_scatter_of_the_mean_is_pooled_over_points():
-    """About 100 by ±1 and about 200 by ±4: relative squares 2·0.01² and 2·0.02² over 2 df; of a mean of two, half."""
-    points = merged([run(f, f, "k") for f in (99.0, 101.0, 196.0, 204.0)], 2)
-    found = pooled(points)
-    assert found is not None and found.df == 2
-    assert found.share == pytest.approx(((2 * 0.01**2 + 2 * 0.02**2) / 2 / 2) ** 0.5)
-    assert pooled(points, "bulk") == found
-    assert pooled([run(1.0, 1.0, "k")]) is None

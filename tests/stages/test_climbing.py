@@ -14,13 +14,13 @@ from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.numbers import fixed
 from stemcal.report.export.paper import paper_tables
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import read_result
 from stemcal.stages.results import Results
 from stemcal.study.reading import load_study
-from stemcal.text.numbers import fixed
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

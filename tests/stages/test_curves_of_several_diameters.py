@@ -108,7 +108,7 @@ def of_a_machine(z: float, scatter: float, stated_sd: float = 150.0) -> MachineF
     """Return what ten responses tell of a machine of 1500 N/mm, as stated, whose compliance is z·sd/k² less."""
     values = 100.0 + scatter * SD * RANDOM.normal(size=10) + z * GIVE
     observed = [
-        Observation(surface, y, spread, None, f"r{i}", None, "", {"stiffness": u})
+        Observation(surface, y, spread, None, f"r{i}", "", {"stiffness": u})
         for i, (surface, y, spread, u) in enumerate(zip(SURFACES, values, scatter * SD, GIVE, strict=True))
     ]
     misfit = misfit_of(observed)

@@ -128,7 +128,6 @@ def test_the_surface_stage_tells_its_shape(tmp_path: Path) -> None:
     assert len(stage["ridge"]) == 5 and stage["ridge"][0]["predicted"] == pytest.approx(100.0)
     assert stage["ridge"][-1]["radius"] == pytest.approx(8**0.25)
     assert stage["canonical"]["eigenvalues"][0] > 0.0
-    assert stage["second_opinion"]["largest_difference"] < 5.0
 
 
 def test_plan_tells_what_the_designs_can_find(tmp_path: Path) -> None:

@@ -13,11 +13,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.results import Results
-from stemcal.stages.validate.result import RangesChosenAfter, TooFewForDiscrepancy
-from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
@@ -87,15 +83,6 @@ def test_chosen_diameters_only(tmp_path: Path) -> None:
     assert len(folder.keys()) == 9 * 2
 
 
-def test_posterior_lies_in_the_file_if_asked_for(tmp_path: Path) -> None:
-    pytest.importorskip("emcee")
-    stage, _ = solved(tmp_path, "invert: {diameters: all, posterior: true}\n")
-    posterior = stage["certainty"]["posterior"]
-    low, high = posterior["intervals"]["yield_stress"]
-    assert low < 16.0 < high
-    assert len(posterior["samples"]["failure_strain"]) == 500
-
-
 def test_validation_simulates_the_joint_solution(tmp_path: Path) -> None:
     path, folder = tmp_path / "joint.yaml", StudyFolder(tmp_path / "out")
     path.write_text(spec("invert: {diameters: all}\n"), encoding="utf-8")
@@ -117,35 +104,3 @@ def test_other_diameters_make_the_surface_stale(tmp_path: Path) -> None:
 def test_a_diameter_without_a_force_is_named(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="no force is given for 9 mm"):
         make_study(tmp_path, TWO + "invert: {diameters: [8 mm, 9 mm]}\n")
-
-
-def test_ranges_chosen_after_the_forces_leave_no_check(tmp_path: Path) -> None:
-    before, _ = solved(tmp_path, "invert: {diameters: all}\n")
-    after, folder = solved(tmp_path, "invert: {diameters: all, ranges_chosen: after}\n")
-    assert (before["joint"]["ranges_chosen"], after["joint"]["ranges_chosen"]) == ("before", "after")
-    study = load_study(tmp_path / "joint.yaml")
-    checked = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
-    assert RangesChosenAfter() in checked.notes
-    verdict = verdict_of(study, folder, Results(validation=checked))
-    assert verdict.says("unchecked")
-
-
-def test_a_fit_in_two_directions_leaves_three_diameters_nothing_to_tell(tmp_path: Path) -> None:
-    _, folder = solved(tmp_path, "invert: {diameters: all, discrepancy: scale}\n")
-    study = load_study(tmp_path / "joint.yaml")
-    found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
-    assert found.discrepancy is None and all(row.corrected is None for row in found.rows)
-    assert TooFewForDiscrepancy(needed=4, directions=2) in found.notes
-
-
-@pytest.mark.parametrize("way", ["scale", "process"])
-def test_what_the_model_misses_over_four_diameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
-    nine = f"    - {{diameter: 9 mm, force: {104.0 * (9 / 8.0) ** 2 + 2.4 * 1.1:.6f} N, sd: 2 N, n: 6}}\n"
-    monkeypatch.setattr(f"{__name__}.SPEC", SPEC + nine)
-    _, folder = solved(tmp_path, f"invert: {{diameters: all, discrepancy: {way}}}\n")
-    study = load_study(tmp_path / "joint.yaml")
-    found = workflow.validate(study, folder, InlineExecutor(), solver=Growing())
-    assert found.discrepancy is not None and found.discrepancy.scale == pytest.approx(1.0, abs=1e-3)
-    assert all(row.corrected is not None for row in found.rows)
-    assert found.discrepancy.smooth is (way == "process") and found.predicted == [True] * 4
-    assert any(table.title == "With one scale for what the model misses" for table in tables_of(found))

@@ -149,13 +149,12 @@ def test_jointly_the_common_part_stands_apart(made: Made) -> None:
     assert len(mesh.rows) == 9
 
 
-def test_the_validation_has_the_mesh_in_its_tests(made: Made) -> None:
+def test_the_validation_shows_what_the_mesh_does(made: Made) -> None:
     validation, meshed = made()[2].validation, made(MESH)[2].validation
     assert validation is not None and meshed is not None
     for plain, row in zip(validation.rows, meshed.rows, strict=True):
         low, high = row.mesh_interval or (0.0, 0.0)
         assert low < (row.compared.simulated or 0.0) < high and plain.mesh_interval is None
-        assert (row.compared.p_equivalent or 0.0) > (plain.compared.p_equivalent or 0.0)
 
 
 def test_it_is_shown_and_comes_back_from_its_file(made: Made) -> None:

@@ -1,4 +1,4 @@
-"""A force in a wave, which no quadratic follows: the process judges what is within reach, and it is reached."""
+"""A force in a wave, which no quadratic follows: the verdict reports it, and refining corrects the force."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.result import ProcessesTaken, SolvedByProcess
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import OutOfReach, verdict_of
@@ -59,29 +58,22 @@ def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
 
 
 @pytest.mark.parametrize("phase", [0.5, 0.7, 0.9])
-def test_a_wave_reaches_what_the_quadratic_says_it_cannot(judge, phase: float) -> None:
-    """121 N of at most 124 N: the quadratic ends below 120 N, the simulation at the solution gives 121 N."""
+def test_a_target_above_the_quadratic_is_out_of_reach_and_the_surface_is_rough(judge, phase: float) -> None:
+    """121 N of at most 124 N: the quadratic ends below 120 N, and its residuals show that it does not follow."""
     verdict, results = judge(Wave(phase=phase), 121.0)
-    found = results.inversion
-    (note,) = (note for note in found.notes if isinstance(note, SolvedByProcess))
-    assert note.high < 121.0 and note.process_predicted_r2 > note.quadratic_predicted_r2 + 0.05
-    low, high = found.reachable
-    assert low == pytest.approx(76.0, abs=1.5) and high == pytest.approx(124.0, abs=1.5)
-    assert not verdict.says("out_of_reach") and not verdict.says("target_missed")
-    (row,) = results.validation.rows
-    assert row.compared.error_percent == pytest.approx(0.0, abs=1.0)
-
-
-def test_what_a_wave_does_not_reach_is_out_of_reach_by_the_process(judge) -> None:
-    verdict, results = judge(Wave(), 130.0)
     (reason,) = (reason for reason in verdict.reasons if isinstance(reason, OutOfReach))
-    assert results.inversion is None and verdict.verdict == "not_calibrated"
-    assert reason.high == pytest.approx(124.0, abs=1.5)
+    assert results.inversion is None and verdict.verdict == "not_calibrated" and reason.high < 120.0
+    assert verdict.says("rough_response")
 
 
-def test_refining_goes_on_from_there(judge) -> None:
-    verdict, results = judge(Wave(), 121.0, "refine: {model: process, tolerance_percent: 0.5}\n")
+def test_refining_corrects_what_the_quadratic_misses(judge) -> None:
+    """At the solution the surface is off by more than 2 %; refining brings the force within 0.5 %."""
+    missed, _ = judge(Wave(), 112.0)
+    assert missed.says("rough_response") and missed.says("target_missed")
+    verdict, results = judge(Wave(), 112.0, "refine: {tolerance_percent: 0.5}\n")
     assert results.refinement.converged and not verdict.says("target_missed")
+    (row,) = results.validation.rows
+    assert row.compared.error_percent == pytest.approx(0.0, abs=0.5)
 
 
 @dataclass(frozen=True)
@@ -98,18 +90,11 @@ class Waves(SpecSolver):
 
 
 @pytest.mark.parametrize("truth", [(0.1, 0.4), (-0.3, -0.3)])
-def test_a_joint_fit_takes_processes_where_the_quadratics_fail(judge, truth: tuple[float, float]) -> None:
-    """Three diameters, exact means: the quadratics miss a wave by 10 N and more, the processes find the truth."""
+def test_a_joint_fit_of_quadratics_that_fail_is_reported(judge, truth: tuple[float, float]) -> None:
+    """Three diameters, exact means: the quadratics miss the waves by 10 N and more."""
     waves = Waves()
     rows = [f"{{diameter: {d:g} mm, force: {waves.of(*truth, d):.6f} N, sd: 0.5 N, n: 10}}" for d in (7.0, 8.0, 10.0)]
     of_one = "forces: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]"
     spec = SPEC.replace(of_one, f"forces: [{', '.join(rows)}]").replace("runs: 14", "runs: 20")
-    verdict, results = judge(waves, 0.0, "invert: {diameters: all}\n", spec)
-    found = results.inversion
-    assert ProcessesTaken(3, 3) in found.notes
-    a, b = (found.point.solution["yield_stress"] - 15.0) / 5.0, (found.point.solution["failure_strain"] - 0.03) / 0.02
-    branch = (np.pi - 1.0) / 3.0 - truth[0]  # sin(3a + 0.5) takes each value twice
-    assert min(abs(a - truth[0]), abs(a - branch)) < 0.1 and b == pytest.approx(truth[1], abs=0.15)
-    assert max(abs(row.error_percent) for row in found.joint.rows) < 1.0
-    assert all(abs(row.compared.error_percent) < 3.0 for row in results.validation.rows)
-    assert not verdict.says("conflict") and not verdict.says("target_missed")
+    verdict, _ = judge(waves, 0.0, "invert: {diameters: all}\n", spec)
+    assert verdict.verdict != "calibrated" and verdict.says("rough_response")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.refine.loop import takes_process
 from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -117,29 +116,15 @@ class Stepped(FakeSolver):
         return Answer("ok", response=110.0 + 60.0 * math.tanh(3.0 * (a - 0.5 + 0.2 * b)))
 
 
-def test_a_process_proposes_batches_where_the_quadratic_fails(tmp_path: Path) -> None:
-    """The quadratic misses a step by 10 % and more; four points at a time bring the force within 0.5 %."""
-    options = "refine: {model: process, tolerance_percent: 0.5, budget: 20, batch: 4}\n"
+def test_a_step_that_the_quadratic_misses_is_corrected(tmp_path: Path) -> None:
+    """The quadratic misses the force by more than 3 %; refining brings it within 0.5 %."""
     design = "rsm: {factors: [yield_stress, failure_strain], design: latin-hypercube, runs: 16}\n"
-    study, folder = make_study(tmp_path, design + options), StudyFolder(tmp_path / "out")
-    solver = Stepped()
-    surface = workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    assert not takes_process(study.with_(refine={"model": "quadratic"}), surface)
-    opinion = surface.second_opinion
-    assert opinion is not None
-    for q2, better in ((0.99, True), (0.5, False)):
-        said = replace(opinion, polynomial_predicted_r2=0.8, process_predicted_r2=q2)
-        judged = replace(surface, second_opinion=said)
-        assert takes_process(study.with_(refine={"model": "better"}), judged) is better
+    study = make_study(tmp_path, design + "refine: {tolerance_percent: 0.5, budget: 20}\n")
+    folder, solver = StudyFolder(tmp_path / "out"), Stepped()
+    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
     workflow.invert(study, folder, solver=solver)
     found = workflow.refine(study, folder, InlineExecutor(), solver=solver)
     assert abs(found.rows[0].error_percent or 0.0) > 3.0
-    assert found.converged and abs(found.error_percent) <= 0.5 and len(found.rows) in (5, 9, 13)
-    assert {row.how for row in found.rows} == {"solution", "process"}
+    assert found.converged and abs(found.error_percent) <= 0.5
     a, b = (found.solution["yield_stress"] - 15.0) / 5.0, (found.solution["failure_strain"] - 0.03) / 0.02
     assert a == pytest.approx(0.5 - 0.2 * b, abs=0.01)
-    assert found.process is not None and found.process.runs == 16 + len(found.rows)
-    low, high = found.process.ranges["yield_stress"]
-    assert (low, high) == pytest.approx((15.0 + 5.0 * 0.3, 15.0 + 5.0 * 0.7), abs=0.6)
-    again = type(found).from_json(found.to_json())
-    assert again == found

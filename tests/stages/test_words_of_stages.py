@@ -117,7 +117,7 @@ def texts(folder: StudyFolder) -> Mapping[str, str]:
 CASES = {
     "no condition": spec_of(),
     "moisture": spec_of(MOISTURE, THREE),
-    "joint": spec_of(MOISTURE, THREE, "invert: {conditions: all, discrepancy: scale}\n"),
+    "joint": spec_of(MOISTURE, THREE, "invert: {conditions: all}\n"),
     "refined": spec_of(MOISTURE, THREE, "climb: {}\nrefine: {tolerance_percent: 0.01, budget: 3}\n"),
     "joint, refined": spec_of(MOISTURE, THREE, "invert: {conditions: [12, 16]}\nrefine: {budget: 4}\n"),
     "two responses": spec_of(

@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.refine.result import LearntProcess, RefineResult, RefineRow
+from stemcal.stages.refine.result import RefineResult, RefineRow
 from stemcal.stages.result import Head
 from stemcal.text import refinement
 from stemcal.text.names import Names
@@ -101,16 +101,3 @@ def test_a_loop_that_did_not_converge_names_the_remedy() -> None:
 def test_why_a_joint_loop_ended(stopped: Any, weight: Weight, words: str) -> None:
     sentence, found = said(replace(MANY, stopped=stopped))["stopped"]
     assert words in sentence and found is weight
-
-
-@pytest.mark.parametrize(
-    ("q2", "quadratic", "words"),
-    [
-        (None, 0.8, "A Gaussian process through 20 runs proposed the points."),
-        (0.95, None, "its predicted R² is 0.950."),
-        (0.95, 0.8, "its predicted R² is 0.950, that of the quadratic surface through the design's runs 0.800."),
-    ],
-)
-def test_a_process_tells_how_well_it_predicts(q2: float | None, quadratic: float | None, words: str) -> None:
-    process = LearntProcess({}, q2, quadratic, 20, {})
-    assert said(replace(ONE, process=process))["process_proposed"][0].endswith(words)

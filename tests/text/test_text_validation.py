@@ -6,21 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.doe.validation.comparison import BetterCurve
-from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
 from stemcal.stages.invert.certainty import Measured
 from stemcal.stages.validate.result import (
     FurtherRow,
-    RangesChosenAfter,
-    TooFewForDiscrepancy,
     ValidateResult,
 )
 from stemcal.text import validation
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, sentence
-from stemcal.text.results import remarks_of, shown_remarks
+from stemcal.text.results import remarks_of
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 ANGLE = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
@@ -104,7 +101,7 @@ def test_a_machines_travel_is_compared_with_the_simulated(results: Any) -> None:
     """3 to 5 mm at the machine, 0.7 mm in the model."""
 
     def with_travel(*measured: float) -> ValidateResult:
-        pairs = [FurtherRow.of(Measured(8.0, "travel", value), 0.7, 10.0, None) for value in measured]
+        pairs = [FurtherRow.of(Measured(8.0, "travel", value), 0.7) for value in measured]
         rows = [replace(row, further=Rows([pair])) for row, pair in zip(results.validation.rows, pairs, strict=False)]
         return replace(results.validation, rows=Rows(rows))
 
@@ -120,43 +117,3 @@ def test_failed_runs_are_named_by_their_condition(results: Any) -> None:
         "There is no simulated angle of repose at moisture 7, 8, 9, 10 and 11 %"
     )
     assert said(failed, ANGLE)["failed"].sentence == "There is no simulated angle of repose: the run failed."
-
-
-def test_what_the_tests_show_claims_agreement(results: Any) -> None:
-    stage = results.validation
-    standing = [(0.2, 0.01), (0.01, 0.3), (0.2, 0.3), (None, None), (0.5, 0.001)]
-    rows = [
-        replace(row, compared=replace(row.compared, p_different=p, p_equivalent=q))
-        for row, (p, q) in zip(stage.rows, standing, strict=True)
-    ]
-    tested = replace(stage, rows=type(stage.rows)(rows))
-    found = said(tested)
-    assert found["equal"].sentence == "Equal within ±10 % (equivalence test): 7 and 11 mm."
-    assert found["different"].sentence == "Different (Welch's test) and not shown to be equal: 8 mm."
-    assert found["open"].sentence.endswith("too few specimens to tell: 9 mm.")
-    assert "equal" not in [remark.kind for remark in shown_remarks(tested, holds=False)]
-    none = said(rows_with(stage, p_different=0.2, p_equivalent=0.2))
-    assert none["equal"].sentence == "Nothing is shown to be equal within ±10 % (equivalence test)."
-    assert said(rows_with(stage, p_different=0.2, p_equivalent=0.01), ANGLE)["equal"].sentence.endswith(
-        ": angle of repose."
-    )
-
-
-def test_one_scale_for_what_the_model_misses(results: Any) -> None:
-    scale = Discrepancy(1.0123, 6.78, 5)
-    rows = [replace(row, corrected=ScaledPrediction(1.0, (0.0, 200.0))) for row in results.validation.rows]
-    stage = replace(results.validation, discrepancy=scale, rows=type(results.validation.rows)(rows))
-    assert said(stage)["discrepancy"].sentence == (
-        "One scale for what the model misses: measured = 1.012·simulated, SD 6.8 % over 5 fitted values of the stem "
-        "diameter. The 95 % interval predicted from the other fitted values holds the measured maximum force at 2 of 5."
-    )
-    smooth = replace(stage, discrepancy=replace(scale, smooth=True))
-    assert "smooth over the stem diameter: measured = 1.012" in said(smooth)["discrepancy"].sentence
-    assert "needs 3 fitted conditions with a measured maximum force (`invert.diameters`)" in sentence(
-        TooFewForDiscrepancy(3, 1), NAMES
-    )
-    assert sentence(TooFewForDiscrepancy(4, 2), NAMES).endswith("since the parameters are seen in 2 directions.")
-
-
-def test_other_notes() -> None:
-    assert sentence(RangesChosenAfter(), NAMES).endswith("is not an independent check either.")

@@ -21,7 +21,6 @@ import numpy as np
 from stemcal.doe.calibration.misfit import Misfit
 from stemcal.doe.calibration.ridge import settled
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.regression.gaussian_process import fit_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
@@ -130,17 +129,9 @@ def missed(misfit: Misfit, trial: JointTrial) -> float:
 
 
 def through(misfit: Misfit, surfaces: Sequence[Surface], trial: JointTrial) -> Misfit:
-    """Take these surfaces, each moved up or down to pass through a trial; the weights stay.
-
-    A process is fitted anew to the runs of its surface.
-    """
+    """Take these surfaces, each moved up or down to pass through a trial; the weights stay."""
     moved = []
     for surface, observation, response in zip(surfaces, misfit.observations, trial.responses, strict=True):
-        if observation.process is not None:
-            process = fit_process(surface.design, surface.response)
-            mean = process.mean + response - float(process.predict(trial.coded)[0])
-            moved.append(replace(observation, process=replace(process, mean=mean)))
-            continue
         beta = surface.beta.copy()
         beta[0] += response - float(surface.predict(trial.coded)[0])
         moved.append(replace(observation, surface=replace(surface, beta=beta)))

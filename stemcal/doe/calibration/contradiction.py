@@ -69,7 +69,7 @@ def allowed_by_others(misfit: Misfit, region: Region, groups: Sequence[object]) 
         best = best_fit(others, region)
         rise = allowed_rise(misfit, others.value(best))
         for i in members:
-            middle, own = float(misfit.observations[i].model.predict(best)[0]), rise * misfit.whole_variance[i]
+            middle, own = float(misfit.observations[i].surface.predict(best)[0]), rise * misfit.whole_variance[i]
             low, high = _allowed(misfit, others, i, region, best)
             found[i] = (
                 middle - float(np.hypot(middle - low, own**0.5)),
@@ -87,7 +87,7 @@ def out_of_reach(misfit: Misfit, region: Region) -> list[int]:
 
 def _reached(misfit: Misfit, region: Region) -> Array:
     """Return the value nearest to each measured one that its own surface takes in the region."""
-    ends = [[float(o.model.predict(end)[0]) for end in extremes(o.model, region)] for o in misfit.observations]
+    ends = [[float(o.surface.predict(end)[0]) for end in extremes(o.surface, region)] for o in misfit.observations]
     return np.asarray(np.clip(misfit.measured, *np.array(ends).T))
 
 
@@ -98,7 +98,7 @@ def _within_reach(misfit: Misfit, region: Region) -> Misfit:
 
 def _allowed(misfit: Misfit, others: Misfit, i: int, region: Region, best: Array) -> tuple[float, float]:
     """Return the least and greatest ŷᵢ over the points that the other observations allow."""
-    surface, least = misfit.observations[i].model, others.value(best)
+    surface, least = misfit.observations[i].surface, others.value(best)
     rule = below(others, least + allowed_rise(misfit, least))
     cloud = region.cloud(9)
     held = np.vstack([best, cloud[others.many(cloud) <= least + allowed_rise(misfit, least)]])

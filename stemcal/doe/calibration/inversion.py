@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.levelset import extremes, level_points
-from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import RULES
 from stemcal.doe.calibration.solution_set import SolutionSet
 from stemcal.doe.designs.i_optimal import HalfSpace
-from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
@@ -71,7 +69,6 @@ def solve_target(
     rule: str = "least_coded_distance",
     unit: str = " N",
     within: tuple[HalfSpace, ...] = (),
-    priors: Sequence[Prior] = (),
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
@@ -87,8 +84,6 @@ def solve_target(
         Of the target, as it stands behind a number.
     within : half spaces
         Linear constraints on the coded factors; no point of the set breaks one.
-    priors : sequence of Prior
-        What is known of factors beforehand: the rule is then `most_probable` where it would be the least distance.
 
     Raises
     ------
@@ -97,14 +92,13 @@ def solve_target(
     """
     if rule not in RULES:
         raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
-    rule = "most_probable" if priors and rule == "least_coded_distance" else rule
     region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius, within)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    found = SolutionSet(surface, target, region, level_points(surface, target, region, ends), priors)
+    found = SolutionSet(surface, target, region, level_points(surface, target, region, ends))
     solutions = RULES[rule](found)
     point = assess_point(surface, solutions[0], low, high, radius)
     ranges = found.coded_ranges()
@@ -121,7 +115,7 @@ def solve_target(
 
 
 def assess_point(
-    surface: Surface | GaussianProcess,
+    surface: Surface,
     coded: ArrayLike,
     low: ArrayLike | None = None,
     high: ArrayLike | None = None,

@@ -48,14 +48,14 @@ def fit_jointly(misfit: Misfit, region: Region) -> JointFit:
     """
     x, flat = settled(misfit, region)
     x = nearest_alike(misfit, region, x) if misfit.df < 0 else x
-    least = misfit.value(x)
+    least, df = rise_by_priors(misfit, x) if misfit.tests_priors else (misfit.value(x), misfit.df)
     return JointFit(
         coded=x,
         predicted=misfit.predict(x)[0],
         errors_percent=misfit.errors_percent(x),
         misfit=least,
-        df=misfit.df,
-        p_value=chance_of(misfit, x) if misfit.tests else None,
+        df=df,
+        p_value=chance_of(misfit, x) if misfit.tests or misfit.tests_priors else None,
         flat=flat,
     )
 
@@ -85,10 +85,21 @@ def chance_of(misfit: Misfit, x: Array) -> float:
     from scipy.special import chdtrc, fdtrc
 
     least = misfit.value(x)
+    if misfit.tests_priors:
+        rise, count = rise_by_priors(misfit, x)
+        return float(fdtrc(count, misfit.scale_df, rise / count))
     if not np.isfinite(misfit.scale_df):
         return float(chdtrc(misfit.df, least))
     expected, form_df, df = misfit.moments(x)
     return float(fdtrc(form_df, df, least / expected))
+
+
+def rise_by_priors(misfit: Misfit, x: Array) -> tuple[float, int]:
+    """Return by how much priors raise the least misfit of data that gave their own scatter, and the number of priors.
+
+    Without them it equals its degrees of freedom.
+    """
+    return max(misfit.value(x) - misfit.scale_df, 0.0), len(misfit.priors)
 
 
 def leave_one_out(misfit: Misfit, region: Region, groups: Sequence[object] | None = None) -> list[float]:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
@@ -34,7 +33,7 @@ def coordinate(j: int, sign: float, k: int) -> Objective:
     return Objective(lambda x: sign * float(x[j]), lambda x: direction, lambda points: sign * points[:, j])
 
 
-def height(surface: Surface | GaussianProcess, sign: float) -> Objective:
+def height(surface: Surface, sign: float) -> Objective:
     """Make sign·ŷ small."""
     return Objective(
         lambda x: sign * float(surface.predict(x)[0]),
@@ -48,7 +47,7 @@ def squared_distance() -> Objective:
     return Objective(lambda x: float(x @ x), lambda x: 2.0 * x, lambda points: np.sum(points**2, axis=1))
 
 
-def extremes(surface: Surface | GaussianProcess, region: Region) -> tuple[Array, Array]:
+def extremes(surface: Surface, region: Region) -> tuple[Array, Array]:
     """Return the points of the region where ŷ is least and greatest."""
     cloud = region.cloud(_CLOUD)
     lowest = optimise(height(surface, 1.0), cloud, region)[0]

@@ -47,7 +47,6 @@ from stemcal.doe.calibration.levelset import Objective, optimise
 from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.regression.gaussian_process import GaussianProcess
 from stemcal.doe.regression.least_squares import Array, f_test
 from stemcal.doe.regression.mean_error import POOLED
 from stemcal.doe.regression.surface import Surface
@@ -59,14 +58,13 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
-_SEEN = 0.01
 UNEQUAL = 0.05
 """Level of the test that all diameters scatter alike."""
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it, or a process in its place; `kind` is what was measured.
+    """A measured mean with the surface that predicts it; `kind` is what was measured.
 
     Observations of the same `specimens`, by their name, have one covariance matrix, in which they are uncorrelated.
     `systematic` has, by its name, by how much one standard deviation of what moves all specimens alike moves the mean:
@@ -78,29 +76,16 @@ class Observation:
     sd: float | None = None
     n: int | None = None
     kind: str = FIRST
-    process: GaussianProcess | None = None
     specimens: str = ""
     systematic: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def model(self) -> Surface | GaussianProcess:
-        """What predicts the mean."""
-        return self.process or self.surface
-
-    @property
     def error_df(self) -> int:
         """Degrees of freedom behind the error of the prediction."""
-        if self.process is not None:
-            return len(self.process.response) - 1
         return self.surface.mean_error.df if self.surface.mean_error else 0
 
     def error_at(self, point: Array | None) -> float:
-        """Return the variance of the prediction at a point, or its mean over the runs; of a process that of left out.
-
-        A process knows its runs, and next to one it is sharp: what it is off by between them the runs left out tell.
-        """
-        if self.process is not None:
-            return float(np.mean(self.process.left_out**2))
+        """Return the variance of the prediction at a point, or its mean over the runs."""
         where = self.surface.design if point is None else point
         return 0.0 if self.surface.mean_error is None else float(np.mean(self.surface.mean_variance(where)))
 
@@ -184,6 +169,11 @@ class Misfit:
         return self.scatter not in ("misfit", "joint") and self.df > 0
 
     @property
+    def tests_priors(self) -> bool:
+        """Whether the least misfit tests the priors alone: the data have told their own scatter."""
+        return self.scatter == "joint" and bool(self.priors) and np.isfinite(self.scale_df)
+
+    @property
     def unequal(self) -> bool:
         """Whether the diameters scatter by different coefficients of variation."""
         p = self.equal_scatter_p
@@ -204,11 +194,6 @@ class Misfit:
         """Coefficients, a row per observation."""
         return np.array([observation.surface.beta for observation in self.observations])
 
-    @cached_property
-    def processes(self) -> list[tuple[int, GaussianProcess]]:
-        """The observations that a process predicts, with it."""
-        return [(i, o.process) for i, o in enumerate(self.observations) if o.process is not None]
-
     @property
     def k(self) -> int:
         """Number of factors."""
@@ -221,17 +206,11 @@ class Misfit:
 
     def predict(self, points: Array) -> Array:
         """Return ŷ, (m points, observations)."""
-        found = np.asarray(term_columns(points) @ self.beta.T)
-        for i, process in self.processes:
-            found[:, i] = process.predict(points)
-        return found
+        return np.asarray(term_columns(points) @ self.beta.T)
 
     def slopes(self, x: Array) -> Array:
         """Return J = ∂ŷ/∂x at one point, (observations, factors)."""
-        found = np.asarray(self.beta @ term_gradient(x))
-        for i, process in self.processes:
-            found[i] = process.gradient(x)
-        return found
+        return np.asarray(self.beta @ term_gradient(x))
 
     def errors_percent(self, x: Array) -> Array:
         """Return 100·(measured − ŷ)/measured at one point."""
@@ -245,6 +224,21 @@ class Misfit:
         """Return D of the observations alone at (m, k) points."""
         gap = self.measured - self.predict(points)
         return np.asarray((gap * self.weighed(gap)).sum(axis=1))
+
+    def log_likelihood(self, points: Array) -> Array:
+        """Return the log of the likelihood at (m, k) points, up to a constant, with the density of the priors.
+
+        −D/2 where the variances are known; Student's −((ν + m)/2)·ln(1 + D/ν) where they were estimated with ν degrees
+        of freedom; −(m/2)·ln D where they are known up to a common factor alone.
+        """
+        d, m = self.of_data(points), len(self.observations)
+        if not self.scale_known:
+            found = -0.5 * m * np.log(np.maximum(d, 1e-300))
+        elif np.isfinite(self.scale_df):
+            found = -0.5 * (self.scale_df + m) * np.log1p(d / self.scale_df)
+        else:
+            found = -0.5 * d
+        return np.asarray(found + sum(prior.log_density(points) for prior in self.priors))
 
     @cached_property
     def shared(self) -> Array:
@@ -311,18 +305,6 @@ class Misfit:
             return self
         known = self if self.scale_known else self.scaled(self.value(best_fit(self, region)))
         return replace(known, priors=tuple(priors))
-
-    def without_prior(self, prior: Prior) -> Misfit:
-        """Return it without one of its priors."""
-        return replace(self, priors=tuple(other for other in self.priors if other is not prior))
-
-    def directions_seen(self, x: Array) -> int:
-        """Return in how many directions of the factors the responses change by 1 % or more per coded unit.
-
-        Counted by the singular values of (∂ŷ/∂x)/ŷ.
-        """
-        slopes = self.slopes(x) / self.predict(x)[0][:, None]
-        return int(np.sum(np.linalg.svd(slopes, compute_uv=False) >= _SEEN))
 
     def objective(self, scale: float = 1.0) -> Objective:
         """Return D/scale as something to make small."""
@@ -543,7 +525,7 @@ def _tested_together(observations: Sequence[Observation]) -> list[Observation]:
     """
     found = list(observations)
     for kind in dict.fromkeys(o.kind for o in found):
-        mine = [i for i, o in enumerate(found) if o.kind == kind and o.process is None]
+        mine = [i for i, o in enumerate(found) if o.kind == kind]
         sums = np.zeros((2, 2))  # lack of fit and pure error: relative sum of squares, degrees of freedom
         for i in mine:
             rows = {row.source: row for row in found[i].surface.anova}

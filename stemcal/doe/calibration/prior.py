@@ -1,8 +1,8 @@
 """What is known of a factor beforehand: a normal or lognormal distribution of its value, in its own unit.
 
 With z = (v − μ)/σ of the value v, or z = (ln v − m)/s with s² = ln(1 + (sd/mean)²), m = ln(mean) − s²/2, a prior adds
-z² to the misfit D as one more measurement would, of known variance. The posterior density has the factor exp(−z²/2), of
-a lognormal prior exp(−z²/2)/v.
+z² to the misfit D as one more measurement would, of known variance. The likelihood has the factor exp(−z²/2), of a
+lognormal prior exp(−z²/2)/v.
 """
 
 from dataclasses import dataclass

@@ -5,8 +5,7 @@ data fix x̂ to σ = 1/√λ, and its interval is 2·σ·√(allowed rise) long.
 more the direction is flat: x̂ lies at whichever end of it the scatter of the laboratory has put it. In place of x̂ the
 point is taken that
 
-1. is nearest to the centre, along factors with a prior to what that says, among those that the data cannot tell from x̂
-   (D ≤ D_min + allowed rise), and
+1. is nearest to the centre among those that the data cannot tell from x̂ (D ≤ D_min + allowed rise), and
 2. from there has the least misfit at the same place along the flat directions: the floor of the valley.
 
 Where no scatter is known at all, a measured mean is taken to be good to 3 % for this question alone: with an exact mean
@@ -18,11 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.levelset import Objective, search_from
+from stemcal.doe.calibration.levelset import Objective, search_from, squared_distance
 from stemcal.doe.calibration.misfit import Misfit, best_fit, scale_of
 from stemcal.doe.calibration.profile import allowed_rise
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.calibration.solution_rules import away_from
 from stemcal.doe.regression.least_squares import Array
 
 _MEAN_GOOD_TO, _MOST = 0.03, 0.75
@@ -53,7 +51,7 @@ def nearest_on_floor(misfit: Misfit, region: Region, x: Array, flat: Array) -> A
     known = with_scatter(misfit, misfit.value(x))
     most = known.value(x) + allowed_rise(known, known.value(x))
     cloud = region.cloud(_CLOUD)
-    objective, distance = known.objective(scale_of(known, cloud)), away_from(known.priors)
+    objective, distance = known.objective(scale_of(known, cloud)), squared_distance()
     held = cloud[known.many(cloud) <= most]
     starts = [x, *held[np.argsort(distance.many(held), kind="stable")[:_STARTS]]]
     nearest = min((least_under(distance, start, region, below(known, most)) for start in starts), key=distance.value)

@@ -1,10 +1,8 @@
 """All points where the surface takes the target value, and the range of each factor over them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stemcal.doe.calibration.levelset import Objective, coordinate, optimise
-from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -18,7 +16,6 @@ class SolutionSet:
     target: float
     region: Region
     seeds: Array
-    priors: Sequence[Prior] = ()
 
     def best(self, objective: Objective) -> list[Array]:
         """Local optima over the solution set, best first."""

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import fit_least_squares
-from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.errors import UsageError
 from stemcal.naming import CUTTING, Naming
 from stemcal.notes import Note, Weight
 from stemcal.power_law import PowerLaw, fit_power_law
-
-EQUAL_BELOW = 0.05
-"""The level of both tests."""
 
 
 class ErrorTrend(Note, weight=Weight.USE):
@@ -36,9 +32,7 @@ class BetterCurve(Note, weight=Weight.ASIDE):
 class ValidationRow:
     """One diameter, or other condition; simulated and error are None where the run failed.
 
-    `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention. `measured_low` and
-    `measured_high` end the 95 % interval of the measured mean, `p_different` is Welch's, `p_equivalent` that of the
-    equivalence test: all None where sd and n of two or more specimens are not given.
+    `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention.
     """
 
     condition: float
@@ -49,19 +43,6 @@ class ValidationRow:
     simulation_error_percent: float | None = None
     sd: float | None = None
     n: int | None = None
-    measured_low: float | None = None
-    measured_high: float | None = None
-    p_different: float | None = None
-    p_equivalent: float | None = None
-
-    @property
-    def standing(self) -> Literal["equal", "different", "open"] | None:
-        """What the two tests say together; None where nothing could be tested."""
-        if self.p_different is None or self.p_equivalent is None:
-            return None
-        if self.p_equivalent < EQUAL_BELOW:
-            return "equal"
-        return "different" if self.p_different < EQUAL_BELOW else "open"
 
 
 @dataclass(frozen=True)
@@ -102,8 +83,6 @@ def compare_conditions(
     simulated: Sequence[float | None],
     calibration_condition: float | Sequence[float] | None,
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
-    margin_percent: float = 10.0,
-    simulated_scatter: tuple[float, float] | None = None,
     naming: Naming = CUTTING,
 ) -> Validation:
     """Compare responses; error = 100·(measured − simulated)/measured.
@@ -117,10 +96,6 @@ def compare_conditions(
         The diameter, or diameters, the parameters were fitted at: no independent check.
     scatter : sequence of (sd, n), optional
         Standard deviation and number of specimens of each measured force, None where unknown.
-    margin_percent : float
-        The difference, of the measured force, within which both count as equal.
-    simulated_scatter : (share, df), optional
-        Standard deviation of a simulated force as a share of it, by its mesh, and the degrees of freedom behind it.
     naming : Naming
         What response and condition are: forces over stems have exponents, and are looked through for a trend.
     """
@@ -128,7 +103,7 @@ def compare_conditions(
     if not len(conditions) == len(measured) == len(simulated):
         raise UsageError("validation: conditions, measured and simulated values differ in number")
     rows = tuple(
-        _tested(_row(float(d), float(m), s, calibration_condition, naming), *spread, margin_percent, simulated_scatter)
+        _row(float(d), float(m), s, calibration_condition, naming, *spread)
         for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)
     )
     done = [row for row in rows if row.error_percent is not None]
@@ -172,6 +147,8 @@ def _row(
     simulated: float | None,
     calibration: float | Sequence[float] | None,
     naming: Naming,
+    sd: float | None,
+    n: int | None,
 ) -> ValidationRow:
     if measured <= 0.0:
         where = f"{naming.response.text(measured)}{naming.at(condition)}"
@@ -179,28 +156,9 @@ def _row(
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role = "calibration" if fitted else "validation"
     if simulated is None or not np.isfinite(simulated):
-        return ValidationRow(condition, measured, None, None, role)
-    return ValidationRow(condition, measured, float(simulated), error_percent(measured, simulated), role)
-
-
-def _tested(
-    row: ValidationRow, sd: float | None, n: int | None, margin_percent: float, scatter: tuple[float, float] | None
-) -> ValidationRow:
-    """Add what the scatter of the measured mean says about the difference."""
-    simulated = row.simulated
-    if simulated is None:
-        return replace(row, sd=sd, n=n)
-    row = replace(row, sd=sd, n=n, simulation_error_percent=-(row.error_percent or 0.0))
-    if not sd or n is None or n < 2:
-        return row
-    found = compare_with_simulated(Sample(row.measured, sd, n), simulated, margin_percent, scatter)
-    return replace(
-        row,
-        measured_low=found.low,
-        measured_high=found.high,
-        p_different=found.p,
-        p_equivalent=found.p_equivalent,
-    )
+        return ValidationRow(condition, measured, None, None, role, None, sd, n)
+    error = 100.0 * (measured - float(simulated)) / measured
+    return ValidationRow(condition, measured, float(simulated), error, role, -error, sd, n)
 
 
 def _error_slope(rows: Sequence[ValidationRow]) -> float | None:

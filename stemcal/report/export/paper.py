@@ -8,6 +8,7 @@ from typing import Any
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
 from stemcal.naming import FIRST, FORCE, Named, capital
+from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table, refine_table
@@ -18,7 +19,6 @@ from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.study.model import Factor, Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
-from stemcal.text.numbers import probability, short, significant, unit_written
 from stemcal.text.tables import line
 
 NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,

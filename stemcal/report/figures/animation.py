@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from stemcal.numbers import fixed
 from stemcal.outputs import refuse_link
 from stemcal.report.figures.fracture import colour_bar, draw_faces, section_faces, side_faces, strain_scale
 from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, new_figure
 from stemcal.solvers.film import Frame
-from stemcal.text.numbers import fixed
 
 Curve = tuple[Sequence[float], Sequence[float]]
 FRAMES_PER_SECOND = 6

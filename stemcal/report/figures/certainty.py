@@ -1,13 +1,11 @@
-"""Figures of how well the parameters are known: profiles of the misfit, and a corner plot of the posterior."""
+"""Figure of how well the parameters are known: profiles of the misfit."""
 
 from collections.abc import Mapping
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, legend_above, new_figure
-from stemcal.stages.invert.result import Certainty, InvertResult, PosteriorSummary
+from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.text.calibration import source
 from stemcal.text.names import Names
-
-_BINS = 24
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
@@ -44,30 +42,3 @@ def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
     curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
     points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])
-
-
-def corner(posterior: PosteriorSummary, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the posterior: a histogram per factor, and the samples of each pair; `labels` as for `profiles`."""
-    samples = posterior.samples
-    names = list(samples)
-    with new_figure(width=max(2.4, 1.8 * len(names)), height=max(2.2, 1.7 * len(names))) as figure:
-        for row, down in enumerate(names):
-            for column, across in enumerate(names[: row + 1]):
-                axes = figure.add_subplot(len(names), len(names), row * len(names) + column + 1)
-                if row == column:
-                    axes.hist(samples[across], bins=_BINS, color=BLUE)
-                    for end in posterior.intervals[across]:
-                        axes.axvline(end, color=FAINT, linestyle="--", linewidth=1)
-                    axes.set_yticks([])
-                else:
-                    axes.plot(samples[across], samples[down], ".", color=BLUE, markersize=2, alpha=0.5)
-                at_left, at_foot = column == 0 and row > 0, row == len(names) - 1
-                named = labels or {}
-                _label(axes, named.get(down, down) if at_left else "", named.get(across, across) if at_foot else "")
-    return figure
-
-
-def _label(axes: Axes, down: str, across: str) -> None:
-    axes.tick_params(labelsize=7, labelleft=bool(down), labelbottom=bool(across))
-    axes.set_ylabel(down, fontsize=8)
-    axes.set_xlabel(across, fontsize=8)

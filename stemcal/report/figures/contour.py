@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from stemcal.numbers import unit_written
 from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, frame_in_space, in_lines, new_figure, plain
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.text.numbers import unit_written
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
 LONGEST, LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
+from stemcal.numbers import fixed
 from stemcal.report.figures.fracture import (
     EDGE,
     WHOLE,
@@ -20,7 +21,6 @@ from stemcal.report.figures.fracture import (
 )
 from stemcal.report.figures.style import INK, Axes, Figure, new_figure
 from stemcal.solvers.film import Frame
-from stemcal.text.numbers import fixed
 
 Array = NDArray[np.float64]
 

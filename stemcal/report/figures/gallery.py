@@ -8,8 +8,9 @@ from pathlib import Path
 
 from stemcal.cutting.end_state import Shape
 from stemcal.naming import FIRST, Named
+from stemcal.numbers import short
 from stemcal.outputs import make_folder
-from stemcal.report.figures.certainty import corner, profiles
+from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.effects import half_normal, pareto
@@ -30,9 +31,8 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.text.captions import caption
 from stemcal.text.names import Names, program
-from stemcal.text.numbers import short
 
-CLAIMING = ("profiles", "posterior", "solutions")
+CLAIMING = ("profiles", "solutions")
 """Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""
 
 
@@ -155,9 +155,6 @@ def inversion_plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[st
     units = {name: with_unit(rsm, name, labels) for name in invert.point.solution}
     if known is not None:
         plots.append(Plot("profiles", "invert", caption(names, "profiles"), partial(profiles, invert, units)))
-    if known is not None and known.posterior is not None:
-        text = caption(names, "posterior")
-        plots.append(Plot("posterior", "invert", text, partial(corner, known.posterior, units)))
     exact, draw = caption(Names(), "solutions"), partial(solutions, rsm, invert, labels)
     return [*plots, Plot("solutions", "invert", exact, draw, detail=True)]
 

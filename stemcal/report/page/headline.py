@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from stemcal.numbers import significant, unit_written
 from stemcal.report.tables.of_parameters import cited_ranges
 from stemcal.stages.invert.result import InvertResult
 from stemcal.study.model import Study
-from stemcal.text.numbers import significant, unit_written
 
 
 @dataclass(frozen=True)

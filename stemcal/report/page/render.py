@@ -15,6 +15,7 @@ from stemcal.files.durable import write_durably
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import small
+from stemcal.numbers import short
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
 from stemcal.report.page.headline import headline
@@ -32,7 +33,6 @@ from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
-from stemcal.text.numbers import short
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
 from stemcal.text.verdict import uses, word

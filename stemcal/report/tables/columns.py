@@ -5,8 +5,8 @@ from typing import Any
 
 from stemcal.files.rows import Column
 from stemcal.naming import FIRST, FORCE, Named, Naming
+from stemcal.numbers import decimals, fixed, probability, short, significant
 from stemcal.text.names import Names
-from stemcal.text.numbers import decimals, fixed, probability, short, significant
 from stemcal.text.tables import failed
 
 Form = Callable[[Any], str]

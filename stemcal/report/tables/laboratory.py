@@ -3,12 +3,12 @@
 from stemcal.files.rows import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
+from stemcal.numbers import fixed, interval, short, significant
 from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
 from stemcal.report.tables.columns import to_decimals
 from stemcal.study.model.laboratory_tests import RESPONSES
 from stemcal.text.language import say
-from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 
 

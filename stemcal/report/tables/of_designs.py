@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.regression.rivals import NETWORKS, NEURONS, Comparison
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FIRST, FORCE, Named
+from stemcal.numbers import fixed, percent, probability, short, significant, unit_written
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
     condition,
@@ -31,9 +31,8 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.shape import Shape
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, percent, probability, short, significant, unit_written
 from stemcal.text.screening import standing
-from stemcal.text.surface import RIVALS, shape_name
+from stemcal.text.surface import shape_name
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -82,7 +81,6 @@ def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
     tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
     tables += [sobol_table(stage, names)] if stage.sobol else []
-    tables += [comparison_table(stage.comparison, names)] if stage.comparison else []
     return [*tables, *([ridge_table(stage, names)] if stage.ridge else [])]
 
 
@@ -188,22 +186,6 @@ def sobol_table(stage: SurfaceResult, names: Names) -> Table:
         Column("total", "Total", "%", to_decimals(1), lambda row: 100.0 * row.total),
     ]
     return Table.of(columns, stage.sobol, line("sobol", names), [line("uniform")], detail=True)
-
-
-def comparison_table(found: Comparison, names: Names) -> Table:
-    """Return how kinds of surface predict runs that they were not fitted to."""
-    response = names.response
-    columns = [
-        Column("method", "Surface", form=lambda method: say(RIVALS[method]), words=True),
-        Column("predicted_r2", "Predicted R²", form=to_decimals(4)),
-        Column("rms_error", "Root mean square error", response.written, significant),
-        Column("largest_error", "Largest error", response.written, significant),
-        Column("r2", "R² of the fit", form=to_decimals(4)),
-    ]
-    counts = {"runs": found.runs, "folds": found.folds, "networks": NETWORKS, "neurons": NEURONS}
-    foot = [line("compared", names, **counts)]
-    foot += [line("passed over", names, count=found.passed_over)] if found.passed_over else []
-    return Table.of(columns, found.rivals, line("comparison"), foot)
 
 
 def ridge_table(stage: SurfaceResult, names: Names) -> Table:

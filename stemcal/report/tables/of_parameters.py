@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
+from stemcal.numbers import fixed, interval, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import Interval
 from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, interval, significant
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:

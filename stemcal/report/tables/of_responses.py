@@ -1,20 +1,20 @@
-"""Tables of responses, measured beside predicted or simulated: of a joint fit, of the validation, of its tests."""
+"""Tables of responses, measured beside predicted or simulated: of a joint fit, of the validation."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.report.tables.columns import ERROR, Form, condition, level_list, measured_of, simulated, to_decimals
-from stemcal.stages.invert.result import Desired, JointFitted
+from stemcal.numbers import fixed, interval, short, significant
+from stemcal.report.tables.columns import ERROR, Form, condition, measured_of, simulated
+from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import fixed, interval, probability, short, significant
 from stemcal.text.tables import line
 
 
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
-    """Return measured against simulated, further responses, and what the measured scatter tells of both."""
+    """Return measured against simulated, and further responses."""
     naming, tables = names.naming, [validation_table(stage, names)]
     every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     further = from_means(every, names)
@@ -29,12 +29,8 @@ def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
             for row in further
             if row.get("mesh_interval") is not None
         ]
-        tables += [
-            further_table(further, ("simulated", "Simulated", significant), names, foot),
-            *_tests(further, names),
-        ]
-    tables += [_corrected_table(stage, names)] if stage.discrepancy is not None else []
-    return [*tables, *_tests([to_json(row) for row in stage.compared], names)]
+        tables.append(further_table(further, ("simulated", "Simulated", significant), names, foot))
+    return tables
 
 
 def validation_table(stage: ValidateResult, names: Names) -> Table:
@@ -72,16 +68,6 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     return Table.of(columns, rows, line("joint"), foot)
 
 
-def desired_table(desired: Desired, names: Names) -> Table:
-    """Return the most desirable point: between which values each response is wanted, and what it is there."""
-    labels = {"low": "From", "target": "Measured", "high": "To", "predicted": "Surface"}
-    columns = measured_of(names, True, [(key, label, significant) for key, label in labels.items()])
-    columns.append(Column("desirability", "Desirability", form=to_decimals(3)))
-    overall = line("desirability", overall=desired.overall, levels=level_list(desired.solution, names))
-    rows = from_means(map(to_json, desired.rows), names, "target")
-    return Table.of(columns, rows, line("desired"), (overall, line("product"), *_scores(names)))
-
-
 def further_table(
     rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
 ) -> Table:
@@ -96,44 +82,23 @@ def _scores(names: Names) -> list[str]:
     return [line("scores")] if any(named.apart for named in names.naming.responses) else []
 
 
-_VALUES = "target", "measured", "predicted", "simulated", "low", "high", "measured_low", "measured_high"
+_VALUES = "measured", "predicted", "simulated"
 _INTERVALS = "left_out_interval", "mesh_interval"
 
 
-def from_means(rows: Iterable[dict[str, Any]], names: Names, mean: str = "measured") -> list[dict[str, Any]]:
+def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, Any]]:
     """Return rows of responses; of one that counts so, how far values are from the measured mean."""
     found = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:
             values: dict[str, Any] = {
-                key: named.counted(row[key], row[mean]) for key in _VALUES if row.get(key) is not None
+                key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None
             }
             ends = {key: row[key] for key in _INTERVALS if row.get(key) is not None}
-            values |= {key: [named.counted(end, row[mean]) for end in pair] for key, pair in ends.items()}
+            values |= {key: [named.counted(end, row["measured"]) for end in pair] for key, pair in ends.items()}
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found
-
-
-def _tests(rows: list[dict[str, Any]], names: Names) -> list[Table]:
-    """Return the tests against the measured scatter, of one response or of one in each row; none without any test."""
-    if all(row.get("p_different") is None for row in rows):
-        return []
-    each = "response" in rows[0]
-    values = ("scatter", "Measured ± SD (n)", str), ("mean", "95 % of the mean", interval)
-    columns = measured_of(names, each, [*values, ("simulated", "Simulated", significant)])
-    columns += [
-        Column("p_different", "p different", form=probability),
-        Column("p_equivalent", "p equal", form=probability),
-    ]
-    for row in rows:
-        ends = row.get("measured_low"), row.get("measured_high")
-        row |= {
-            "scatter": with_scatter(row["measured"], row["sd"], row.get("n")),
-            "mean": None if None in ends else ends,
-        }
-    title, foot = line("tested further" if each else "tested", names), () if each else (line("tests"),)
-    return [Table.of(columns, rows, title, foot, claims=True)]
 
 
 def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
@@ -144,10 +109,3 @@ def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
     """
     written = short(mean) if sd is None else f"{short(mean)} ± {short(sd)}"
     return f"{written} ({n})" if sd is not None and n is not None else written
-
-
-def _corrected_table(stage: ValidateResult, names: Names) -> Table:
-    """Return what one scale for what the model misses predicts."""
-    rows = [vars(row.compared) | vars(row.corrected) for row in stage.rows if row.corrected is not None]
-    values = ("measured", "Measured", short), ("response", "Predicted", significant), ("interval", "95 %", interval)
-    return Table.of(measured_of(names, False, values), rows, line("corrected"), [line("scaled")], claims=True)

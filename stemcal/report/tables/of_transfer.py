@@ -1,11 +1,11 @@
 """Tables of a transfer: parameters for another program or mesh, what they give there, and its runs."""
 
 from stemcal.files.rows import Column, Table
+from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.regularise import HIGHEST, LOWEST, TOLERANCE, Regularisation, Regularised
 from stemcal.stages.transfer.result import TransferResult
 from stemcal.text.names import Names, program
-from stemcal.text.numbers import fixed, interval, short, significant
 from stemcal.text.tables import line
 from stemcal.text.transfer import role
 

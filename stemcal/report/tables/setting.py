@@ -5,11 +5,11 @@ from dataclasses import replace
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Named
+from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.growth import Growth
 from stemcal.text.language import say
-from stemcal.text.numbers import short, significant, unit_written
 from stemcal.text.tables import line
 
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Table
 from stemcal.files.typed import to_json
+from stemcal.numbers import significant
 from stemcal.report.tables.of_designs import effects_table, surface_tables
 from stemcal.report.tables.of_parameters import (
     budget_table,
@@ -17,12 +18,11 @@ from stemcal.report.tables.of_parameters import (
     mesh_table,
     refine_table,
 )
-from stemcal.report.tables.of_responses import desired_table, further_table, joint_table, validation_tables
+from stemcal.report.tables.of_responses import further_table, joint_table, validation_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.names import Names
-from stemcal.text.numbers import significant
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ def _transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
 def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
     """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
     tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
-    tables += [desired_table(stage.desirability, names)] if stage.desirability is not None else []
     tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
     if stage.joint is not None and stage.joint.further:
         predicted = "predicted", "Predicted", significant

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import capital
+from stemcal.numbers import duration, fixed, significant, unit_written
 from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import tables_of, visible
@@ -30,7 +31,6 @@ from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.numbers import duration, fixed, significant, unit_written
 from stemcal.text.screening import judgement
 from stemcal.text.tables import line
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.outputs import write_output
-from stemcal.run_warnings import NothingDeleted
+from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.deck.form import form_of
 from stemcal.solvers.openradioss.failure_reasons import (
@@ -160,7 +160,7 @@ def force_of_run(
     table, listing = f"{run}T01.csv", text_left(folder, f"{run}_0000.out")
     contact = contact_force(read_text(folder, table), options.interface)
     gone = deleted_elements(read_text(folder, f"{run}_0001.out"), text_left(folder, OUTPUT))
-    warnings = [] if deletes_elements(listing) else [NothingDeleted()]
+    warnings = [] if deletes_elements(listing) else [nothing_deleted()]
     return peak_answer(contact, options, loading, gone, warnings, modes)
 
 

@@ -9,7 +9,7 @@ from stemcal.cutting.result import break_row, moving_mean
 from stemcal.cutting.stroke import stroke_end
 from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.run_warnings import RunWarning
+from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
@@ -22,7 +22,7 @@ def peak_answer(
     options: DeckSolver,
     loading: LoadingSection,
     failed: Sequence[float] = (),
-    warnings: Sequence[RunWarning] = (),
+    warnings: Sequence[Note] = (),
     modes: CurveModes | None = None,
 ) -> Answer:
     """Return the peak of the filtered force until the stem breaks, as the embedded solver reports it.
@@ -31,7 +31,7 @@ def peak_answer(
     ----------
     failed : sequence of float
         When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
-    warnings : sequence of RunWarning
+    warnings : sequence of Note
         What else is to be known before the answer is used.
     modes : CurveModes, optional
         Those of the measured curves, which the filtered force until then is scored on.

@@ -1,30 +1,23 @@
-"""How well the measured means fix the parameters: profiles, intervals, posterior."""
+"""How well the measured means fix the parameters: profiles and intervals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
 from typing import Literal
 
-import numpy as np
-
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.posterior import Posterior, sample_posterior
 from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.prior_conflict import Agreement, agreements
-from stemcal.doe.calibration.process_inversion import ProcessSolution
 from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.gaussian_process import better_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.files.rows import Rows
 from stemcal.naming import CUTTING, FIRST, Named, Naming
-from stemcal.stages.invert.result import Certainty, PosteriorSummary, PriorRow, ProfileCurve
+from stemcal.stages.invert.result import Certainty, PriorRow, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study, Target
 
-SAMPLES_KEPT = 500
 # A factor that moves by so much of its half step, where another goes a whole one, is not fixed by itself.
 _MOVED = 0.25
 
@@ -73,13 +66,8 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return found
 
 
-def misfit_over(
-    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, jointly: bool = False
-) -> Misfit:
-    """Return the misfit of measured means, each with its surface, within a region.
-
-    In a joint fit a process takes the place of a surface where it predicts the runs left out clearly better.
-    """
+def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
+    """Return the misfit of measured means, each with its surface, within a region."""
     observations = [
         Observation(
             surface,
@@ -87,7 +75,6 @@ def misfit_over(
             mean.sd,
             mean.n,
             mean.response,
-            better_process(surface) if jointly else None,
             mean.specimens,
             mean.systematic,
         )
@@ -106,18 +93,14 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
     )
 
 
-def prior_rows(study: Study, coding: Coding, misfit: Misfit | None, region: Region) -> Rows[PriorRow]:
-    """Return every prior with how well the rest of a misfit agrees with it; untested without one."""
-    rows = []
-    untested = [Agreement(prior, None, None) for prior in priors_of(study, coding)]
-    for found in untested if misfit is None else agreements(misfit, region):
-        name, j = coding.names[found.prior.j], found.prior.j
-        known = study.factor(name).prior
-        assert known is not None
-        allowed = None if found.allowed is None else _natural(coding, j, *found.allowed)
-        unit = study.factor(name).unit
-        rows.append(PriorRow(name, known.kind, known.mean, known.sd, unit, known.source, found.p, allowed))
-    return Rows(rows)
+def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
+    """Return the priors of the factors of a surface, in their units."""
+    known = [(name, study.factor(name)) for name in coding.names]
+    return Rows(
+        PriorRow(name, factor.prior.kind, factor.prior.mean, factor.prior.sd, factor.unit, factor.prior.source)
+        for name, factor in known
+        if factor.prior is not None
+    )
 
 
 def certainty_of(
@@ -128,21 +111,9 @@ def certainty_of(
     Directions that change nothing are those at `point`, the solution.
     """
     best = best_fit(misfit, region)
-    posterior = _posterior(coding, misfit, region) if study.invert.posterior else None
     directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
     found = _told(study, coding, misfit, profiles_of(misfit, region, best), *directions)
-    return replace(found, source=source, posterior=posterior)
-
-
-def certainty_by_process(
-    study: Study, coding: Coding, found: ProcessSolution, slope: Array, misfit: Misfit
-) -> Certainty:
-    """Return what the calibration target leaves possible by a process with this gradient at the solution.
-
-    `misfit` tells what is known of the measured mean.
-    """
-    _, _, rows = np.linalg.svd(slope[None, :])
-    return _told(study, coding, misfit, found.profiles, rows[1:], rows[-1])
+    return replace(found, source=source)
 
 
 def _told(
@@ -197,24 +168,3 @@ def changes_along(coding: Coding, direction: Array) -> dict[str, float]:
 def _curve(coding: Coding, j: int, profile: Profile) -> ProfileCurve:
     values = tuple(_value(coding, j, value) for value in profile.values.tolist())
     return ProfileCurve(values, tuple(profile.rise.tolist()), profile.allowed)
-
-
-def _posterior(coding: Coding, misfit: Misfit, region: Region) -> PosteriorSummary:
-    found = sample_posterior(misfit, region)
-    ends = found.interval()
-    return PosteriorSummary(
-        mean={name: _value(coding, j, found.mean[j]) for j, name in enumerate(found.names)},
-        sd={name: float(coding.half_step[j] * found.sd[j]) for j, name in enumerate(found.names)},
-        intervals={name: _natural(coding, j, *ends[j].tolist()) for j, name in enumerate(found.names)},
-        correlation=tuple(map(tuple, found.correlation.tolist())),
-        acceptance=found.acceptance,
-        effective_samples=found.effective,
-        samples=_samples(coding, found),
-        chain_length=found.length,
-    )
-
-
-def _samples(coding: Coding, found: Posterior) -> dict[str, tuple[float, ...]]:
-    """Return a few samples by factor, natural units, for a corner plot."""
-    kept = coding.to_natural(found.thinned(SAMPLES_KEPT))
-    return {name: tuple(float(f"{value:.6g}") for value in kept[:, j]) for j, name in enumerate(found.names)}

@@ -6,7 +6,6 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 from collections.abc import Iterator, Sequence
 
 from stemcal.doe.calibration.contradiction import LEVEL, allowed_by_others, contradiction, out_of_reach
-from stemcal.doe.calibration.desirability import Aim, most_desirable
 from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
 from stemcal.doe.calibration.misfit import Misfit, best_fit
 from stemcal.doe.calibration.profile import chance_of_rise
@@ -29,8 +28,6 @@ from stemcal.stages.invert.certainty import (
 )
 from stemcal.stages.invert.result import (
     Contradicted,
-    Desired,
-    DesiredRow,
     FlatDirection,
     InvertResult,
     JointFitted,
@@ -39,7 +36,6 @@ from stemcal.stages.invert.result import (
     MachineFound,
     Mean,
     Point,
-    ProcessesTaken,
     UnequalScatter,
 )
 from stemcal.stages.result import Head, Interval
@@ -67,19 +63,27 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
     ]
 
 
+def misfit_of_study(study: Study, surface: SurfaceResult) -> Misfit:
+    """Return the misfit of everything that the parameters are fitted to, priors among it."""
+    region, jointly = surface.region(study), bool(study.joint_targets)
+    means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
+    surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
+    return misfit_over(means, surfaces, region).with_priors(priors_of(study, surface.scales), region)
+
+
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     region = surface.region(study)
     priors = priors_of(study, coding)
-    misfit = misfit_over(means, joint_surfaces(study, surface), region, jointly=True).with_priors(priors, region)
+    misfit = misfit_of_study(study, surface)
     fit = fit_jointly(misfit, region)
     first = measured_of(target, [FIRST], study.naming)
     if first[0] in means:
         single = misfit.alone(means.index(first[0]), fit.misfit)
     else:  # a joint fit may leave the force at the calibration diameter out
-        single = misfit_over(first, [surface.fitted], region, jointly=True).with_priors(priors, region)
-    point = Point.of(surface.assess(study, fit.coded, single.observations[0].process), coding)
+        single = misfit_over(first, [surface.fitted], region).with_priors(priors, region)
+    point = Point.of(surface.assess(study, fit.coded), coding)
     known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
     return InvertResult.of(
         study,
@@ -90,11 +94,9 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         rule="joint_least_squares",
         joint=_fitted(study, means, misfit, region, fit, coding),
         certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
-        priors=prior_rows(study, coding, misfit, region),
-        desirability=_desired(study, means, misfit, region, coding),
+        priors=prior_rows(study, coding),
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
-            *([ProcessesTaken(len(misfit.processes), len(means))] if misfit.processes else []),
             *machine_found(study.targets.machine, misfit, best_fit(misfit, region)),
             *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
@@ -122,25 +124,6 @@ def _stiffness(stated: float, sd: float, z: float) -> float | None:
     return 1.0 / compliance if compliance > 0.0 else None
 
 
-def _desired(study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, coding: Coding) -> Desired | None:
-    """Return the most desirable point of several responses, if it is wanted beside the fit."""
-    wanted = study.invert.desirability
-    if not (bool(study.own_further) if wanted is None else wanted):
-        return None
-    aims = []
-    for observation, mean in zip(misfit.observations, means, strict=True):
-        values = [mean.value, *observation.surface.response.tolist()]
-        aims.append(Aim(observation.model, min(values), mean.value, max(values)))
-    found = most_desirable(aims, region)
-    judged = zip(means, aims, found.predicted, found.each, strict=True)
-    rows = [
-        DesiredRow(m.condition, m.named.name, m.named.unit, aim.low, m.value, aim.high, predicted, d)
-        for m, aim, predicted, d in judged
-    ]
-    solution = coding.by_name(coding.to_natural(found.coded))
-    return Desired(solution, coding.by_name(found.coded), found.overall, Rows(rows))
-
-
 def _fitted(
     study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding
 ) -> JointFitted:
@@ -161,7 +144,7 @@ def _fitted(
         rows=rows,
         further=Rows(row for i, row in enumerate(every) if i not in responses),
         scatter="misfit" if misfit.scatter == "joint" else misfit.scatter,
-        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") else None,
+        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") or misfit.tests_priors else None,
         df=fit.df,
         p=fit.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),
@@ -173,7 +156,6 @@ def _fitted(
         out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(misfit, region)),
         separated=not len(fit.flat),
         presses_outwards=presses_outwards(misfit, region, fit.coded),
-        ranges_chosen=study.invert.ranges_chosen,
     )
 
 

@@ -10,14 +10,11 @@ from stemcal.doe.calibration.inversion import Assessment
 from stemcal.doe.calibration.misfit import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
-from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.notes import Note, Weight
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
-
-_LONG_ENOUGH = 50  # autocorrelation times, the rule of emcee
 
 
 class UnequalScatter(Note):
@@ -44,13 +41,6 @@ class MachineContradicted(MachineFound, weight=Weight.USE):
     """Were the spec right, fewer than 5 % of studies had curves as far from it; the interval is of these alone."""
 
 
-class ProcessesTaken(Note):
-    """A Gaussian process predicts so many of the means in place of the quadratic, whose runs left out it predicts."""
-
-    count: int
-    of: int
-
-
 class FlatDirection(Note, weight=Weight.USE):
     """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
 
@@ -65,18 +55,6 @@ class PriorUnused(Note):
     """Factors with a prior that the surface does not vary: they stay at mid-level."""
 
     factors: tuple[str, ...]
-
-
-class SolvedByProcess(Note, weight=Weight.USE):
-    """The quadratic reaches the target nowhere, the Gaussian process that predicts better may: the point is of that.
-
-    `low` and `high` are what the quadratic reaches; both predicted R² are given.
-    """
-
-    low: float
-    high: float
-    quadratic_predicted_r2: float | None
-    process_predicted_r2: float | None
 
 
 @dataclass(frozen=True)
@@ -115,42 +93,8 @@ class ProfileCurve:
 
 
 @dataclass(frozen=True)
-class PosteriorSummary:
-    """What remains possible, as some samples by factor and what all samples come to; units of the spec.
-
-    `chain_length` is in autocorrelation times.
-    """
-
-    mean: dict[str, float]
-    sd: dict[str, float]
-    intervals: dict[str, Interval]
-    correlation: tuple[tuple[float, ...], ...]
-    acceptance: float
-    effective_samples: float
-    samples: dict[str, tuple[float, ...]]
-    chain_length: float
-
-    @property
-    def is_rough(self) -> bool:
-        """Whether the chains are too short to trust."""
-        return self.chain_length < _LONG_ENOUGH
-
-    def to_inference_data(self) -> Any:
-        """Return the samples as `arviz.InferenceData`, one chain; needs the extra bayes."""
-        try:
-            import arviz
-        except ImportError:
-            raise UsageError('an InferenceData needs an extra: pip install "stemcal[bayes]"') from None
-        return arviz.from_dict(posterior={name: [list(values)] for name, values in self.samples.items()})
-
-
-@dataclass(frozen=True)
 class PriorRow:
-    """What was known of a factor beforehand, in its unit, and from where.
-
-    `p` is the probability that it lies so far from what the measurements and the other priors say, None where a process
-    has solved; where it is below 0.05, `allowed` is the interval that these give the factor without it.
-    """
+    """What was known of a factor beforehand, in its unit, and from where."""
 
     factor: str
     kind: Literal["normal", "lognormal"]
@@ -158,8 +102,6 @@ class PriorRow:
     sd: float
     unit: str
     source: str
-    p: float | None
-    allowed: Interval | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,7 +127,6 @@ class Certainty:
     loosest: dict[str, float] = field(default_factory=dict)
     directions: tuple[dict[str, float], ...] = ()
     unseen_changes: tuple[dict[str, float], ...] = ()
-    posterior: PosteriorSummary | None = None
     df: float | None = None
     units: dict[str, str]
 
@@ -241,7 +182,6 @@ class Contradicted:
 class JointFitted:
     """What a joint fit comes to; `rows` are of the force, `further` of the other responses.
 
-    `ranges_chosen` tells whether the factor ranges were chosen before or after the measured values were known.
     `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
     nowhere in the region. `separated` is False where the data leave a direction of the parameters flat;
     `presses_outwards` tells whether they ask for a point beyond the region.
@@ -258,35 +198,10 @@ class JointFitted:
     best_worst_error_percent: float
     best_worst_solution: dict[str, float]
     null: NullModel | None = None
-    ranges_chosen: Literal["before", "after"] = "before"
     contradiction: Contradicted | None = absent()
     out_of_reach: Rows[Mean] = absent(Rows())
     separated: bool = True
     presses_outwards: bool = False
-
-
-@dataclass(frozen=True)
-class DesiredRow:
-    """A response of the most desirable point: not wanted at all at `low` and `high`, most at `target`."""
-
-    condition: float
-    response: str
-    unit: str
-    low: float
-    target: float
-    high: float
-    predicted: float
-    desirability: float
-
-
-@dataclass(frozen=True)
-class Desired:
-    """The point where the product of all desirabilities is greatest, by Derringer and Suich; `overall` is its root."""
-
-    solution: dict[str, float]
-    coded: dict[str, float]
-    overall: float
-    rows: Rows[DesiredRow]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -317,7 +232,6 @@ class InvertResult(StageResult):
     belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
     certainty_alone: Certainty | None = absent()
-    desirability: Desired | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
     notes: tuple[Note, ...] = ()
 

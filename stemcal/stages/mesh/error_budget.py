@@ -1,4 +1,4 @@
-"""The scatter of the mesh carried into prediction, ranges, profiles and posterior of an inversion, and the budget."""
+"""The scatter of the mesh carried into prediction, ranges and profiles of an inversion, and the budget."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Carried:
         response = measured_of(target, [FIRST], study.naming)
         jointly = bool(study.joint_targets)
         means = measured_means(study) if jointly else response
-        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region, jointly)
+        plain = misfit_over(means, joint_surfaces(study, surface) if jointly else [surface.fitted], region)
         misfit = plain.with_mesh(mesh, fit_jointly(plain, region).misfit if jointly else 0.0, further)
         priors = priors_of(study, coding)
         misfit = misfit.with_priors(priors, region)
@@ -64,7 +64,7 @@ class Carried:
         alone = None
         if jointly:
             there = response[0] in means
-            own = misfit_over(response, [surface.fitted], region, jointly)
+            own = misfit_over(response, [surface.fitted], region)
             own = own.with_mesh(mesh, 0.0).with_priors(priors, region)
             single = misfit.only([means.index(response[0])]) if there else own
             alone = certainty_of(study, coding, single, region, "single", point)

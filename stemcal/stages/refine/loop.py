@@ -11,8 +11,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stemcal.doe.calibration import approach
-from stemcal.doe.calibration.infill import next_batch, possible
-from stemcal.doe.regression.gaussian_process import GaussianProcess, clearly_better, fit_process
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.comparison import error_percent
@@ -22,7 +20,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.stages.invert.certainty import measured_of, misfit_over, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.result import Iteration, LearntProcess, Place, RefineRow, ResponseRow, Stopped
+from stemcal.stages.refine.result import Iteration, Place, RefineRow, ResponseRow, Stopped
 from stemcal.stages.result import Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import SimulateAt
@@ -46,7 +44,7 @@ class Loop:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.trials: list[approach.JointTrial] = []
         self.surfaces = self._surfaces()
-        misfit = misfit_over(self.means, self.surfaces, self.region, jointly=not self.alone)
+        misfit = misfit_over(self.means, self.surfaces, self.region)
         self.misfit = misfit.with_priors(priors_of(study, self.coding), self.region)
         self.rows: list[RefineRow] = []
         self.iterations: list[Iteration] = []
@@ -112,13 +110,9 @@ class Loop:
         further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
-    def _model(self, i: int) -> Surface | GaussianProcess:
-        """Return what predicts a measured mean."""
-        return self.misfit.observations[i].process or self.surfaces[i]
-
     def _predicted(self, point: Array, i: int) -> tuple[float, Interval | None]:
         """Return the prediction of a measured mean, and the interval of one simulation."""
-        model = self._model(i)
+        model = self.surfaces[i]
         low, high = map(float, model.prediction_interval(point)[0])
         interval = (low, high) if math.isfinite(low) and math.isfinite(high) else None
         return float(model.predict(point)[0]), interval
@@ -192,51 +186,3 @@ class Loop:
     def best_trial(self) -> approach.JointTrial:
         """Return the trial of least misfit, the earliest of equals."""
         return min(self.trials, key=lambda trial: approach.missed(self.misfit, trial))
-
-
-# ---- on a Gaussian process: batches of points simulated together, where a quadratic bends too little
-
-
-def takes_process(study: Study, surface: SurfaceResult) -> bool:
-    """Whether a Gaussian process proposes the points: asked for, or better at the runs left out where that decides."""
-    model, opinion = (study.refine or RefineOptions()).model, surface.second_opinion
-    if model != "better" or opinion is None:
-        return model == "process"
-    return clearly_better(opinion.polynomial_predicted_r2, opinion.process_predicted_r2)
-
-
-class ProcessLoop(Loop):
-    """The loop to one force; the process is fitted anew after each batch."""
-
-    def run(self) -> None:
-        """Go on until a force is right, the budget is spent, or the process proposes nothing new."""
-        self._visit([self.coding.point(self.solution.point.coded)], "solution")
-        while True:
-            if any((entry.max_abs_error_percent or 0.0) <= self.options.tolerance_percent
-                   for entry in self.iterations if entry.misfit is not None):  # fmt: skip
-                self.stopped = "tolerance"
-                return
-            count = min(self.options.batch, self.options.budget - len(self.rows))
-            batch = next_batch(self._process(), self.solution.target, self.region, count) if count > 0 else []
-            if not batch:
-                return
-            self._visit(batch, "process")
-
-    def _process(self) -> GaussianProcess:
-        fitted = self.surfaces[0]
-        return fit_process(fitted.design, fitted.response)
-
-    def _model(self, i: int) -> GaussianProcess:
-        return self._process()
-
-    def learnt(self) -> LearntProcess:
-        """Return the process that has learnt from all runs, and where it leaves the target possible."""
-        process, names = self._process(), self.coding.names
-        ends = self.coding.to_natural(possible(process, self.solution.target, self.region).T).T
-        return LearntProcess(
-            scales=dict(zip(names, process.scales.tolist(), strict=True)),
-            q2=process.q2,
-            quadratic_q2=self.surface.predicted_r2,
-            runs=len(process.response),
-            ranges={name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)},
-        )

@@ -43,8 +43,7 @@ class RefineRow(Spread):
     """One run: where it was, what the surface had predicted, what came of it.
 
     `how` is ``solution`` (of the stage before), ``surface`` (the refitted one), ``bracket`` (between two simulated
-    points), ``process`` (of a batch that a Gaussian process proposed) or ``back`` (half-way back from a run that
-    failed). `condition`, `measured` and `further` are of joint fits.
+    points) or ``back`` (half-way back from a run that failed). `condition`, `measured` and `further` are of joint fits.
     """
 
     iteration: int
@@ -84,22 +83,6 @@ class Learnt:
     r2: float | None
 
 
-@dataclass(frozen=True)
-class LearntProcess:
-    """The Gaussian process through all runs, those of this stage among them.
-
-    `scales` has one length per factor, coded; `q2` is the share of the variance of the forces predicted by the other
-    runs, `quadratic_q2` what the surface reached before. `ranges` is where the target is within the process's 95 %
-    interval.
-    """
-
-    scales: dict[str, float]
-    q2: float | None
-    quadratic_q2: float | None
-    runs: int
-    ranges: dict[str, Interval]
-
-
 @dataclass(frozen=True, kw_only=True)
 class LearntOf(Spread):
     """The surface of one measured mean with the simulated points in it, and the variance that weighs it."""
@@ -136,7 +119,6 @@ class RefineResult(StageResult):
     iterations: Rows[Iteration] = absent(Rows())
     rows: Rows[RefineRow]
     surface: Learnt | None = absent()
-    process: LearntProcess | None = absent()
     surfaces: Rows[LearntOf] = absent(Rows())
     notes: tuple[Note, ...] = ()
 

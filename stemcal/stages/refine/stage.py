@@ -4,7 +4,7 @@ from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.loop import Loop, ProcessLoop, takes_process
+from stemcal.stages.refine.loop import Loop
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult
@@ -18,7 +18,7 @@ def refine(work: Work, head: Head) -> RefineResult:
     """Simulate at the solution and correct it until the response is right, at every condition of a joint fit."""
     surface, solution = work.result(SurfaceResult), work.result(InvertResult)
     simulate = work.simulating("refine", pictured=True)
-    loop = (ProcessLoop if takes_process(work.study, surface) else Loop)(work.study, surface, solution, simulate)
+    loop = Loop(work.study, surface, solution, simulate)
     loop.run()
     return closed(head, loop)
 
@@ -55,7 +55,6 @@ def closed(head: Head, loop: Loop) -> RefineResult:
         iterations=Rows(loop.iterations) if many else Rows(),
         rows=Rows(loop.rows),
         surface=None if many else learnt[0],
-        process=loop.learnt() if isinstance(loop, ProcessLoop) else None,
         surfaces=Rows(_learnt_of(loop, i, learnt[i]) for i in range(len(learnt))) if many else Rows(),
     )
 

@@ -15,11 +15,9 @@ from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.regression.gaussian_process import GaussianProcess, SecondOpinion, better_process
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
-from stemcal.doe.regression.rivals import Comparison
 from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -149,9 +147,7 @@ class SurfaceResult(StageResult):
     canonical: Shape | None = None
     ridge: Rows[RidgeRow] | None = None
     box_cox: BoxCox | None = None
-    second_opinion: SecondOpinion | None = None
     sobol: Rows[SobolIndex] = absent(Rows())
-    comparison: Comparison | None = absent()
     conditions: Rows[AtCondition] = absent(Rows())
     pure_error: Note | None = None
     deterministic: bool = absent(False)
@@ -201,14 +197,9 @@ class SurfaceResult(StageResult):
         found = assess_point(self.fitted, point, radius=self.radius)
         return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
 
-    @cached_property
-    def process(self) -> GaussianProcess | None:
-        """The process through the runs where it predicts runs left out clearly better than the surface; else None."""
-        return better_process(self.fitted)
-
-    def assess(self, study: Study, coded: Array, process: GaussianProcess | None = None) -> Assessment:
-        """Return what the surface, or a process, says of a coded point, and whether it lies in ranges and design."""
-        return assess_point(process or self.fitted, coded, *box_of(study, self.scales), self.radius)
+    def assess(self, study: Study, coded: Array) -> Assessment:
+        """Return the surface's prediction at a coded point, and whether it lies in ranges and design."""
+        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
 
     def region(self, study: Study) -> Region:
         """Return where a solution may lie: within the ranges that the surface was made in."""
@@ -238,9 +229,7 @@ class SurfaceResult(StageResult):
             canonical=None,
             ridge=None,
             box_cox=None,
-            second_opinion=None,
             sobol=Rows(),
-            comparison=None,
             conditions=Rows(),
             notes=fit.notes,
         )

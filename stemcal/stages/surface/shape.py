@@ -1,4 +1,4 @@
-"""What stands beside a surface: its shape, the scale its response asks for, a second opinion."""
+"""What stands beside a surface: its shape and the scale its response asks for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,6 @@ import numpy as np
 from stemcal.doe.regression.blocks import block_columns
 from stemcal.doe.regression.canonical import Canonical, analyse_shape, ridge_path
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.gaussian_process import SecondOpinion, second_opinion
 from stemcal.doe.regression.sobol import SobolIndex, sobol_indices
 from stemcal.doe.regression.surface import PREDICTS, Surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -50,17 +49,16 @@ class RidgeRow:
 
 @dataclass(frozen=True)
 class Beside:
-    """What stands beside a surface: its shape, the scale its response asks for, a second opinion."""
+    """What stands beside a surface: its shape and the scale its response asks for."""
 
     canonical: Shape
     ridge: Rows[RidgeRow]
     box_cox: BoxCox | None
-    second_opinion: SecondOpinion | None
     sobol: tuple[SobolIndex, ...]
 
 
 def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[str | None]) -> Beside:
-    """Return the shape of a surface, the scale its response asks for and a second opinion.
+    """Return the shape of a surface and the scale its response asks for.
 
     `blocks` are those of the runs that succeeded; the scale is judged with the same blocks as the fit has.
     """
@@ -69,14 +67,13 @@ def shape_of(study: Study, design: Design, surface: Surface, blocks: Sequence[st
     kept = [term in surface.terms for term in term_names(surface.names)]
     apart, _ = block_columns(blocks if any(blocks) else None, np.ones(len(surface.design), dtype=bool))
     scale = box_cox(np.column_stack([term_columns(surface.design)[:, kept], apart]), surface.response)
-    other = second_opinion(surface)
     by_name = design.coding.by_name
     ridge = [RidgeRow(p.radius, by_name(p.coded), p.predicted, p.standard_error) for p in ridge_path(surface, radii)]
     factors = [study.factor(name) for name in design.names]
     ends = (design.coding.to_coded([getattr(f, end) for f in factors]) for end in ("low", "high"))
     predicts = (surface.predicted_r2 or 0.0) >= PREDICTS
     indices = sobol_indices(surface.names, surface.beta.copy(), *ends) if predicts else ()
-    return Beside(_shape(design.coding, shape), Rows(ridge), scale, other, indices)
+    return Beside(_shape(design.coding, shape), Rows(ridge), scale, indices)
 
 
 def _shape(coding: Coding, found: Canonical) -> Shape:

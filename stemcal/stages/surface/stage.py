@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from stemcal.doe.regression.anova import in_sequence
 from stemcal.doe.regression.reduction import Reduction, reduce_surface
-from stemcal.doe.regression.rivals import compare_surfaces, require_networks
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
@@ -37,12 +36,7 @@ from stemcal.study.model import CodingEntry, Study, Target
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
 
-def _can_compare(_stage: str, study: Study, _solver: Solver) -> None:
-    if study.rsm.compare:
-        require_networks()
-
-
-@a_stage(SurfaceResult, _can_compare)
+@a_stage(SurfaceResult)
 def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
@@ -84,9 +78,7 @@ def _result(
         canonical=beside.canonical,
         ridge=beside.ridge,
         box_cox=beside.box_cox,
-        second_opinion=beside.second_opinion,
         sobol=Rows(beside.sobol),
-        comparison=compare_surfaces(fit) if study.rsm.compare else None,
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
     )

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_percent
-from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction
-from stemcal.doe.validation.equivalence import Sample, compare_with_simulated
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.runs.replicates import Scatter
 from stemcal.stages.result import Head, Interval, StageResult
 
 if TYPE_CHECKING:
@@ -25,19 +22,7 @@ class FromTable(Note, weight=Weight.USE):
     """The simulated responses are a table's and belong to its levels, not to this calibration."""
 
 
-class RangesChosenAfter(Note):
-    """The ranges were chosen after seeing the measurements, so leaving them out in turn is not an independent check."""
-
-
-class TooFewForDiscrepancy(Note):
-    """What the model misses takes more fitted conditions, since the parameters are seen in so many directions."""
-
-    needed: int
-    directions: int
-
-
-_COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n",
-            "measured_low", "measured_high", "p_different", "p_equivalent")  # fmt: skip
+_COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n")
 
 
 @dataclass(frozen=True)
@@ -50,43 +35,22 @@ class FurtherRow:
     sd: float | None
     simulated: float
     error_percent: float | None
-    mesh_interval: Interval | None = absent()
     n: int | None = absent()
-    measured_low: float | None = absent()
-    measured_high: float | None = absent()
-    p_different: float | None = absent()
-    p_equivalent: float | None = absent()
     judged: bool = absent(False)
+    mesh_interval: Interval | None = absent()
 
     @classmethod
-    def of(cls, mean: Measured, simulated: float, margin_percent: float, by_chance: Scatter | None) -> FurtherRow:
-        """Compare a mean with what was simulated; those a study declares itself are tested as the first is.
-
-        `by_chance` is the scatter of the simulated value, if it is a mean over replicates.
-        """
+    def of(cls, mean: Measured, simulated: float) -> FurtherRow:
+        """Compare a mean with what was simulated; those a study declares itself are judged as the first is."""
         named, error = mean.named, error_percent(mean.value, simulated)
-        row = cls(named.name, named.unit, mean.value, mean.spread, simulated, error, judged=mean.leads)
-        if not mean.leads or mean.spread is None or mean.n is None:
-            return row
-        scatter = None if by_chance is None else (by_chance.share, by_chance.df)
-        measured = Sample(mean.value, mean.spread, mean.n)
-        found = compare_with_simulated(measured, simulated, margin_percent, scatter)
-        return replace(
-            row,
-            n=mean.n,
-            measured_low=found.low,
-            measured_high=found.high,
-            p_different=found.p,
-            p_equivalent=found.p_equivalent,
-        )
+        return cls(named.name, named.unit, mean.value, mean.spread, simulated, error, mean.n, mean.leads)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValidateRow(Spread):
     """One diameter: measured and simulated force compared, and what came of the run.
 
-    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem; `corrected` is the
-    measured force that one scale for what the model misses at the other fitted diameters predicts.
+    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem.
     """
 
     compared: ValidationRow = inline()
@@ -97,14 +61,13 @@ class ValidateRow(Spread):
     key: str = ""
     replicates: Replicates | None = absent()
     mesh_interval: Interval | None = absent()
-    corrected: ScaledPrediction | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
     def errors_percent(self) -> list[float]:
-        """The errors by which the study is judged: of the force, and of responses that were tested as it is."""
-        tested = [row.error_percent for row in self.further if row.judged]
-        return [error for error in (self.compared.error_percent, *tested) if error is not None]
+        """The errors by which the study is judged: of the force, and of responses that are judged as it is."""
+        judged = [row.error_percent for row in self.further if row.judged]
+        return [error for error in (self.compared.error_percent, *judged) if error is not None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -126,7 +89,6 @@ class ValidateResult(StageResult):
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
     formula_max_abs_error_percent: float | None = None
-    discrepancy: Discrepancy | None = absent()
     notes: tuple[Note, ...] = ()
 
     @property
@@ -143,12 +105,6 @@ class ValidateResult(StageResult):
     def independent(self) -> list[ValidationRow]:
         """The comparisons that check the result: what was not fitted, and was simulated."""
         return [row for row in self.compared if row.role != "calibration" and row.error_percent is not None]
-
-    @property
-    def predicted(self) -> list[bool]:
-        """Whether each measured mean lies in the interval that the other fitted conditions predict for it."""
-        pairs = [(row.compared.measured, row.corrected.interval) for row in self.rows if row.corrected is not None]
-        return [low <= measured <= high for measured, (low, high) in pairs]
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison."""

@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import sqrt
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
 from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
-from stemcal.doe.validation.discrepancy import Discrepancy, ScaledPrediction, corrected, discrepancy, needed
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome, lower_bounds
-from stemcal.runs.replicates import Scatter, merged, pooled, repeated
-from stemcal.solvers.protocol import Meshed, Request, Solver
+from stemcal.runs.replicates import merged, repeated
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.fresh import read_fresh
-from stemcal.stages.invert.certainty import measured_of, misfit_over
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, Interval
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import (
     FromTable,
     FurtherRow,
-    RangesChosenAfter,
-    TooFewForDiscrepancy,
     ValidateResult,
     ValidateRow,
 )
@@ -48,25 +41,14 @@ def validate(work: Work, head: Head) -> ValidateResult:
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
     meshes = work.result(MeshResult) if study.mesh is not None else None
-    found = _compared(study, outcomes, _scatter_of(outcomes, meshes, solver))
-    missed = _missed(work, found.rows)
-    rows = _rows(study, found.rows, outcomes, meshes, missed)
-    notes = [*found.notes, *_stage_notes(study, solver, missed), *lower_bounds(answers)]
-    return _result(study, head, parameters, found, missed, rows, notes)
+    found = _compared(study, outcomes)
+    compared = zip(study.targets.means, found.rows, outcomes, strict=True)
+    rows = [_row(study, target, row, outcome, meshes) for target, row, outcome in compared]
+    notes = [*found.notes, *_from_table(study, solver), *lower_bounds(answers)]
+    return _result(study, head, parameters, found, rows, notes)
 
 
-def _scatter_of(outcomes: Sequence[Outcome], meshes: MeshResult | None, solver: Solver) -> tuple[float, float] | None:
-    """Return the relative scatter of simulated forces and its df: of their replicates, or else over meshes."""
-    by_chance = pooled(outcomes)
-    if by_chance is not None:
-        return by_chance.share, by_chance.df
-    if meshes is None or meshes.scatter is None or not isinstance(solver, Meshed):
-        return None
-    own = meshes.scatter.over(solver.phases)
-    return sqrt(own.variance), own.df
-
-
-def _compared(study: Study, outcomes: Sequence[Outcome], scatter: tuple[float, float] | None) -> Validation:
+def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
     targets = study.targets.means
     return compare_conditions(
         [target.condition for target in targets],
@@ -74,44 +56,8 @@ def _compared(study: Study, outcomes: Sequence[Outcome], scatter: tuple[float, f
         [outcome.response for outcome in outcomes],
         [target.condition for target in study.joint_targets] or study.targets.calibrate_at,
         [(target.sd, target.n) for target in targets],
-        study.targets.equivalent_within_percent,
-        scatter,
         study.naming,
     )
-
-
-@dataclass(frozen=True)
-class _Missed:
-    """What the model misses, if that is asked for: measured over simulated at the fitted diameters, and its scale.
-
-    `seen` counts the directions of the parameters that these see.
-    """
-
-    asked: Literal["none", "scale", "process"]
-    ratios: Mapping[float, float]
-    seen: int
-    scale: Discrepancy | None
-
-
-def _missed(work: Work, compared: Sequence[ValidationRow]) -> _Missed:
-    asked = work.study.invert.discrepancy
-    ratios = {} if asked == "none" else _ratios(compared)
-    seen = _directions_seen(work) if ratios else 1
-    return _Missed(asked, ratios, seen, discrepancy(ratios, seen, smooth=asked == "process"))
-
-
-def _rows(
-    study: Study,
-    compared: Sequence[ValidationRow],
-    outcomes: Sequence[Outcome],
-    meshes: MeshResult | None,
-    missed: _Missed,
-) -> list[ValidateRow]:
-    scatters = {named.name: pooled(outcomes, named.name) for named in study.naming.further}
-    return [
-        replace(_row(study, target, row, outcome, meshes, scatters), corrected=_corrected(row, missed))
-        for target, row, outcome in zip(study.targets.means, compared, outcomes, strict=True)
-    ]
 
 
 def _result(
@@ -119,7 +65,6 @@ def _result(
     head: Head,
     parameters: dict[str, float],
     found: Validation,
-    missed: _Missed,
     rows: list[ValidateRow],
     notes: Sequence[Note],
 ) -> ValidateResult:
@@ -138,44 +83,12 @@ def _result(
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
         formula_max_abs_error_percent=formula,
-        discrepancy=missed.scale,
         notes=tuple(notes),
     )
 
 
-def _ratios(rows: Sequence[ValidationRow]) -> dict[float, float]:
-    """Return measured over simulated force at the fitted diameters."""
-    fitted = [row for row in rows if row.role == "calibration" and row.simulated]
-    return {row.condition: row.measured / (row.simulated or 1.0) for row in fitted}
-
-
-def _corrected(row: ValidationRow, missed: _Missed) -> ScaledPrediction | None:
-    """Return what the other fitted diameters predict at one; nothing where there is no scale or no force."""
-    if not row.simulated or len(missed.ratios) < needed(missed.seen):
-        return None
-    others = {condition: ratio for condition, ratio in missed.ratios.items() if condition != row.condition}
-    return corrected(row.simulated, row.condition, others, missed.seen, missed.asked == "process")
-
-
-def _directions_seen(work: Work) -> int:
-    """Return how many directions of the parameters the fitted forces see, at least their level."""
-    study = work.study
-    if not study.joint_targets:
-        return 1
-    surface, solution = work.result(SurfaceResult), work.result(InvertResult)
-    surfaces = joint_surfaces(study, surface)
-    misfit = misfit_over(measured_means(study), surfaces, surface.region(study), jointly=True)
-    responses = [i for i, mean in enumerate(measured_means(study)) if mean.leads]
-    point = surface.scales.point(solution.point.coded)
-    return max(1, misfit.only(responses).directions_seen(point)) if responses else 1
-
-
-def _stage_notes(study: Study, solver: Solver, missed: _Missed) -> Iterator[Note]:
-    """Find what the comparison itself does not know: how the ranges were chosen, where the answers come from."""
-    if len(study.joint_targets) > 1 and study.invert.ranges_chosen == "after":
-        yield RangesChosenAfter()
-    if missed.asked != "none" and missed.scale is None:
-        yield TooFewForDiscrepancy(needed(missed.seen), missed.seen)
+def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
+    """Find whether the simulated responses are a table's, which belong to other parameters."""
     if solver.given_design("validate") is not None:
         yield FromTable()
 
@@ -210,14 +123,9 @@ def _row(
     compared: ValidationRow,
     outcome: Outcome,
     meshes: MeshResult | None,
-    scatters: Mapping[str, Scatter | None],
 ) -> ValidateRow:
-    margin = study.targets.equivalent_within_percent
     further = [
-        replace(
-            FurtherRow.of(mean, value, margin, scatters.get(mean.response)),
-            mesh_interval=_over_meshes(meshes, mean.response, value),
-        )
+        replace(FurtherRow.of(mean, value), mesh_interval=_over_meshes(meshes, mean.response, value))
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.of(mean.response)) is not None
     ]

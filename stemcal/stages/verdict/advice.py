@@ -178,15 +178,9 @@ class SmoothResponse(Remedy):
 
 
 def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
-    """Return the least and the greatest response of a surface within ranges, design region and constraints.
-
-    Where a Gaussian process predicts better, they are what that leaves possible.
-    """
+    """Return the least and the greatest response of a surface within ranges, design region and constraints."""
     from stemcal.doe.calibration.levelset import extremes
-    from stemcal.doe.calibration.process_inversion import reach_of
 
-    if surface.process is not None:
-        return reach_of(surface.process, surface.region(study))
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region(study)))
     return float(low[0]), float(high[0])
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.base import stages_of
-from stemcal.stages.invert.result import Contradicted, JointFitted, PriorRow
+from stemcal.stages.invert.result import Contradicted, InvertResult, JointFitted
 from stemcal.stages.result import AimsAt
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
@@ -51,12 +51,6 @@ class Conflict(Reason):
     contradiction: Contradicted | None = None
 
 
-class PriorConflict(Reason):
-    """What was measured contradicts the prior of a factor: not calibrated beyond p = 0.001, else a reservation."""
-
-    prior: PriorRow
-
-
 class TargetMissed(Reason):
     """The simulated response at the solution misses what it was fitted to.
 
@@ -76,7 +70,10 @@ class OnTheEdge(Reason):
 
 
 class Misfit(Reason):
-    """The misfit is so many times what the scatter of the measured means explains, p < 0.05: a reservation."""
+    """The misfit is so many times what the scatter of the measured means explains, p < 0.05: a reservation.
+
+    Where priors are fitted too and p < 0.001, measurements and priors contradict each other: not calibrated.
+    """
 
     times: float
     p: float
@@ -276,14 +273,6 @@ def _conflict(evidence: Evidence) -> Iterator[Reason]:
     )
 
 
-def _priors(evidence: Evidence) -> Iterator[Reason]:
-    found = evidence.results.inversion
-    for prior in found.priors if found is not None else ():
-        if prior.p is not None and prior.allowed is not None:
-            weight: Severity = "not_calibrated" if prior.p < _BEYOND_DOUBT else "with_reservations"
-            yield PriorConflict(weight=weight, remedy=advice.CheckPrior(prior.factor, prior.source), prior=prior)
-
-
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
     surface, place = evidence.results.surface, joint.best_worst_solution
@@ -363,10 +352,22 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
 def _misfit(evidence: Evidence) -> Iterator[Reason]:
     found = evidence.results.inversion
     joint = found.joint if found is not None else None
-    if joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
+    if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
-    times = joint.misfit / joint.df
-    yield Misfit(weight="with_reservations", remedy=_fit_fewer(joint), times=times, p=joint.p)
+    beyond = bool(found.priors) and joint.p < _BEYOND_DOUBT
+    yield Misfit(
+        weight="not_calibrated" if beyond else "with_reservations",
+        remedy=_check_prior(found) or _fit_fewer(joint),
+        times=joint.misfit / joint.df,
+        p=joint.p,
+    )
+
+
+def _check_prior(found: InvertResult) -> Remedy | None:
+    """Return the remedy for the prior that is farthest from the solution, in its standard deviations."""
+    solution = found.point.solution
+    worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
+    return None if worst is None else advice.CheckPrior(worst.factor, worst.source)
 
 
 def _validation(evidence: Evidence) -> Iterator[Reason]:
@@ -392,9 +393,7 @@ def _validation(evidence: Evidence) -> Iterator[Reason]:
 
 
 def _left_out(evidence: Evidence) -> bool:
-    """Whether what is left out of a joint fit in turn is predicted within the percentage, and is a check at all."""
-    if evidence.study.invert.ranges_chosen == "after":
-        return False
+    """Whether what is left out of a joint fit in turn is predicted within the percentage."""
     found = evidence.results.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
     return error is not None and error <= evidence.equivalent_percent
@@ -467,7 +466,10 @@ def _transfer(evidence: Evidence) -> Iterator[Reason]:
 
 def _rough(evidence: Evidence) -> Iterator[Reason]:
     surface = evidence.results.surface
-    if surface is None or not isinstance(surface.pure_error, EqualRepeats):
+    if surface is None:
+        return
+    repeats = surface.pure_error
+    if not isinstance(repeats, EqualRepeats) and not (repeats is None and surface.deterministic):
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         yield RoughResponse(weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=abs(cv))
@@ -475,7 +477,6 @@ def _rough(evidence: Evidence) -> Iterator[Reason]:
 
 RULES: tuple[Rule, ...] = (
     _reach,
-    _priors,
     _target,
     _solution_physics,
     _identified,

@@ -190,8 +190,5 @@ class RsmOptions(Frozen):
     the terms before it leave (type I, in the order of `factors`)."""
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
     """What an I-optimal design and the solution have to keep to, in the units of the factors."""
-    compare: Flag = False
-    """Whether the quadratic surface, a Gaussian process and a small neural network are put side by side, under the same
-    cross-validation on the same runs. Nothing else changes by it. Needs `pip install "stemcal[compare]"`."""
     coding: dict[str, CodingEntry] = {}
     """What coded 0 and +1 mean, by factor; others get theirs from their range."""

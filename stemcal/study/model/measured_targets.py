@@ -139,8 +139,7 @@ class Targets(Frozen):
     machine: MachineSection = MachineSection()
     """The testing machine that measured `curves`."""
     equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Up to here a simulated force counts as equal to the measured one: in the verdict, and as the margin of the
-    equivalence test."""
+    """Up to here a simulated force counts as equal to the measured one."""
 
     @property
     def modes(self) -> dict[float, CurveModes]:

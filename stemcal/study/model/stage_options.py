@@ -25,30 +25,18 @@ class InvertOptions(Frozen):
     More `responses` than the force make a joint fit even of one diameter.
     """
 
-    rule: Literal["least_coded_distance", "least_prediction_variance", "others_at_centre"] = "least_coded_distance"
-    """Which of the points that give the force is the solution: the nearest to the centre, the best predicted, or the
-    one with all factors but the strongest at their centre. Where factors have a prior it is the one most probable by
-    these."""
+    rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
+    """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
+    but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias=AliasChoices("diameters", "conditions")
     )
     """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
-    posterior: Flag = False
-    """Sample what the forces leave possible (extra `bayes`)."""
-    ranges_chosen: Literal["before", "after"] = "before"
-    """Whether the factors' ranges were fixed before the measured forces were seen; after that no diameter that is
-    left out is an independent check."""
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
-    """What solution, ranges and posterior have to keep to, in the units of the factors, whatever the design; those of
+    """What solution and ranges have to keep to, in the units of the factors, whatever the design; those of
     `rsm.constraints` hold here too."""
-    discrepancy: Literal["none", "scale", "process"] = "none"
-    """What the model misses over the fitted diameters: one `scale` with scatter, or a `process` that changes
-    smoothly with the diameter. Gives prediction intervals of the measured forces."""
-    desirability: Flag | None = None
-    """Put the most desirable point (Derringer and Suich) beside the fit; by default where the study declares several
-    responses."""
 
 
 class ClimbOptions(Frozen):
@@ -75,11 +63,6 @@ class RefineOptions(Frozen):
     """Done once the simulated force is within this of the measured one."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
     """Most simulations it may take."""
-    model: Literal["quadratic", "process", "better"] = "quadratic"
-    """What proposes the points: the `quadratic`, a Gaussian `process`, or the `better` one at predicting the
-    design's runs left out."""
-    batch: Annotated[Whole, Field(ge=1, le=64)] = 4
-    """How many points a Gaussian process proposes at a time; they are simulated together."""
 
 
 class MeshOptions(Frozen):

@@ -311,9 +311,10 @@ class Study(StudyForm):
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:
-        """The targets that the parameters are fitted to together; empty if one force alone is."""
+        """The targets that the parameters are fitted to together, with priors; empty if one force alone is."""
         wanted = self.invert.conditions
         if wanted is None:
-            return (self.calibration_target,) if len(self.invert.responses) > 1 else ()
+            several = len(self.invert.responses) > 1 or any(factor.prior is not None for factor in self.factors)
+            return (self.calibration_target,) if several else ()
         means = self.targets.means
         return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

@@ -61,7 +61,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_rules.coding_fits,
     target_rules.joint_conditions_measured,
     target_rules.responses_measured,
-    target_rules.process_fits_one_response,
     laboratory_rules.tests_are_simulated,
     laboratory_rules.curves_are_simulated,
     laboratory_rules.tests_differ,

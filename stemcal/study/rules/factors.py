@@ -70,7 +70,7 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.invert is not None and draft.invert.rule != "least_coded_distance":
-        remedy = "leave it out: with priors the solution is the point most probable by them"
+        remedy = "leave it out: with priors the solution is the best fit to forces and priors"
         yield Finding(("invert", "rule"), f"{draft.invert.rule} takes no account of the priors", remedy)
 
 

@@ -92,16 +92,13 @@ def constraints_fit(draft: Draft) -> Iterator[Finding]:
 
 
 def surface_weights_known(draft: Draft) -> Iterator[Finding]:
-    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set, and no comparison."""
+    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
     rsm = draft.rsm
     if rsm and rsm.weights == "phases" and not (draft.embedded and draft.embedded.phases > 1):
         yield Finding(("rsm", "weights"), "the solver gives no scatter over mesh phases", "write solver.phases: 4")
     if rsm and rsm.blocks == "orthogonal" and (rsm.design != "central-composite" or rsm.alpha != "rotatable"):
         message = "orthogonal blocks are those of a central composite and set its alpha themselves"
         yield Finding(("rsm", "blocks"), message, "write design: central-composite and leave alpha out")
-    if rsm and rsm.blocks == "orthogonal" and rsm.compare:
-        message = "surfaces are compared on runs without blocks"
-        yield Finding(("rsm", "compare"), message, "leave it out, or leave blocks out")
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:

@@ -120,19 +120,6 @@ def _listing(values: Sequence[float], draft: Draft) -> str:
     return ", ".join(f"{value:g}" for value in values[:20]) + unit
 
 
-def process_fits_one_response(draft: Draft) -> Iterator[Finding]:
-    """A Gaussian process proposes points for one measured mean."""
-    invert, refine = draft.invert, draft.refine
-    if invert is None or refine is None or refine.model == "quadratic":
-        return
-    if invert.conditions is not None or len(invert.responses) > 1:
-        message = "a joint fit is refined on quadratics"
-        named = draft.naming
-        others = "invert.responses" if invert.conditions is None else named.fitted_at
-        remedy = f"leave it out, or fit one {named.response.noun}: leave {others} out"
-        yield Finding(("refine", "model"), message, remedy)
-
-
 def responses_measured(draft: Draft) -> Iterator[Finding]:
     """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
     if draft.invert is None or draft.targets is None or draft.invert.responses == (FIRST,):

@@ -10,9 +10,7 @@ from scipy import stats
 
 from stemcal.doe.calibration.mesh_scatter import MeshScatter, scatter_of, size_factors
 from stemcal.doe.calibration.misfit import Misfit, Observation, misfit_of
-from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises
-from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.naming import FIRST
@@ -112,15 +110,15 @@ def test_force_and_travel_have_each_what_their_diameters_share() -> None:
     assert misfit.gradient(points[0]) == pytest.approx(numeric, rel=1e-5)
 
 
-def test_a_posterior_of_known_variances_is_normal_with_the_whole_covariance() -> None:
+def test_the_likelihood_of_known_variances_has_the_whole_covariance() -> None:
     plain = with_travel()
     force, travel = (replace(mesh, own_df=np.inf, common_df=np.inf) for mesh in (MESH, TRAVEL))
     misfit = plain.with_mesh(force, 0.0, {"travel": travel})
-    misfit = misfit.of_sources([replace(source, df=np.inf) for source in misfit.sources])
+    misfit = replace(misfit.of_sources([replace(source, df=np.inf) for source in misfit.sources]), scale_df=np.inf)
     covariance = np.diag(misfit.variance) + misfit.shared.T @ misfit.shared
     assert np.count_nonzero(misfit.shared) == 4
     points = np.random.default_rng(2).uniform(-1, 1, (5, 2))
-    found = log_posterior(misfit, Region(np.full(2, -1.5), np.full(2, 1.5), None), points)
+    found = misfit.log_likelihood(points)
     gap = misfit.measured - misfit.predict(points)
     known = stats.multivariate_normal(np.zeros(4), covariance, allow_singular=False).logpdf(gap)
     assert found - found[0] == pytest.approx(known - known[0], rel=1e-6)
@@ -144,15 +142,15 @@ def test_what_all_share_is_not_averaged_away() -> None:
     assert misfit.value(np.ones(2)) < plain.value(np.ones(2))
 
 
-def test_a_posterior_of_one_source_is_students() -> None:
-    """Nothing but the mesh is uncertain: the mean over the draws of its variance is Student's t in closed form."""
+def test_the_likelihood_of_one_source_is_students() -> None:
+    """Nothing but the mesh is uncertain: Student's t."""
     coded = central_composite(1, 3, "rotatable")
     surface = fit_surface(coded, 100.0 + 5.0 * coded[:, 0] + coded[:, 0] ** 2, ["a"])
     misfit = misfit_of([Observation(surface, 101.0)]).with_mesh(MeshScatter(4e-4, 4.0, 0.0, 4.0, 1.0, 5), 0.0)
     points = np.array([[0.2], [0.6], [1.0]])
-    found = log_posterior(misfit, Region(np.array([-1.5]), np.array([1.5]), None), points)
+    found = misfit.log_likelihood(points)
     student = stats.t.logpdf(101.0 - misfit.predict(points)[:, 0], 4, scale=2.02)
-    assert found - found[0] == pytest.approx(student - student[0], abs=0.02)
+    assert found - found[0] == pytest.approx(student - student[0], rel=1e-6)
 
 
 def test_a_scatter_told_by_the_misfit_gets_the_common_part_alone() -> None:

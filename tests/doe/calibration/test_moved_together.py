@@ -11,7 +11,6 @@ import pytest
 from scipy import stats
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.composite import central_composite
@@ -35,7 +34,7 @@ def misfit(j: Array, n: int | None = None, u: Array = U, w: Array = W, sd: Array
         surface = fit_surface(RUNS, 100.0 + RUNS @ row, ("x", "y"))
         specimens, alike = ("" if n is None else f"d{i // 2}"), {"stiffness": u[i], "toe": w[i]}
         wide = spread * (n or 1) ** 0.5
-        observed.append(Observation(surface, mean, wide, n, f"r{i % 2}", None, specimens, alike))
+        observed.append(Observation(surface, mean, wide, n, f"r{i % 2}", specimens, alike))
     return misfit_of(observed)
 
 
@@ -89,10 +88,10 @@ def test_what_is_told_of_the_machine_is_that_of_a_fit_with_it_as_a_parameter() -
     assert misfit(APART).told_of("speed", x) is None
 
 
-def test_the_posterior_has_the_whole_covariance() -> None:
+def test_the_likelihood_has_the_whole_covariance() -> None:
     """Of each diameter a covariance matrix, estimated from so many specimens that it is known."""
     points = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 2))
-    found = log_posterior(misfit(APART, 10**6), REGION, points)
+    found = misfit(APART, 10**6).log_likelihood(points)
     gap = MEASURED - 100.0 - points @ APART.T
     known = stats.multivariate_normal(np.zeros(10), covariance()).logpdf(gap)
     np.testing.assert_allclose(found - found[0], known - known[0], rtol=2e-3, atol=0.02)

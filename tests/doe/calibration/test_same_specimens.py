@@ -13,7 +13,6 @@ import pytest
 from scipy.stats import t
 
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.posterior import log_posterior
 from stemcal.doe.calibration.profile import allowed_rises, profiles_of
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs.composite import central_composite
@@ -33,7 +32,7 @@ def fitted(responses: int, systematic: Array = np.zeros((0, 4))) -> Misfit:
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ J[i], ("x", "y")) for i in range(responses)]
     rows = zip(surfaces, MEASURED, SD, strict=False)
     alike = [{f"m{k}": u[i] for k, u in enumerate(systematic)} for i in range(responses)]
-    return misfit_of([Observation(*row, N, f"r{i}", None, "8", alike[i]) for i, row in enumerate(rows)])
+    return misfit_of([Observation(*row, N, f"r{i}", "8", alike[i]) for i, row in enumerate(rows)])
 
 
 @pytest.mark.parametrize("p", [2, 3, 4])
@@ -72,7 +71,7 @@ def test_intervals_of_several_diameters_hold_the_truth() -> None:
             j, mean = axes.T @ np.roll(J, group, axis=0), axes.T @ specimens.mean(axis=0)
             for i in range(4):
                 surface = replace(plane, beta=np.array([100.0, *j[i], 0.0, 0.0, 0.0]))
-                observed.append(Observation(surface, 100.0 + mean[i], values[i] ** 0.5, 10, f"r{i}", None, str(group)))
+                observed.append(Observation(surface, 100.0 + mean[i], values[i] ** 0.5, 10, f"r{i}", str(group)))
         misfit = misfit_of(observed)
         spread = np.linalg.inv(misfit.information(np.zeros(2)))
         best = -0.5 * spread @ misfit.gradient(np.zeros(2))
@@ -87,13 +86,13 @@ def test_fewer_of_the_responses_are_known_better() -> None:
     np.testing.assert_allclose(ends[0], ends[1], rtol=1e-6)
 
 
-def test_the_posterior_is_that_of_an_unknown_covariance() -> None:
+def test_the_likelihood_is_that_of_an_unknown_covariance() -> None:
     """(1 + T²(x)/(n − 1))^(−n/2)."""
     points = np.array([[0.0, 0.0], [1.0, -1.0], [3.0, 2.0]])
     gap = MEASURED - 100.0 - points @ J.T
     squares = N * np.sum((gap / SD) ** 2, axis=1)
     expected = -0.5 * N * np.log1p(squares / (N - 1))
-    found = log_posterior(fitted(4), REGION, points)
+    found = fitted(4).log_likelihood(points)
     np.testing.assert_allclose(found - found[0], expected - expected[0], rtol=1e-6)
 
 
@@ -116,7 +115,7 @@ def test_specimens_that_are_not_the_same_keep_their_scatter_apart() -> None:
     """A force with specimens of its own beside scores of others: two sources, each with its degrees of freedom."""
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ row, ("x", "y")) for row in J[:3]]
     force = Observation(surfaces[0], 104.0, 9.0, 30, "force")
-    scores = [Observation(s, 100.0, 6.0, N, f"curve_{i}", None, "8") for i, s in enumerate(surfaces[1:], 1)]
+    scores = [Observation(s, 100.0, 6.0, N, f"curve_{i}", "8") for i, s in enumerate(surfaces[1:], 1)]
     sources = [source for source in misfit_of([force, *scores]).sources if source.name == "laboratory"]
     assert [(source.df, source.matrix) for source in sources] == [(29.0, False), (N - 2, True)]
     np.testing.assert_allclose(sources[0].variance, [81.0 / 30, 0.0, 0.0])
@@ -126,4 +125,4 @@ def test_specimens_that_are_not_the_same_keep_their_scatter_apart() -> None:
 def test_as_many_responses_as_specimens_are_refused() -> None:
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ row, ("x", "y")) for row in J[:3]]
     with pytest.raises(UsageError, match="3 specimens do not tell how 3 responses vary together; 4 do"):
-        misfit_of([Observation(s, 100.0, 6.0, 3, f"r{i}", None, "8") for i, s in enumerate(surfaces)])
+        misfit_of([Observation(s, 100.0, 6.0, 3, f"r{i}", "8") for i, s in enumerate(surfaces)])

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_runs
 from stemcal.doe.regression.canonical import analyse_shape, quadratic_form, ridge_path
-from stemcal.doe.regression.gaussian_process import fit_process, second_opinion
 from stemcal.doe.regression.reduction import METHODS, reduce_surface
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -163,38 +162,3 @@ def test_box_cox_has_no_sense_for_some_responses():
     assert box_cox(matrix, np.array([1.0, 2.0, 3.0, 0.0, 5.0, 6.0])) is None
     assert box_cox(matrix, np.full(6, 2.0)) is None
     assert box_cox(np.eye(6), np.arange(1.0, 7.0)) is None
-
-
-# ---- Gaussian process
-
-
-def test_leave_one_out_in_closed_form_is_leaving_one_out():
-    from stemcal.doe.regression.gaussian_process import _process
-
-    random = np.random.default_rng(4)
-    design, y = random.uniform(-1.0, 1.0, (12, 2)), random.normal(size=12)
-    scales = np.array([0.8, 1.5])
-    whole = _process(scales, 1e-3, design, y)
-    for i in range(12):
-        keep = np.arange(12) != i
-        without = _process(scales, 1e-3, design[keep], y[keep])
-        assert y[i] - float(without.predict(design[i])[0]) == pytest.approx(whole.left_out[i], rel=1e-6, abs=1e-9)
-
-
-def test_the_process_passes_through_a_smooth_function():
-    design = surface_runs(2, SurfaceOptions("sobol", runs=30))
-    y = np.sin(2.0 * design[:, 0]) + design[:, 1] ** 3
-    process = fit_process(design, y)
-    assert process.q2 > 0.99
-    points = np.random.default_rng(0).uniform(-0.8, 0.8, (50, 2))
-    assert process.predict(points) == pytest.approx(np.sin(2.0 * points[:, 0]) + points[:, 1] ** 3, abs=0.05)
-
-
-def test_second_opinion_warns_where_the_quadratic_misses_a_wave():
-    design = surface_runs(2, SurfaceOptions("sobol", runs=40))
-    wave = second_opinion(fit_surface(design, 10.0 + np.sin(4.0 * design[:, 0]), ["a", "b"]))
-    assert wave.process_is_better and wave.process_predicted_r2 > wave.polynomial_predicted_r2 + 0.05
-    y = 10.0 + design[:, 0] - design[:, 1] ** 2
-    plain = second_opinion(fit_surface(design, y, ["a", "b"]))
-    assert not plain.process_is_better and plain.largest_difference < 0.01
-    assert second_opinion(fit_surface(central_composite(2, 4), np.full(12, 3.0), ["a", "b"])) is None

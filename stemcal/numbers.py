@@ -1,10 +1,8 @@
-"""How numbers are written in tables and sentences."""
+"""How numbers, intervals, units and durations are written in tables and sentences."""
 
 import math
 import re
 from collections.abc import Iterable
-
-from stemcal.text.language import say
 
 MISSING = "–"
 
@@ -132,17 +130,17 @@ def duration(seconds: float | None) -> str:
     ('under 1 s', '48 s', '10 min', '2 h 30 min', 'unknown')
     """
     if seconds is None:
-        return say("unknown")
+        return "unknown"
     if seconds < 1.0:
-        return say("under 1 s")
+        return "under 1 s"
     if seconds < 90.0:
-        return say("{seconds:.0f} s", seconds=seconds)
+        return f"{seconds:.0f} s"
     if seconds > 100 * 365.25 * 86400:
-        return say("more than 100 years")
+        return "more than 100 years"
     minutes = round(seconds / 60.0)
     if minutes < 90:
-        return say("{minutes} min", minutes=minutes)
-    return say("{hours} h {minutes} min", hours=minutes // 60, minutes=minutes % 60)
+        return f"{minutes} min"
+    return f"{minutes // 60} h {minutes % 60} min"
 
 
 def minus(text: str) -> str:
@@ -157,5 +155,5 @@ def in_bytes(count: float) -> str:
     ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB')
     """
     if count < 1e12:
-        return say("{amount:.1f} GB", amount=max(count / 1e9, 0.1))
-    return say("{amount:.1f} TB", amount=count / 1e12) if count < 1e15 else say("more than 1000 TB")
+        return f"{max(count / 1e9, 0.1):.1f} GB"
+    return f"{count / 1e12:.1f} TB" if count < 1e15 else "more than 1000 TB"
