@@ -55,7 +55,6 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
-    "pyDOE3": ("stemcal.doe",),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
@@ -64,7 +63,7 @@ PLACES = {
     "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
 }
 INSIDE_FUNCTIONS = (
-    "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
+    "statsmodels", "pandas", "matplotlib", "jinja2", "distributed",
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 

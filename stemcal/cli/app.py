@@ -10,7 +10,6 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import (
-    augment,
     by_hand,
     check,
     demo,
@@ -58,7 +57,7 @@ app = typer.Typer(
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each goes on where it stopped)": (
-        *(run.run, *(stages.command_of(stage) for stage in STAGES), augment.augment),
+        *(run.run, *(stages.command_of(stage) for stage in STAGES)),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
     AROUND: (init.init, check.check, plan.plan, simulate.simulate),

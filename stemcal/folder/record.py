@@ -52,8 +52,6 @@ class _Details:
     film: dict[str, Any] | None = absent()
     warnings: tuple[Note, ...] | None = absent()
     responses: dict[str, float] | None = absent()
-    block: str | None = absent()
-    weight: float | None = absent()
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""What a study asks for and what has become of it: plan, status, verify, retry, augment."""
+"""What a study asks for and what has become of it: plan, status, verify, retry."""

@@ -1,12 +1,12 @@
-"""What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs can find."""
+"""What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs cannot estimate."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.designs.definitive_screening import spare_column_note
-from stemcal.doe.designs.power import RATIOS, DesignQuality, judge_design
+from stemcal.doe.regression.least_squares import not_estimable
+from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
@@ -31,10 +31,7 @@ _USUAL_ROUNDS = 2  # of a refinement
 
 @dataclass(frozen=True)
 class PlannedStage:
-    """The runs of a stage; `seconds` on one core, bytes of `memory` of the largest, None where the solver cannot say.
-
-    `quality` is the power and leverage of the design, None where there is none or it cannot carry its model.
-    """
+    """The runs of a stage; `seconds` on one core, bytes of `memory` of the largest; None: unknown."""
 
     stage: str
     rows: int
@@ -42,7 +39,6 @@ class PlannedStage:
     recorded: int
     to_run: int
     seconds: float | None
-    quality: DesignQuality | None
     memory: float | None = None
 
 
@@ -92,24 +88,13 @@ class OtherMeshes(Note):
     conditions: int
 
 
-class CannotCarry(Note):
-    """A design cannot carry its model, for this reason."""
-
-    stage: str
-    design: str
-    reason: str
-
-
-class DesignPower(Note):
-    """Chance that a design finds its weakest term, by the change in standard deviations of the scatter."""
+class CannotEstimate(Note):
+    """The runs of a design cannot estimate these terms of its model."""
 
     stage: str
     design: str
     runs: int
-    coefficients: int
-    df: int
-    weakest: dict[str, float]
-    leverage: float
+    terms: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -167,12 +152,7 @@ def plan(
         for part, runs in zip(wanted, left, strict=True)
         if runs and second_time(study, part.requests)
     ]
-    foretold = [
-        note
-        for part in wanted
-        if part.design is not None
-        for note in foretell(_without_copies(part.design, part.requests, solver))
-    ]
+    foretold = [note for part in wanted if part.design is not None for note in judged(part.design)]
     return Plan(
         1,
         "plan",
@@ -284,7 +264,6 @@ def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -
         len(distinct) - len(left),
         len(left),
         None if costs.of is None else sum(map(costs.of, left)),
-        None if part.design is None else _quality(_without_copies(part.design, part.requests, solver)),
         max(map(solver.memory_estimate, left), default=0.0) if isinstance(solver, Weighing) else None,
     )
 
@@ -340,45 +319,11 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
     return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
-# ---- what a design can find
-
-
-def _without_copies(design: Design, requests: Sequence[Request], solver: Solver) -> Design:
-    """Return a design without the runs that repeat another's records: they tell nothing, and count for no test.
-
-    A row repeats another if it does so at every condition: an exponent acts at the others alone.
-    """
-    n, conditions = len(design.coded), len({request.condition for request in requests})
-    rows: dict[tuple[str, ...], int] = {}
-    for row in range(n):
-        rows.setdefault(tuple(record_key(solver, one) for one in requests[row : n * conditions : n]), row)
-    kept = list(rows.values())
-    if len(kept) == n:
-        return design
-    return replace(design, coded=design.coded[kept], levels=tuple(design.levels[row] for row in kept), blocks=None)
-
-
-def foretell(design: Design) -> Iterator[Note]:
-    """Yield what the design can find and what its main effects hide."""
-    try:
-        found = _judge(design)
-    except UsageError as error:
-        yield CannotCarry(design.stage, design.kind, str(error))
-        return
-    weakest = {f"{ratio:g}": found.least_power(ratio) or 0.0 for ratio in RATIOS}
-    leverage = max(found.leverage)
-    yield DesignPower(design.stage, design.kind, found.runs, len(found.terms) + 1, found.residual_df, weakest, leverage)
-    if design.stage == "screen":
+def judged(design: Design) -> Iterator[Note]:
+    """Yield the terms that a design cannot estimate, or what the main effects of a screening are aliased with."""
+    screening = design.stage == "screen"
+    terms = ("1", *design.names) if screening else term_names(design.names)
+    if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
+        yield CannotEstimate(design.stage, design.kind, len(design.coded), tuple(lost))
+    elif screening:
         yield aliases_note(design.coded, design.names)
-        yield from spare_column_note(design.coded)
-
-
-def _quality(design: Design) -> DesignQuality | None:
-    try:
-        return _judge(design)
-    except UsageError:
-        return None
-
-
-def _judge(design: Design) -> DesignQuality:
-    return judge_design(design.coded, design.names, quadratic=design.stage == "rsm")

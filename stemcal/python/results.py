@@ -17,7 +17,7 @@ from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
+from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals
 from stemcal.report.figures.gallery import gallery, spread_of
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.page.render import coded
@@ -87,10 +87,6 @@ class SurfacePlots:
     def diagnostics(self) -> Figure:
         """Draw residuals against the normal law and in order of the runs, and Cook's distances."""
         return diagnostics(self._result)
-
-    def ridge(self) -> Figure:
-        """Draw the ridge of steepest ascent."""
-        return ridge(self._result, self._inversion)
 
     def _pair(self, across: str | None, up: str | None) -> tuple[str, str]:
         names = self._result.names

@@ -1,7 +1,6 @@
 """A solver that looks its answers up: tables of past or published runs in place of simulations."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ from stemcal.solvers.csv_table import Answers, Sheet, read_sheet
 from stemcal.solvers.protocol import RESPONSES, Answer, Immediate, Request
 from stemcal.study.model import Study, TableSolver
 
-MARKS = ("block", "weight")
 TABLE_VERSION = 1
 
 
@@ -33,8 +31,7 @@ class ReplaySolver(Immediate):
 
     Notes
     -----
-    An empty response, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own. The table of
-    ``rsm`` may say in a column ``block`` which runs were made together, in a column ``weight`` how much each counts.
+    An empty response, or ``NaN``, is a run that failed. Equal rows are replicates, each with its own.
     """
 
     def __init__(self, study: Study) -> None:
@@ -43,7 +40,6 @@ class ReplaySolver(Immediate):
             raise TypeError(f"the study's solver is of kind {tables.kind}, not table")
         self.naming = study.naming
         self._sheets: dict[str, Sheet] = {}
-        self._marks: dict[str, list[dict[str, Any]]] = {}
         problems: list[SpecProblem] = []
         for stage, path in ("screen", tables.screen), ("rsm", tables.rsm), ("validate", tables.validate):
             if path is not None:
@@ -58,16 +54,9 @@ class ReplaySolver(Immediate):
         if stage == "validate":
             known |= {name: name for name in condition}
             known |= {"diameter_mm": DIAMETER.name} if self.naming.condition == DIAMETER else {}
-        if stage == "rsm":
-            known = {mark: mark for mark in MARKS} | known
         required = {"screen": list(study.names), "validate": condition}.get(stage, [])
         try:
-            sheet = read_sheet(path, known, required, self._answers(stage))
-            marks = [name for name in MARKS if name in sheet.columns and name not in study.names]
-            # a block is a label, a weight a number
-            self._marks[stage] = [{m: f"{row[m]:g}" if m == "block" else row[m] for m in marks} for row in sheet.rows]
-            rows = tuple({name: value for name, value in row.items() if name not in marks} for row in sheet.rows)
-            self._sheets[stage] = replace(sheet, rows=rows)
+            self._sheets[stage] = read_sheet(path, known, required, self._answers(stage))
         except SpecError as error:
             problems += error.problems
 
@@ -110,7 +99,7 @@ class ReplaySolver(Immediate):
         place = {"table": sheet.path.name, "line": sheet.lines[row]}
         further = {n: value for n, value in sheet.further[row].items() if value is not None} if sheet.further else {}
         others = {RESPONSES: further} if further else {}
-        return Answer("ok", response=response, details=place | others | self._marks[request.stage][row])
+        return Answer("ok", response=response, details=place | others)
 
     def _condition(self, request: Request) -> str:
         """Name the condition of a request."""

@@ -7,7 +7,7 @@ from typing import ClassVar
 from stemcal.doe.designs.catalogue import surface_reach
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
-from stemcal.doe.screening.effect_sizes import Effect
+from stemcal.doe.screening.effects import Effect
 from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table

@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 
 from stemcal.doe.designs import catalogue
-from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
@@ -18,7 +17,7 @@ from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import outcome_of
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import Constraint, RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.study.model import RsmOptions, Study, factors_taken, strongest_asked
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -65,7 +64,6 @@ class Design:
     coding: Coding
     coded: Array
     levels: tuple[Mapping[str, float], ...]
-    blocks: tuple[str, ...] | None = None
     replicates: int = 0
 
     @property
@@ -86,9 +84,8 @@ class Design:
 
     def repeated(self, times: int) -> Design:
         """Return the design so many times over, each row to be simulated anew; itself for 0."""
-        blocks = None if self.blocks is None else self.blocks * (times or 1)
         coded = np.tile(self.coded, (times or 1, 1))
-        return replace(self, coded=coded, levels=self.levels * (times or 1), blocks=blocks, replicates=times)
+        return replace(self, coded=coded, levels=self.levels * (times or 1), replicates=times)
 
 
 class Screened(Protocol):
@@ -110,8 +107,6 @@ def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answe
             run=request.row + 1,
             levels=dict(request.levels),
             coded=dict(zip(design.names, coded, strict=True)),
-            block=answer.details.get("block") if design.blocks is None else design.blocks[request.row],
-            weight=answer.details.get("weight"),
             replicate=request.replicate or None,
             outcome=outcome_of(request, answer, solver),
         )
@@ -143,10 +138,8 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     coding = surface_coding(study, names)
     given = solver.given_design("rsm")
     if given is None:
-        options = replace(surface_options(study), within=half_spaces(study, coding, study.rsm.constraints))
-        coded, blocks = catalogue.surface_runs(len(names), options), catalogue.surface_blocks(len(names), options)
-        levels = coding.runs(coded, study.midlevels())
-        once = Design("rsm", study.rsm.design, coding, coded, levels, None if blocks is None else tuple(blocks))
+        coded = catalogue.surface_runs(len(names), surface_options(study))
+        once = Design("rsm", study.rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once.repeated(study.replicates)
     return Design("rsm", "given", coding, _given_coded(coding, given), _given_levels(study, given))
 
@@ -173,27 +166,8 @@ def surface_options(study: Study) -> catalogue.SurfaceOptions:
     """Return what the spec chooses about the design of the surface."""
     rsm = study.rsm
     return catalogue.SurfaceOptions(
-        rsm.design,
-        rsm.centre_points,
-        rsm.alpha,
-        rsm.core,
-        rsm.runs,
-        rsm.seed,
-        rsm.extra_runs,
-        rsm.blocks == "orthogonal",
-        rsm.axial,
+        rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.seed, rsm.extra_runs
     )
-
-
-def half_spaces(study: Study, coding: Coding, constraints: Sequence[Constraint]) -> tuple[HalfSpace, ...]:
-    """Return constraints in coded units; a factor that does not vary counts with its mid-level."""
-    found = []
-    for constraint in constraints:
-        held = sum(c * study.factor(n).centre for n, c in constraint.of.items() if n not in coding.names)
-        weights = np.array([constraint.of.get(name, 0.0) for name in coding.names])
-        limit = constraint.at_most - held - float(weights @ np.array(coding.centre))
-        found.append(HalfSpace(tuple((weights * np.array(coding.half_step)).tolist()), limit))
-    return tuple(found)
 
 
 def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[Note]]:

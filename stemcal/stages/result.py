@@ -61,8 +61,6 @@ class DesignRun(Spread):
     run: int
     levels: dict[str, float]
     coded: dict[str, float]
-    block: str | None = absent()
-    weight: float | None = absent()
     replicate: int | None = absent()
     outcome: Outcome = inline()
 
@@ -90,9 +88,8 @@ class DesignRuns:
 
     def table(self) -> Table:
         """Return levels and response of every run, as a table solver reads them."""
-        known = ("block", "weight", "replicate")
-        marks = [name for name in known if self.runs and getattr(self.runs[0], name) is not None]
-        return Table.of(["run", *self.varied, *marks, "response"], self.runs)
+        replicate = ["replicate"] if self.runs and self.runs[0].replicate is not None else []
+        return Table.of(["run", *self.varied, *replicate, "response"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
         """Yield what must be told of every run: a level of every factor, the varied ones coded too."""

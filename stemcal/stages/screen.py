@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.screening.analysis import Screening, analyse_screening
-from stemcal.doe.screening.effect_sizes import AliasMatrix, Curvature, Effect, HalfNormalPoint, Pareto
-from stemcal.doe.screening.two_stage_analysis import TwoStages
+from stemcal.doe.regression.least_squares import t_quantile
+from stemcal.doe.screening.analysis import LEAST_DF, Screening, analyse_screening
+from stemcal.doe.screening.effects import Curvature, Effect, Residual
+from stemcal.doe.screening.lenth import Lenth
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
@@ -20,9 +21,6 @@ from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
-_COLUMNS = ("factor", "symbol", "effect", "contribution_percent", "sum_of_squares", "f", "p", "stars", "lenth_t",
-            "p_holm", "p_bh")  # fmt: skip
-
 
 class UnexpectedSign(Note, weight=Weight.USE):
     """A significant effect has not the sign that the spec expects."""
@@ -33,85 +31,11 @@ class UnexpectedSign(Note, weight=Weight.USE):
 
 
 @dataclass(frozen=True)
-class TestedAgainst:
-    """What effects are tested against; `mean_square` is None where there is nothing.
-
-    `scatter` tells whether repeated runs that differ are in it; other errors are what aliased interactions leave.
-    """
-
-    source: str
-    sum_of_squares: float
-    df: int
-    mean_square: float | None
-    scatter: bool = False
-
-
-@dataclass(frozen=True)
-class Residual:
-    """What the effects leave unexplained."""
-
-    sum_of_squares: float
-    df: int
-
-
-@dataclass(frozen=True)
-class LenthMargins:
-    """Pseudo standard error, margin of error, simultaneous margin of error, in the unit of the response."""
-
-    pse: float | None
-    me: float | None
-    sme: float | None
-
-
-@dataclass(frozen=True)
 class Limit:
     """The size from which an effect counts, by which method: Lenth's margin, also for all effects, or the t test."""
 
     value: float
     method: Literal["lenth", "lenth_all", "t"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class FurtherScreening:
-    """Which factors move a further response: the same runs, its own effects and tests."""
-
-    effects: Rows[Effect]
-    error: TestedAgainst | None
-    half_normal: Rows[HalfNormalPoint]
-    pareto: Pareto | None
-    two_stages: TwoStages | None = absent()
-    curvature: Curvature | None = absent()
-    residual: Residual
-    total_sum_of_squares: float
-    significant: tuple[str, ...]
-    lenth: LenthMargins | None
-    runs_used: int
-    runs_failed: int
-    notes: tuple[Note, ...]
-
-    @classmethod
-    def of(cls, found: Screening) -> FurtherScreening:
-        """Return what is kept of an analysis."""
-        error, lenth = found.error, found.lenth
-        return cls(
-            effects=Rows(found.effects),
-            error=TestedAgainst(error.source, error.sum_of_squares, error.df, error.mean_square, error.scatter),
-            half_normal=Rows(found.half_normal()),
-            pareto=found.pareto(),
-            two_stages=found.two_stages,
-            curvature=found.curvature,
-            residual=Residual(found.residual_sum_of_squares, found.residual_df),
-            total_sum_of_squares=found.total_sum_of_squares,
-            significant=found.significant,
-            lenth=LenthMargins(lenth.pse, lenth.me, lenth.sme),
-            runs_used=found.runs_used,
-            runs_failed=found.runs_failed,
-            notes=found.notes,
-        )
-
-    def as_record(self) -> dict[str, Any]:
-        """Return it field by field, as a whole result has them too."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -127,20 +51,15 @@ class ScreenResult(StageResult):
     head: Head = inline()
     design: DesignRuns
     effects: Rows[Effect]
-    error: TestedAgainst | None = None
-    half_normal: Rows[HalfNormalPoint] = Rows()
-    pareto: Pareto | None = None
-    two_stages: TwoStages | None = absent()
-    curvature: Curvature | None = absent()
-    aliases: AliasMatrix | None = None
+    significant: tuple[str, ...]
+    lenth: Lenth
     residual: Residual
     total_sum_of_squares: float
-    significant: tuple[str, ...]
-    lenth: LenthMargins | None = None
     alpha: float = 0.05
+    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
-    responses: dict[str, FurtherScreening] | None = absent()
+    responses: dict[str, Screening] | None = absent()
     notes: tuple[Note, ...] = ()
 
     @property
@@ -152,7 +71,7 @@ class ScreenResult(StageResult):
         """Return the screening of a further response as if it were the only one."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
-        return replace(self, head=head, **further.as_record(), responses=None, aliases=None)
+        return replace(self, head=head, **_fields(further), responses=None)
 
     @property
     def active_factors(self) -> tuple[str, ...]:
@@ -182,17 +101,20 @@ class ScreenResult(StageResult):
 
         The standard error s of an effect is its size over its t.
         """
-        margins = self.lenth or LenthMargins(None, None, None)
-        limits = [Limit(margins.me, "lenth")] if margins.me is not None else []
-        limits += [Limit(margins.sme, "lenth_all")] if margins.sme is not None else []
-        if self.pareto is not None and self.pareto.t_limit:
-            errors = [abs(self.effect(row.factor).effect) / row.t for row in self.pareto.rows if row.t]
-            limits += [Limit(self.pareto.t_limit * max(errors), "t")] if errors else []
-        return limits
+        limits = [Limit(self.lenth.me, "lenth")] if self.lenth.me is not None else []
+        limits += [Limit(self.lenth.sme, "lenth_all")] if self.lenth.sme is not None else []
+        errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]
+        return limits + ([Limit(t_quantile(1.0 - self.alpha, self.residual.df) * max(errors), "t")] if errors else [])
+
+    @property
+    def by_lenth(self) -> bool:
+        """Whether Lenth's method chose the factors, because the residual has too few degrees of freedom or is zero."""
+        tested = self.residual.df >= LEAST_DF and any(effect.f is not None for effect in self.effects)
+        return self.lenth.me is not None and not tested
 
     def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""
-        return {"screen": Table.of(_COLUMNS, self.effects), "screen_runs": self.design.table()}
+        return {"screen": self.effects.table(), "screen_runs": self.design.table()}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""
@@ -209,37 +131,34 @@ class ScreenResult(StageResult):
 def screen(work: Work, head: Head) -> ScreenResult:
     """Run the screening design and find the factors that move the response."""
     study, design = work.study, screening_design(work.study, work.solver)
-    error, factors = error_asked(study), study.factors
-    symbols = [factor.symbol for factor in factors]
-    expected = {factor.name: factor.expected_sign for factor in factors if factor.expected_sign}
+    symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     bounds = lower_bounds(answers)
     with reasons_given(requests, answers):
         runs = runs_of(design, requests, answers, work.solver)
         first, *others = (
-            analyse_screening(design.coded, numbers, design.names, symbols, study.screen.alpha, error, expected)
+            analyse_screening(design.coded, numbers, design.names, symbols, study.screen.alpha)
             for numbers in ([run.number(name) for run in runs.runs] for name in (FIRST, *study.own_further))
         )
-    further = dict(zip(study.own_further, map(FurtherScreening.of, others), strict=True))
-    notes = (*first.notes, *bounds, *unexpected_signs(first))
-    fields = FurtherScreening.of(first).as_record() | {"notes": notes, "responses": further or None}
-    return ScreenResult(head=head, design=runs, aliases=first.aliases(), alpha=first.alpha, **fields)
+    notes = (*first.notes, *bounds, *unexpected_signs(study, first))
+    further = dict(zip(study.own_further, others, strict=True)) or None
+    found = _fields(first) | {"notes": notes, "responses": further}
+    return ScreenResult(head=head, design=runs, alpha=study.screen.alpha, **found)
 
 
-def error_asked(study: Study) -> str:
-    """Return what effects are tested against: as the spec says, else the scatter of repeated runs where all are."""
-    said = "error" in study.screen.model_fields_set
-    return study.screen.error if said or study.replicates < 2 else "replicates"
+def _fields(found: Screening) -> dict[str, Any]:
+    """Return an analysis field by field, as a result has them too."""
+    return {field.name: getattr(found, field.name) for field in fields(found)}
 
 
-def unexpected_signs(found: Screening) -> list[Note]:
+def unexpected_signs(study: Study, found: Screening) -> list[Note]:
     """Point out significant effects whose sign is not the one the spec expects."""
+    expected = {factor.name: factor.expected_sign for factor in study.factors}
     return [
-        UnexpectedSign(effect.factor, effect.effect, effect.conclusion.expected_sign)
+        UnexpectedSign(effect.factor, effect.effect, sign)
         for effect in found.effects
         if effect.factor in found.significant
-        and effect.conclusion is not None
-        and effect.conclusion.expected_sign is not None
-        and effect.against_expectation
+        and (sign := expected[effect.factor])
+        and sign != ("+" if effect.effect > 0.0 else "-")
     ]

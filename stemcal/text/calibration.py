@@ -300,10 +300,8 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     test = "With each test left out in turn, the fit to the others misses it by at most {error:tenths} %."
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     tests = any(row.left_out_interval is not None for row in joint.rows)
-    said = names.say(
-        test if tests else each if several else response, condition=condition.long if condition else "", error=error
-    )
-    return [said]
+    template = test if tests else each if several else response
+    return [names.say(template, condition=condition.long if condition else "", error=error)]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:

@@ -13,8 +13,6 @@ SENTENCES = {
     "residuals": "What the surface leaves unexplained, run by run.",
     "diagnostics": "Residuals against the normal law (on the line: normal) and in order of the runs (no trend: good), "
     "and how strongly each run influences the surface (Cook's distance above 1, dashed: much).",
-    "ridge": "Ridge of steepest ascent: the largest {response} at each distance from the centre, with two standard "
-    "errors, and the coded values that give it.",
     "contour": "{capital} over {factors:factors}.",
     "contour at the solution": "{capital} over {factors:factors}, the others at the solution.",
     "contour at the centre": "{capital} over {factors:factors}, the others at the centre.",

@@ -49,14 +49,10 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("aliasing", "Two effects that a design cannot tell apart: what looks like one may be the other.", _BOX,
           ("alias", "confounding")),
     Entry("Lenth's method", "Judges effects without a residual: the pseudo standard error PSE = 1.5·median of the "
-          "effects below 2.5·s0, s0 = 1.5·median of all. Its margins ME (one effect) and SME (the largest of all) are "
-          "simulated for the number of effects.",
-          "R. V. Lenth, Technometrics 31 (1989) 469; K. Q. Ye, M. Hamada, J. Quality Technology 32 (2000) 57",
+          "effects below 2.5·s0, s0 = 1.5·median of all. Its margins ME (one effect) and SME (as one of m effects) are "
+          "PSE times quantiles of t with m/3 degrees of freedom.",
+          "R. V. Lenth, Technometrics 31 (1989) 469",
           ("lenth", "pse", "me", "sme", "margin of error")),
-    Entry("Holm's adjustment", "Raises p-values so that the chance of even one false finding among all factors stays "
-          "below the level.", "S. Holm, Scand. J. Statist. 6 (1979) 65", ("p_holm", "holm")),
-    Entry("Benjamini–Hochberg adjustment", "Raises p-values so that the expected share of false findings stays below "
-          "the level.", "Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57 (1995) 289", ("p_bh", "false discovery")),
     Entry("half-normal plot", "Sizes of effects over the quantiles a normal sample would have; chance lies on a line "
           "through the origin, real effects above it.", "C. Daniel, Technometrics 1 (1959) 311"),
     Entry("curvature", "By how much the middle of the ranges differs from the mean of the corners: a plane has none.",
@@ -93,8 +89,6 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("leverage", "Share of a run in its own prediction; at 1 the surface goes through it whatever it says.", _MM),
     Entry("VIF", "Variance inflation factor: by how much correlation with other terms widens a coefficient's variance.",
           _MONT, ("variance inflation factor",)),
-    Entry("Box–Cox transformation", "The power of the response at which the surface fits best; 1 means leave it alone.",
-          "G. E. P. Box, D. R. Cox, J. R. Statist. Soc. B 26 (1964) 211", ("box cox", "lambda")),
     Entry("stationary point", "Where the surface is level: a maximum, a minimum or a saddle.", _MM,
           ("canonical", "saddle")),
     Entry("fold-over", "The same design with all signs turned, added to it: it frees main effects of two-factor "

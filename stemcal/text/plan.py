@@ -1,4 +1,4 @@
-"""What is said of a plan: what designs can find, what a study takes, what is too much."""
+"""What is said of a plan: what a study takes, what is too much."""
 
 from stemcal.executors import machine
 from stemcal.numbers import duration, in_bytes
@@ -6,8 +6,7 @@ from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
-from stemcal.text.names import Names
-from stemcal.text.notes import sentence, sentences, states
+from stemcal.text.notes import sentences, states
 
 
 def total(found: plan.Plan) -> list[str]:
@@ -62,7 +61,10 @@ states(plan.FactorsAssumed, "The screening decides which factors the surface has
 states(plan.FirstRunTwice, "{stage} begins with its first run made twice: equal inputs must give equal answers.")
 states(plan.DecidedLater, "{stage} decides its runs one by one: {most} at most come on top.")
 states(plan.AskedTogether, "{stage} runs together what the stage before it proposes: {most} at most come on top.")
-states(plan.CannotCarry, "{stage}, {design}: {reason}")
+states(
+    plan.CannotEstimate,
+    "{stage}, {design}: {runs} runs cannot estimate {terms:factors}. Add runs or levels.",
+)
 states(
     plan.InAnotherProgram,
     "{here} runs here, at most {there} in {solver:program} (transfer). Those take at most {seconds:duration} on one "
@@ -77,20 +79,6 @@ states(
     otherwise="mesh simulates the solution at {places} places of the mesh (conditions: {conditions}).",
     by="sizes",
 )
-
-
-@sentence.register
-def _(note: plan.DesignPower, names: Names) -> str:
-    saturated = (
-        "{stage}, {design}: {runs} runs for {coefficients} coefficients leave no residual df: no F test is possible."
-    )
-    tested = (
-        "{stage}, {design}: {runs} runs for {coefficients} coefficients leave {df} residual df. Chance that the "
-        "weakest term is found, for changes of so many standard deviations of the scatter: {chances}. Largest leverage "
-        "{leverage:.2f}."
-    )
-    chances = ", ".join(say("{ratio}σ {chance:.0%}", ratio=r, chance=c) for r, c in note.weakest.items())
-    return names.say(tested if note.df else saturated, chances=chances, **vars(note))
 
 
 states(

@@ -1,50 +1,40 @@
-"""What a screening says: its outcome, how sure it is, each factor's standing, and its notes."""
+"""What a screening shows: its outcome, how sure it is, and its notes."""
 
-from collections.abc import Iterator
 from fractions import Fraction
 
 from stemcal.doe.designs import aliases
-from stemcal.doe.designs.definitive_screening import OneSpareColumn
 from stemcal.doe.regression.surface_notes import FlatResponse
 from stemcal.doe.screening import notes
-from stemcal.doe.screening.effect_sizes import Curvature, Effect
-from stemcal.doe.screening.lenth import FoldOverPays
-from stemcal.doe.screening.two_stage_analysis import ErrorSource, TwoStages
+from stemcal.doe.screening.analysis import LEAST_DF
+from stemcal.doe.screening.effects import Curvature, Effect
 from stemcal.notes import Weight
 from stemcal.stages.screen import Limit, ScreenResult, UnexpectedSign
-from stemcal.text.language import all_of, say, say_number
+from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
 
-# Long lists of aliases are not read: so many are named, the rest is counted.
+# Long lists of aliases are not read: the first ones are listed, the rest is counted.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
 
 
 def outcome(stage: ScreenResult, names: Names) -> list[str]:
-    """Say which factors move the response."""
+    """Return which factors are significant."""
     effects, response = {effect.factor: effect for effect in stage.effects}, names.response.long
     count = say("{factors} factors were screened in {runs} runs.", factors=len(effects), runs=len(stage.design.runs))
     chosen = sorted(stage.significant, key=lambda name: -abs(effects[name].effect))
-    if not chosen and (largest := _largest_untested(stage)) is not None:
-        saturated = (
-            "Their effects on the {response} cannot be tested: no residual degrees of freedom are left. The largest is "
-            "that of {factor:factor} ({effect:response +.4g}, {share:.1f} % of the sum of squares)."
-        )
-        exact = (
-            "Their effects on the {response} cannot be tested: there is no error to test them with. The largest is "
-            "that of {factor:factor} ({effect:response +.4g}, {share:.1f} % of the sum of squares)."
-        )
-        template, share = exact if stage.residual.df else saturated, largest.contribution_percent
-        said = names.say(template, response=response, factor=largest.factor, effect=largest.effect, share=share)
-        return [count, said]
-    if not chosen:
-        return [count, say("None of them moves the {response} significantly.", response=response)]
-    shares = [
-        names.say("{factor:factor} ({share:fixed 1} %)", factor=name, share=effects[name].contribution_percent)
-        for name in chosen
-    ]
-    moved = "Factors that move the {response} (share of the sum of squares): {shares:all}."
-    return [count, names.say(moved, response=response, shares=shares)]
+    if chosen:
+        share = "{factor:factor} ({share:fixed 1} %)"
+        shares = [names.say(share, factor=name, share=effects[name].contribution_percent) for name in chosen]
+        moved = "Factors that affect the {response} (share of the sum of squares): {shares:all}."
+        return [count, names.say(moved, response=response, shares=shares)]
+    if (largest := _largest_untested(stage)) is None:
+        return [count, say("None of them affects the {response} significantly.", response=response)]
+    untested = (
+        "Their effects on the {response} cannot be tested: there is no error to test them with. The largest is that of "
+        "{factor:factor} ({effect:response +.4g}, {share:.1f} % of the sum of squares)."
+    )
+    fields = {"factor": largest.factor, "effect": largest.effect, "share": largest.contribution_percent}
+    return [count, names.say(untested, response=response, **fields)]
 
 
 def _largest_untested(stage: ScreenResult) -> Effect | None:
@@ -52,143 +42,45 @@ def _largest_untested(stage: ScreenResult) -> Effect | None:
     largest = max(stage.effects, key=lambda effect: abs(effect.effect), default=None)
     if largest is None or largest.effect == 0.0 or any(effect.p is not None for effect in stage.effects):
         return None
-    return largest if stage.lenth is None or stage.lenth.me is None else None
+    return largest if stage.lenth.me is None else None
 
 
 def certainty(stage: ScreenResult, names: Names) -> list[str]:
-    """Say which of the chosen factors Lenth's method confirms, and which may be chance."""
+    """Return which of the significant factors the other method confirms."""
+    me = stage.lenth.me
     chosen = [effect for effect in stage.effects if effect.factor in stage.significant]
-    if stage.lenth is None or stage.lenth.me is None or not chosen:
+    if me is None or not chosen:
         return []
-    firm = [effect.factor for effect in chosen if abs(effect.effect) > stage.lenth.me]
-    weak = [effect.factor for effect in chosen if abs(effect.effect) <= stage.lenth.me]
-    lost = [e.factor for e in chosen if e.conclusion is not None and not e.conclusion.among_all]
-    said = []
+    by_lenth = [(effect.factor, abs(effect.effect) > me) for effect in chosen]
+    by_f = [(effect.factor, effect.p is not None and effect.p < stage.alpha) for effect in chosen]
+    method, other, votes = ("F test", "Lenth's method", by_lenth)
+    if stage.by_lenth:
+        method, other, votes = ("Lenth's method", "F test", by_f)
+    said = [say("Chosen by: {method}.", method=method)]
+    firm, weak = ([name for name, vote in votes if vote is wanted] for wanted in (True, False))
     if firm:
-        said.append(names.say("Lenth's method, which needs no residual, confirms {factors:factors}.", factors=firm))
+        said.append(names.say("Confirmed by the other method ({other}): {factors:factors}.", other=other, factors=firm))
     if weak:
-        said.append(names.say("Lenth's method does not confirm {factors:factors}: treat as doubtful.", factors=weak))
-    if lost:
-        template = "Tested among all {count} factors at once (Holm, Lenth), {factors:factors} may be chance."
-        said.append(names.say(template, count=len(stage.effects), factors=lost))
+        said.append(names.say("Not confirmed by it ({other}): {factors:factors}.", other=other, factors=weak))
     return said
 
 
-def standing(effect: Effect) -> str:
-    """Say in two or three words whether a factor matters; nothing where the study does not tell."""
-    if effect.conclusion is None:
-        return ""
-    words = {
-        "untested": say("not tested"),
-        "none": say("no effect seen"),
-        "disputed": say("methods disagree"),
-        "possible": say("may matter"),
-        "active": say("matters"),
-    }
-    unexpected = {
-        "disputed": say("methods disagree, unexpected sign"),
-        "possible": say("may matter, unexpected sign"),
-        "active": say("matters, unexpected sign"),
-    }
-    chosen = words | unexpected if effect.against_expectation else words
-    return chosen[effect.conclusion.standing]
-
-
-def judgement(effect: Effect, stage: ScreenResult, names: Names) -> list[str]:
-    """Say whether a factor matters, by p and by Lenth's method, and whether its sign is the expected one."""
-    if effect.conclusion is None:
-        return []
-    said = [names.say(_standing_template(effect, stage), factor=effect.factor), _size(effect, names)]
-    if effect.conclusion.standing in ("none", "untested"):
-        return said
-    return [*said, *_tests(effect, names), *_expectation(effect)]
-
-
-def _standing_template(effect: Effect, stage: ScreenResult) -> str:
-    assert effect.conclusion is not None
-    if effect.conclusion.standing == "none" and stage.error is not None and stage.error.scatter:
-        return "{factor:factor} shows no effect beyond the scatter of repeated runs."
-    return {
-        "untested": "Whether {factor:factor} matters cannot be tested.",
-        "none": "{factor:factor} shows no effect beyond what aliased interactions can imitate.",
-        "disputed": "{factor:factor} may matter, but the methods disagree.",
-        "possible": "{factor:factor} may matter.",
-        "active": "{factor:factor} matters.",
-    }[effect.conclusion.standing]
-
-
-def _size(effect: Effect, names: Names) -> str:
-    raises = "From low to high it raises the response by {change:response} ({share:.1f} % of the variation)."
-    lowers = "From low to high it lowers the response by {change:response} ({share:.1f} % of the variation)."
-    template = raises if effect.effect > 0.0 else lowers
-    return names.say(template, change=abs(effect.effect), share=effect.contribution_percent)
-
-
-def _tests(effect: Effect, names: Names) -> Iterator[str]:
-    found = effect.conclusion
-    assert found is not None
-    if effect.p is not None:
-        yield names.say("By itself it has p {p:p}.", p=effect.p)
-    if found.by_lenth is not None:
-        beyond, inside = "It is beyond Lenth's margin of error.", "It is within Lenth's margin of error."
-        yield say(beyond if found.by_lenth else inside)
-    if not found.among_all:
-        with_p = "Among all factors at once it does not stand out (Holm p {p:p})."
-        yield names.say(with_p if effect.p_holm is not None else "Among all factors at once it does not stand out.",
-                        p=effect.p_holm)  # fmt: skip
-
-
-def _expectation(effect: Effect) -> list[str]:
-    assert effect.conclusion is not None
-    expected = effect.conclusion.expected_sign
-    if expected is None:
-        return []
-    if effect.against_expectation:
-        return [say("Its sign is not the expected {sign}.", sign=expected)]
-    return [say("Its sign is as expected.")]
+def standing(effect: Effect, stage: ScreenResult) -> str:
+    """Return in a word or two whether a factor is significant."""
+    votes = [] if effect.p is None else [effect.p < stage.alpha]
+    votes += [] if stage.lenth.me is None else [abs(effect.effect) > stage.lenth.me]
+    if not votes:
+        return say("not tested")
+    if len(set(votes)) > 1:
+        return say("methods disagree")
+    return say("significant") if votes[0] else say("not significant")
 
 
 def remarks(stage: ScreenResult, names: Names) -> list[Remark]:
-    """Return what a screening says beside its tables."""
-    said = []
-    if stage.two_stages is not None:
-        text = _two_stages(stage.two_stages, len(stage.effects), names)
-        said.append(Remark(text, Weight.TRUST, "two_stages"))
-    if stage.curvature is not None:
-        said.append(Remark(_curvature(stage.curvature, names), Weight.TRUST, "curvature"))
+    """Return the remarks next to the tables of a screening."""
+    curvature = stage.curvature
+    said = [] if curvature is None else [Remark(_curvature(curvature, names), Weight.TRUST, "curvature")]
     return [*said, *(remark(note, names) for note in stage.notes)]
-
-
-def _two_stages(found: TwoStages, factors: int, names: Names) -> str:
-    none = "In two stages: none of {factors} main effects stands out from the error ({error})."
-    plain = "In two stages: {active:factors} above the error ({error}); no square or interaction of them is needed."
-    bent = "In two stages: {active:factors} above the error ({error}); beside them {second:factors}."
-    open_ = (
-        "In two stages: {active:factors} above the error ({error}); beside them {second:factors}, the best of {sets} "
-        "sets of as many that explain the runs: which terms it is stays open."
-    )
-    first, second = found.first, found.second_order
-    template = none if not first.active else plain if not second else open_ if found.equals else bent
-    error = names.say(
-        "{size:response .3g} with {df} degrees of freedom, from {source}",
-        size=first.mean_square**0.5,
-        df=first.df,
-        source=_source(first.source),
-    )
-    fields = {"factors": factors, "active": first.active, "second": second, "sets": found.equals + 1}
-    return names.say(template, error=error, **fields)
-
-
-def _source(source: ErrorSource) -> str:
-    if source.lenth:
-        return say("the effects within Lenth's margin")
-    columns, runs = source.fake_columns, source.centre_runs
-    parts = (
-        [say_number("{count} column without a factor", "{count} columns without a factor", columns)] if columns else []
-    )
-    return all_of(
-        parts + ([say_number("{count} run at the centre", "{count} runs at the centre", runs)] if runs else [])
-    )
 
 
 def _curvature(found: Curvature, names: Names) -> str:
@@ -219,49 +111,22 @@ states(
     "approximate.",
 )
 states(FlatResponse, "Every run gave the same response: no factor has an effect.")
-states(notes.LenthError, "As chosen, p-values are those of Lenth's method; they hold if most factors have no effect.")
 states(
-    notes.NoResidual,
-    "Every column carries a factor, so there is no residual and no p-value: only Lenth's method can decide.",
+    notes.LenthDecides,
+    "The residual has {df} degrees of freedom, fewer than 3: Lenth's method chooses the factors.",
+    otherwise="The residual is zero, so there is no F test: Lenth's method chooses the factors.",
+    by=lambda note: note.df < LEAST_DF,
 )
-states(notes.ExactResidual, "The residual is exactly zero, so no F can be formed: only Lenth's method can decide.")
-states(
-    notes.WeakError,
-    "The error has only {df} residual df (the unused columns), so the F tests are weak: read p beside Lenth's method "
-    "and the adjusted p-values. Without repeated runs these columns hold no scatter: what is in them is interactions, "
-    "aliased.",
-)
-states(notes.TooFewEffects, "Fewer than three effects: Lenth's method has nothing to take as noise.")
-states(
-    notes.NotAfterHolm,
-    "{factors:factors} has p below {alpha:g} alone, not after Holm's correction: of {tested} factors without effect at "
-    "least one would with a probability of up to {by_chance_percent:.0f} %.",
-    "{factors:factors} have p below {alpha:g} alone, not after Holm's correction: of {tested} factors without effect "
-    "at least one would with a probability of up to {by_chance_percent:.0f} %.",
-    by="factors",
-)
+states(notes.TooFewEffects, "Lenth's method needs at least three effects: the F test chooses the factors.")
 states(
     notes.InteractionOfStrongest,
     "An interaction {first:factor}:{second:factor} of the two strongest factors would show up in part as effects of "
     "{shown_by:factors}.",
 )
 states(
-    FoldOverPays,
-    "A fold-over (`stemcal augment SPEC --fold-over`, {runs} runs more) frees the main effects of interactions: an "
-    "effect of {effect:response .3g} beside those found is missed in {missed:.0%} of cases now and in "
-    "{missed_folded:.0%} then, where interactions are half their parents.",
-)
-states(
     UnexpectedSign,
     "{factor:factor} has the effect {effect:response +.4g} where the spec expects the sign {expected}: look for an "
     "alias or a wrong unit before trusting it.",
-)
-states(
-    OneSpareColumn,
-    "A definitive screening of {factors} factors in {runs} runs tests main effects against one degree of freedom: of "
-    "studies in which nothing matters, about three of ten end with a square or an interaction. Where repeated runs "
-    "differ, `screen.runs: {with_centre}` adds two centre runs; of a deterministic solver `screen.runs: "
-    "{with_columns}` adds two columns without a factor. Either leaves about one of ten.",
 )
 states(aliases.NoInteractions, "One factor has no interactions.")
 states(aliases.ClearOfInteractions, "In these {runs} runs the main effects are clear of two-factor interactions.")
@@ -270,33 +135,12 @@ states(
     "In these {runs} runs main effects are partly aliased with two-factor interactions (weights up to {largest:.2g}).",
 )
 states(
-    notes.PooledError,
-    "As chosen, the error pools the unused columns and {pooled:factors} ({df} df): effects that are small by chance "
-    "make it small, so p-values look better than they are.",
-    otherwise="As chosen, the error pools the unused columns ({df} df).",
-    by="pooled",
-)
-states(
-    notes.ReplicateError,
-    "The error is the scatter of repeated runs ({df} df).",
-    otherwise="The error was to come from repeated runs, but no run is repeated, or all repeats agree exactly.",
-    by="df",
-)
-states(
     notes.MethodsDisagree,
     "The two methods disagree on {factor:factor}: p {p:p} is below {alpha:g}, but its effect {effect:response +.4g} "
     "stays within Lenth's margin of error {margin:response}.",
     otherwise="The two methods disagree on {factor:factor}: p {p:p} is not below {alpha:g}, but its effect "
     "{effect:response +.4g} exceeds Lenth's margin of error {margin:response}.",
     by=lambda note: note.p < note.alpha,
-)
-states(
-    notes.UnusedContrasts,
-    "Lenth's margin is that of {count} contrasts, the unused columns' ({listed:all}) among them. It decides which "
-    "factors count, since F rests on these columns alone.",
-    otherwise="Lenth's margin is that of {count} contrasts, the unused columns' ({listed:all}) among them.",
-    by="decides",
-    listed=lambda note, names: [names.quantity(value, "+.3g") for value in note.contrasts],
 )
 states(
     aliases.UniformlyAliased,

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 
 from stemcal.doe.regression import surface_notes
-from stemcal.doe.regression.surface import PREDICTS
-from stemcal.doe.regression.transform import BoxCox
+from stemcal.doe.regression.canonical import Shape
+from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.notes import Weight
 from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
-from stemcal.stages.surface.result import ReductionSteps, SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
-from stemcal.stages.surface.shape import Shape
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -61,27 +60,18 @@ def _facts(stage: SurfaceResult, names: Names) -> Iterator[Remark]:
         yield Remark(_reduction(stage.reduction, names), Weight.TRUST, "reduction")
     if stage.canonical is not None:
         yield Remark(_shape(stage.canonical, names), Weight.ASIDE, "shape")
-    if stage.canonical is not None and stage.predicted_r2 is not None and stage.predicted_r2 < PREDICTS:
-        withheld = (
-            "The shares of the variance (Sobol' indices) are withheld: the surface predicts runs left out too badly "
-            "(predicted R² {predicted:fixed 3}, at least {least:g} is asked)."
-        )
-        fields = {"predicted": stage.predicted_r2, "least": PREDICTS}
-        yield Remark(names.say(withheld, **fields), Weight.TRUST, "shares_withheld")
-    if stage.box_cox is not None and stage.box_cox.advised != 1.0:
-        yield Remark(_box_cox(stage.box_cox, names), Weight.TRUST, "box_cox")
     by_chance = isinstance(stage.pure_error, ScatterOfSeeds | EqualSeeds)
     if stage.pure_error is not None and (by_chance or stage.lack_of_fit_testable):
         yield remark(stage.pure_error, names)
 
 
-def _reduction(found: ReductionSteps, names: Names) -> str:
-    all_stay = "Reduction ({method}): every term stays."
-    some_go = (
-        "Reduction ({method}) leaves out {terms:factors}. The terms were chosen by the same runs, so p-values and "
-        "intervals are somewhat too favourable."
+def _reduction(steps: tuple[ReductionStep, ...], names: Names) -> str:
+    removed = (
+        "Backward elimination removed {terms:factors}. The same runs chose the terms, so p-values and intervals are "
+        "somewhat too favourable."
     )
-    return names.say(some_go if found.dropped else all_stay, method=found.method, terms=found.dropped)
+    template = removed if steps else "Backward elimination removed no term."
+    return names.say(template, terms=[step.term for step in steps])
 
 
 def shape_name(shape: Shape) -> str:
@@ -116,33 +106,10 @@ def _shape(shape: Shape, names: Names) -> str:
     return names.say(template, kind=shape_name(shape), predicted=shape.predicted, radius=shape.coded_radius)
 
 
-def _box_cox(found: BoxCox, names: Names) -> str:
-    scales = {
-        -1.0: say("the reciprocal 1/y"),
-        -0.5: say("1/√y"),
-        0.0: say("the logarithm"),
-        0.5: say("the square root"),
-        2.0: say("the square"),
-    }
-    return names.say(
-        "Box–Cox: {scale} of the response would fit better (best power {best:.2f}, 95 % interval {low:.2f} to "
-        "{high:.2f}).",
-        scale=scales[found.advised],
-        best=found.best,
-        low=-3.0 if found.low is None else found.low,
-        high=3.0 if found.high is None else found.high,
-    )
-
-
 states(
     surface_notes.SurfaceRunsFailed,
     "{failed} of {runs} runs failed; the surface is fitted to the others, with {df} residual df; the design is no "
-    "longer as planned (largest variance inflation {inflation:.2f}, as planned {planned:.2f}).",
-)
-states(
-    surface_notes.TermsDropped,
-    "The runs left cannot estimate {terms:factors}: these terms are left out. What they stand for is now in the other "
-    "coefficients, and the surface must not be trusted beyond the runs it has.",
+    "longer as planned (largest variance inflation factor {inflation:.2f}).",
 )
 states(
     surface_notes.TermsEntangled,

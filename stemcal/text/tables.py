@@ -7,10 +7,11 @@ LINES = {
     # screening and surface
     "effects": "Effects on the {response}",
     "stars": "** p < 0.01, * p < 0.05. Share: of the total sum of squares.",
-    "lenth": "Lenth: pseudo standard error {pse:response}; an effect beyond ±{me:response} is active, beyond "
-    "±{sme:response} even among all factors.",
+    "lenth": "Lenth: pseudo standard error {pse:response}; an effect beyond ±{me:response} is significant, beyond "
+    "±{sme:response} also as one of all factors.",
+    "by F": "The F test chooses the factors: its residual has at least 3 degrees of freedom.",
+    "by Lenth": "Lenth's method chooses the factors: the residual has fewer than 3 degrees of freedom or is zero.",
     "anova": "Analysis of variance",
-    "sequential anova": "Analysis of variance, type I sums of squares",
     "untestable": "Lack of fit cannot be tested.",
     "coefficients": "Response surface in coded units",
     "fit": "Quality of the fit",
@@ -21,9 +22,6 @@ LINES = {
     "outside": "Stationary point: {kind}, {value:response .4g} at {levels}; coded radius {radius:.2f}, outside the "
     "region of the runs.",
     "curvature": "Negative: the {response} falls on both sides along that axis; the columns give its direction, coded.",
-    "sobol": "Variance shares of the {response}",
-    "uniform": "Sobol' indices of the fitted surface, factors uniform over their ranges; total: with all interactions.",
-    "ridge": "Ridge of steepest ascent",
     "of another": "{title}: {response}",
     "of another at": "{title}: {response} at {at:condition}",
     # parameters
@@ -144,7 +142,6 @@ LINES = {
     "published levels": "Factor coding of the response surface design.",
     "published surface-runs": "Test results and scheme of the response surface design.",
     "published anova": "ANOVA of the response surface.",
-    "published sequential anova": "Sequential ANOVA of the response surface.",
     "published calibration": "Parameter calibration values.",
     "published parameters": "Parameters of the simulation.",
     "published stem": "Finite element simulation parameters of the stem.",

@@ -304,11 +304,11 @@ states(
 states(
     advice.SmoothResponse,
     {
-        "phases": "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `stemcal augment "
-        "SPEC --extra-runs 4`.",
-        "replicates": "`replicates: {replicates}` under `solver` averages over chance; or add runs: `stemcal augment "
-        "SPEC --extra-runs 4`.",
-        "": "Add runs: `stemcal augment SPEC --extra-runs 4`, or make the response smoother.",
+        "phases": "`phases: {phases}` under `solver` averages over places of the mesh; or add runs: `rsm: "
+        "{{extra_runs: 4}}`.",
+        "replicates": "`replicates: {replicates}` under `solver` averages over chance; or add runs: `rsm: "
+        "{{extra_runs: 4}}`.",
+        "": "Add runs: `rsm: {{extra_runs: 4}}`, or make the response smoother.",
     },
     by=lambda remedy: "phases" if remedy.phases else "replicates" if remedy.replicates else "",
 )

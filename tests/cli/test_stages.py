@@ -127,12 +127,6 @@ def test_plan_counts_and_writes_nothing(tmp_path: Path) -> None:
     assert "37 runs to compute" in process(tmp_path, "plan", REPLAY).stdout
 
 
-def test_what_tests_would_tell_needs_simulations(tmp_path: Path) -> None:
-    done = command("plan", REPLAY, "--identify", "--out", tmp_path / "study")
-    assert done.exit_code == 2
-    assert "plan --identify: a table answers only what it holds" in done.stderr
-
-
 def test_check() -> None:
     assert "9 factors, 5 measured" in " ".join(command("check", REPLAY).stdout.split())
     found = json.loads(command("check", REPLAY, "--json").stdout)

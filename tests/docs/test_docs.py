@@ -50,7 +50,7 @@ def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     pages = {path.relative_to(tmp_path).as_posix(): path.read_text("utf-8") for path in tmp_path.rglob("*.html")}
     assert "stemcal measure shear" in pages["reference/commands.html"]
-    assert "effects[].p_holm" in pages["reference/stages.html"]
+    assert "effects[].lenth_t" in pages["reference/stages.html"]
     assert "TargetUnreachable" in pages["reference/stages.html"]
     for name in ("theory/solver.html", "theory/statistics.html", "theory/laboratory.html"):
         assert pages[name].count('<div class="equation"><math') >= 2

@@ -12,6 +12,7 @@ import pytest
 from printed import agrees, differing, read_printed
 
 from stemcal.doe.designs.catalogue import central_composite, plackett_burman
+from stemcal.doe.regression.least_squares import stars
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
 
@@ -34,7 +35,7 @@ def cells_of(printed: dict[str, str], row: Any, fields: dict[str, str]) -> int:
     filled = {column: printed[column] for column in fields if printed[column]}
     assert differing(filled, found) == {}, printed
     assert all(found[column] is None for column in fields if not printed[column])
-    assert printed["stars"] == row.stars
+    assert printed["stars"] == stars(row.p)
     return len(filled)
 
 

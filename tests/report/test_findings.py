@@ -21,21 +21,9 @@ def printed(stage: Any) -> str:
     return capture.get()
 
 
-def test_a_verdict_per_factor_the_strongest_first(stages: dict[str, Any]) -> None:
-    text = printed(stages["screen"]).split("Verdicts")[1]
-    assert (
-        text.index("X4 yield_stress matters")
-        < text.index("X9 failure_strain matters")
-        < text.index("X7 strain_rate_c may matter")
-    )
-    assert " ".join(text.split()).count("From low to high") == 9
-
-
-def test_shape_and_ridge_of_the_surface(stages: dict[str, Any]) -> None:
+def test_the_last_table_of_the_surface_has_its_shape(stages: dict[str, Any]) -> None:
     assert [table.title for table in tables_of(stages["rsm"])][3:] == [
         "Canonical analysis",
-        "Variance shares of the maximum force",
-        "Ridge of steepest ascent",
     ]
     assert max(map(len, printed(stages["rsm"]).splitlines())) <= 80
 

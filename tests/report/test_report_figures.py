@@ -111,9 +111,8 @@ def test_inline_figures_have_ids_of_their_own_and_no_references(stages: dict[str
 
 def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], edited: Any, tmp_path: Path) -> None:
     def rename(content: dict[str, Any]) -> None:
-        for part in (content["effects"], content["pareto"]["rows"]):
-            for entry in part:
-                entry["factor"] = NAMES.get(entry["factor"], entry["factor"])
+        for entry in content["effects"]:
+            entry["factor"] = NAMES.get(entry["factor"], entry["factor"])
 
     screen = edited(stages["screen"], rename)
     ElementTree.fromstring(svg(pareto(screen)))

@@ -15,7 +15,6 @@ from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
 from stemcal.errors import SimulationFailed, SpecError
-from stemcal.overview.identify import every_test_measured
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.laboratory_programs import run_all
 from stemcal.solvers.protocol import Placed, Request
@@ -117,14 +116,6 @@ def test_its_files_determine_the_run_where_it_is_done(study: Study, tmp_path: Pa
     assert [name for name, hashed in stage.items() if hashed != changed[name]] == ["tests"]
     with pytest.raises(SimulationFailed, match=r"torsion: torsion.py has changed since"):
         run_all(begun.programs, asked(study))
-
-
-def test_before_anything_is_measured_all_that_is_read_counts(study: Study) -> None:
-    bare = study.model_copy(update={"tests": (study.tests[0].model_copy(update={"targets": ()}),)})
-    measured = every_test_measured(bare, [8.0])
-    assert set(measured.tests[0].measured) == {"maximum_force", "slope"}
-    done = run_all(Embedded(measured).programs, asked(study))
-    assert done.responses["torsion_slope"] == 1.0
 
 
 def test_one_test_is_shown_beside_what_was_measured(study: Study) -> None:

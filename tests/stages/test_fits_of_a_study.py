@@ -1,4 +1,4 @@
-"""Phases, blocks, weights and lost terms, from the spec to the files."""
+"""Phases and lost terms, from the spec to the files."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from fakes import FakeSolver, force, make_study
-from printed import agrees
 
 from stemcal import workflow
-from stemcal.errors import RunsFailed, SpecError
+from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1OPTIONS}\n"
 PHASES = "solver: {kind: embedded, phases: 4, symmetry: half}\n"
@@ -63,109 +61,8 @@ def test_phases_become_pure_error(tmp_path: Path) -> None:
     assert again.df in (3, 24) and again.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
 
 
-def test_weights_by_phases(tmp_path: Path) -> None:
-    """Runs of small scatter count more; the file holds the weights, and the fit from the file is the same."""
-    stage = fitted(tmp_path, ", weights: phases", Phased())
-    runs = stage["design"]["runs"]
-    assert sum(run["weight"] for run in runs) == pytest.approx(len(runs))
-    quiet, loud = min(runs, key=lambda run: run["sd"]), max(runs, key=lambda run: run["sd"])
-    assert quiet["weight"] > 1.2 * loud["weight"]
-    assert SurfaceResult.from_json(stage).fitted.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
-    (tmp_path / "equal").mkdir()
-    equal = fitted(tmp_path / "equal", "", Phased())
-    assert stage["coefficients"][1]["value"] != pytest.approx(equal["coefficients"][1]["value"], rel=1e-9)
-
-
-def test_weights_need_phases(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"rsm.weights: the solver gives no scatter over mesh phases"):
-        make_study(tmp_path, TWO.replace("OPTIONS", ", weights: phases"))
-
-
-def test_lost_terms_are_refused_or_left_out(tmp_path: Path) -> None:
+def test_terms_that_failed_runs_made_inestimable_end_the_fit(tmp_path: Path) -> None:
     """The four axial runs fail."""
     solver = Phased(fails=frozenset({4, 5, 6, 7}))
-    with pytest.raises(RunsFailed, match=r"rsm\.inestimable: drop"):
+    with pytest.raises(RunsFailed, match=r"cannot estimate yield_stress\^2, failure_strain\^2; repair those runs"):
         fitted(tmp_path, "", solver)
-    stage = fitted(tmp_path, ", inestimable: drop", solver)
-    assert stage["terms_dropped"] == ["yield_stress^2", "failure_strain^2"]
-    assert [row["term"] for row in stage["coefficients"]] == [
-        "1",
-        "yield_stress",
-        "failure_strain",
-        "yield_stress:failure_strain",
-    ]
-    study = make_study(tmp_path, TWO.replace("OPTIONS", ", inestimable: drop") + PHASES)
-    solution = workflow.invert(study, StudyFolder(tmp_path / "out"), solver=solver).to_json()
-    assert solution["predicted"] == pytest.approx(110.0)
-
-
-def test_orthogonal_blocks_from_the_spec(tmp_path: Path) -> None:
-    stage = fitted(tmp_path, "0, blocks: orthogonal", FakeSolver(), more="")
-    assert [run["block"] for run in stage["design"]["runs"]] == ["1"] * 9 + ["2"] * 9
-    assert "Block" in rows_of(stage) and set(stage["block_effects"]) == {"1", "2"}
-    assert "block" in (tmp_path / "out" / "rsm_runs.csv").read_text("utf-8").splitlines()[0].split(",")
-
-
-def test_blocks_set_alpha_themselves(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"rsm.blocks: orthogonal blocks are those of a central composite"):
-        make_study(tmp_path, TWO.replace("OPTIONS", ", blocks: orthogonal, alpha: face"))
-
-
-CHEM = """\
-schema_version: 1
-name: chem-react
-factors:
-  - {name: time, unit: min, low: 77.93, high: 92.07}
-  - {name: temperature, low: 167.93, high: 182.07}
-solver: {kind: table, rsm: chem.csv}
-targets: {calibrate_at: 8 mm, forces: [{diameter: 8 mm, force: 82 N}]}
-rsm:
-  factors: [time, temperature]
-  coding: {time: {center: 85, half_step: 5}, temperature: {center: 175, half_step: 5}}
-"""
-REACTION = """\
-80,170,1,80.5
-80,180,1,81.5
-90,170,1,82
-90,180,1,83.5
-85,175,1,83.9
-85,175,1,84.3
-85,175,1,84
-85,175,2,79.7
-85,175,2,79.8
-85,175,2,79.5
-92.07,175,2,78.4
-77.93,175,2,75.6
-85,182.07,2,78.5
-85,167.93,2,77
-"""
-
-
-def chem(tmp_path: Path, header: str, table: str) -> dict[str, Any]:
-    (tmp_path / "chem.csv").write_text(f"{header}\n{table}", encoding="utf-8")
-    (tmp_path / "chem.yaml").write_text(CHEM, encoding="utf-8")
-    study = load_study(tmp_path / "chem.yaml")
-    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor()).to_json()
-
-
-def test_blocks_of_a_table(tmp_path: Path) -> None:
-    """ChemReact with a column block: the ANOVA that the R package rsm prints (see tests/doe/test_worked_examples)."""
-    stage = chem(tmp_path, "time,temperature,block,yield", REACTION)
-    rows = rows_of(stage)
-    assert agrees("69.531", rows["Block"]["sum_of_squares"]) and agrees("0.186", rows["Residual"]["sum_of_squares"])
-    assert agrees("0.6851", rows["Lack of fit"]["p"])
-    assert agrees("-4.457530", stage["block_effects"]["2"] - stage["block_effects"]["1"])
-
-
-def test_weights_of_a_table(tmp_path: Path) -> None:
-    """A run of weight 2 counts as the run made twice, but for the degrees of freedom."""
-    lines = [line.rsplit(",", 2) for line in REACTION.splitlines()]
-    weighted = "".join(f"{levels},{2 if i == 0 else 1},{value}\n" for i, (levels, _, value) in enumerate(lines))
-    twice = "".join(f"{levels},{value}\n" for levels, _, value in [lines[0], *lines])
-    stage = chem(tmp_path, "time,temperature,weight,yield", weighted)
-    (tmp_path / "twice").mkdir()
-    other = chem(tmp_path / "twice", "time,temperature,yield", twice)
-    assert [row["value"] for row in stage["coefficients"]] == pytest.approx(
-        [row["value"] for row in other["coefficients"]]
-    )
-    assert rows_of(other)["Residual"]["df"] == rows_of(stage)["Residual"]["df"] + 1

@@ -11,7 +11,6 @@ from fakes import FakeSolver
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.plan import plan
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
@@ -36,11 +35,6 @@ class OfYield(FakeSolver):
         assert self.study is not None
         given = self.study.parameters(request.levels, request.condition)
         return Answer("ok", response=force(given["yield_stress"], given["failure_strain"], request.condition))
-
-
-def test_the_plan_sees_an_exponent_at_the_other_diameters() -> None:
-    design, _ = (part for part in plan(load_study(GROWING)).stages if part.stage in ("rsm", "validate"))
-    assert design.quality is not None and "growth" in {term.term for term in design.quality.terms}
 
 
 def test_a_planted_exponent_is_found(tmp_path: Path) -> None:

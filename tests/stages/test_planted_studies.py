@@ -186,16 +186,6 @@ def test_a_fold_over_finds_the_pair_and_a_second_response_each_of_it(tmp_path, m
     assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02
 
 
-@pytest.mark.parametrize(("rough", "told"), [(0.0, 2), (0.3, 0)])
-def test_shares_of_variance_are_withheld_where_the_surface_predicts_nothing(tmp_path, monkeypatch, rough, told) -> None:
-    """Sobol' indices of a quadratic whose runs left out it predicts with R² below a half say nothing of the force."""
-    plant = Plant(tmp_path, monkeypatch, Planted(rough=rough), TRUTHS[0])
-    _, results = plant.judged("one", plant.measured() + RSM + "runs: {quorum: 0}\n")
-    surface = results.surface
-    assert surface is not None and ((surface.fitted.predicted_r2 or 0.0) > 0.5) == bool(told)
-    assert len(surface.sobol) == told
-
-
 class _Held(Planted):
     """The forward model with b held at a value from elsewhere."""
 

@@ -1,4 +1,4 @@
-"""Priors and constraints from the spec to files, verdict and sentences."""
+"""Priors from the spec to files, verdict and sentences."""
 
 from __future__ import annotations
 
@@ -86,16 +86,6 @@ def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
     assert remedy.startswith("Check the prior of yield_stress against its source (compression, Li 2019)")
 
 
-@pytest.mark.parametrize("diameters", ["", ", diameters: all"])
-def test_a_constraint_under_invert_binds_the_solution(tmp_path: Path, diameters: str) -> None:
-    """σy ≤ 15.5 MPa, a ≤ 0.1: the rest is the failure strain's."""
-    limit = f"invert: {{constraints: [{{of: {{yield_stress: 1}}, at_most: 15.5}}]{diameters}}}\n"
-    _, found, _ = inverted(tmp_path, invert=limit)
-    assert found.point.solution["yield_stress"] <= 15.5 + 1e-6
-    assert found.cited["yield_stress"][1] <= 15.5 + 1e-5 and found.ranges["yield_stress"][1] <= 15.5 + 1e-5
-    assert found.point.predicted == pytest.approx(110.0, rel=0.01)
-
-
 def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
     """Three forces whose misfit tells the scatter, F = 110 N·(d/8)² ± 1 %; the failure strain is the prior's."""
     forces = "".join(
@@ -126,11 +116,3 @@ def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -
     workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
     found = workflow.invert(study, place, solver=OfTwo())
     assert PriorUnused(("density",)) in found.notes and found.parameters["density"] == 1100.0
-
-
-def test_constraints_that_leave_nothing_are_told_before_any_run(tmp_path: Path) -> None:
-    """Each leaves something of the ranges, both together nothing."""
-    above, below = "{of: {yield_stress: -1}, at_most: -16}", "{of: {yield_stress: 1}, at_most: 14}"
-    with pytest.raises(Exception, match="constraints: they leave no point of the region"):
-        inverted(tmp_path, invert=f"invert: {{constraints: [{above}, {below}]}}\n")
-    assert StudyFolder(tmp_path / "out").keys() == []

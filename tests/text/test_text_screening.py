@@ -8,11 +8,10 @@ import pytest
 
 from stemcal.doe.designs.aliases import FullyAliased
 from stemcal.doe.screening.analysis import analyse_screening
-from stemcal.doe.screening.notes import NotAfterHolm
 from stemcal.files.rows import Rows
 from stemcal.notes import Weight
 from stemcal.stages.result import DesignRuns, Head
-from stemcal.stages.screen import FurtherScreening, ScreenResult
+from stemcal.stages.screen import ScreenResult
 from stemcal.text import screening
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
@@ -23,63 +22,50 @@ NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None:
     assert " ".join(screening.outcome(results.screen, NAMES)) == (
-        "9 factors were screened in 12 runs. Factors that move the maximum force (share of the sum of squares): "
-        "Yield stress (60.2 %), failure_strain (34.0 %) and strain_rate_c (2.7 %)."
+        "9 factors were screened in 12 runs. Factors that affect the maximum force (share of the sum of squares): "
+        "Yield stress (60.2 %) and failure_strain (34.0 %)."
     )
 
 
 @pytest.mark.parametrize(
-    ("rows", "response", "why"),
+    ("rows", "response"),
     [
-        ([[-1, -1], [1, -1], [-1, 1], [1, 1]], [0.0, 146.0, 0.0, 146.0], "there is no error to test them with."),
-        ([[-1, -1], [1, -1], [-1, 1]], [0.0, 146.0, 0.0], "no residual degrees of freedom are left."),
+        ([[-1, -1], [1, -1], [-1, 1], [1, 1]], [0.0, 146.0, 0.0, 146.0]),
+        ([[-1, -1], [1, -1], [-1, 1]], [0.0, 146.0, 0.0]),
     ],
 )
-def test_effects_without_an_error_term_are_not_called_insignificant(
-    rows: list[list[int]], response: list[float], why: str
-) -> None:
+def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[int]], response: list[float]) -> None:
     found = analyse_screening(rows, response, ["yield_stress", "density"])
     runs: Any = Rows([None] * len(rows))
-    stage = ScreenResult(
-        head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **FurtherScreening.of(found).as_record()
-    )
+    stage = ScreenResult(head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **vars(found))
     assert screening.outcome(stage, NAMES) == [
         f"2 factors were screened in {len(rows)} runs.",
-        f"Their effects on the maximum force cannot be tested: {why} The largest is that of Yield stress (+146 N, "
-        f"{stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
+        "Their effects on the maximum force cannot be tested: there is no error to test them with. The largest is that "
+        f"of Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
-    assert screening.standing(stage.effects[0]) == "not tested"
-    assert screening.judgement(stage.effects[0], stage, NAMES)[0] == "Whether Yield stress matters cannot be tested."
+    assert screening.standing(stage.effects[0], stage) == "not tested"
 
 
-def test_certainty_is_lenths_and_holms(results: Any) -> None:
+def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
     assert screening.certainty(results.screen, NAMES) == [
-        "Lenth's method, which needs no residual, confirms Yield stress, strain_rate_c and failure_strain.",
-        "Tested among all 9 factors at once (Holm, Lenth), strain_rate_c may be chance.",
+        "Chosen by: Lenth's method.",
+        "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
 
 
-def test_a_judgement_per_factor(results: Any) -> None:
-    found = {e.factor: " ".join(screening.judgement(e, results.screen, NAMES)) for e in results.screen.effects}
-    assert found["yield_stress"] == (
-        "Yield stress matters. From low to high it raises the response by 79.42 N (60.2 % of the variation). "
-        "By itself it has p = 0.0022. It is beyond Lenth's margin of error. Its sign is as expected."
+def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
+    """The paper keeps strain_rate_c by F(1, 2); Lenth's method does not."""
+    short = {effect.factor: screening.standing(effect, results.screen) for effect in results.screen.effects}
+    assert short["yield_stress"] == "significant" and short["density"] == "not significant"
+    assert short["strain_rate_c"] == "methods disagree"
+    said = {remark.kind: remark.sentence for remark in remarks_of(results.screen)}
+    assert said["lenth_decides"] == (
+        "The residual has 2 degrees of freedom, fewer than 3: Lenth's method chooses the factors."
     )
-    assert "Among all factors at once it does not stand out (Holm p = 0.3233)." in found["strain_rate_c"]
-    assert found["tangent_modulus"].startswith(
-        "tangent_modulus shows no effect beyond what aliased interactions can imitate."
+    assert said["methods_disagree"].startswith(
+        "The two methods disagree on strain_rate_c: p = 0.0462 is below 0.05, but its effect +16.92 N stays within "
+        "Lenth's margin of error 23.79 N."
     )
-
-
-def test_standings_are_short(results: Any) -> None:
-    short = {effect.factor: screening.standing(effect) for effect in results.screen.effects}
-    assert short["yield_stress"] == "matters" and short["density"] == "no effect seen"
-
-
-def test_one_factor_and_many_have_their_own_templates() -> None:
-    one, many = (NotAfterHolm(names, 0.05, 9, 36.98) for names in (("a",), ("a", "b")))
-    assert sentence(one, NAMES).startswith("a has p below 0.05 alone") and "up to 37 %" in sentence(one, NAMES)
-    assert sentence(many, NAMES).startswith("a and b have p below 0.05 alone")
 
 
 def test_long_lists_of_aliases_are_cut() -> None:
@@ -98,11 +84,8 @@ def test_remarks_are_read_by_weight_each_kind_once(results: Any) -> None:
     kinds = [remark.kind for _, remark in said]
     assert len(kinds) == len(set(kinds))
     assert {remark.kind: remark.weight for remark in remarks_of(results.screen)} == {
-        "unexpected_sign": Weight.USE,
-        "weak_error": Weight.TRUST,
-        "not_after_holm": Weight.USE,
+        "lenth_decides": Weight.TRUST,
+        "methods_disagree": Weight.USE,
         "uniformly_aliased": Weight.TRUST,
         "interaction_of_strongest": Weight.TRUST,
-        "unused_contrasts": Weight.TRUST,
-        "fold_over_pays": Weight.TRUST,
     }

@@ -200,14 +200,14 @@ def unchecked(weight: Severity = "with_reservations") -> Reason:
 
 
 def test_a_rough_response_is_averaged_by_the_keys_of_its_solver() -> None:
-    runs = "or add runs: `stemcal augment SPEC --extra-runs 4`."
+    runs = "or add runs: `rsm: {extra_runs: 4}`."
     assert sentence(advice.SmoothResponse(phases=5), STEM) == (
         f"`phases: 5` under `solver` averages over places of the mesh; {runs}"
     )
     assert sentence(advice.SmoothResponse(replicates=6), STEM) == (
         f"`replicates: 6` under `solver` averages over chance; {runs}"
     )
-    assert sentence(advice.SmoothResponse(), HEAP).startswith("Add runs: `stemcal augment SPEC --extra-runs 4`")
+    assert sentence(advice.SmoothResponse(), HEAP).startswith("Add runs: `rsm: {extra_runs: 4}`")
 
 
 def test_three_lines_at_most() -> None:

@@ -10,7 +10,6 @@ from stemcal.doe.calibration.levelset import extremes, level_points
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_rules import RULES
 from stemcal.doe.calibration.solution_set import SolutionSet
-from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
@@ -68,7 +67,6 @@ def solve_target(
     radius: float | None = None,
     rule: str = "least_coded_distance",
     unit: str = " N",
-    within: tuple[HalfSpace, ...] = (),
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
@@ -82,8 +80,6 @@ def solve_target(
         One of `RULES`.
     unit : str
         Of the target, as it stands behind a number.
-    within : half spaces
-        Linear constraints on the coded factors; no point of the set breaks one.
 
     Raises
     ------
@@ -92,7 +88,7 @@ def solve_target(
     """
     if rule not in RULES:
         raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
-    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius, within)
+    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
     slack = 1e-9 * abs(target)

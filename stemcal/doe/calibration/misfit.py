@@ -146,8 +146,7 @@ class Misfit:
 
     `scale_known` is False where the variances are known up to a common factor only; `scale_df` are the degrees of
     freedom behind variances that were estimated, infinite where they count as exact. `variance` is that of each
-    observation by itself; `sources` tell what it is made of, and what moves observations together. Where it is
-    `foretold` nothing was measured yet: residuals that intervals ask for are those to be expected.
+    observation by itself; `sources` tell what it is made of, and what moves observations together.
     """
 
     observations: tuple[Observation, ...]
@@ -156,7 +155,6 @@ class Misfit:
     scale_df: float = np.inf
     sources: tuple[VarianceSource, ...] = ()
     priors: tuple[Prior, ...] = ()
-    foretold: bool = False
 
     @property
     def scale_known(self) -> bool:
@@ -423,7 +421,7 @@ class Misfit:
                 mine, share = source.variance > 0.0, source.variance / self.variance
                 contrasts = float(share @ left)
                 df = max(source.df + np.count_nonzero(mine) - 1.0 - contrasts, 1.0)
-                d = source.df * contrasts / max(df - 1.0, 1.0) if self.foretold else float(share @ squares)
+                d = float(share @ squares)
                 others = max(1.0 - float(leverage[mine].sum()) / rank, 0.0)
                 variance = found[i][0] * (source.df + d) / df * (1.0 + 2.0 * others / df)
                 found[i] = variance, variance**2 / df

@@ -161,8 +161,7 @@ def _slice(region: Region, j: int, value: float) -> Region:
     radius = None
     if region.radius is not None:
         radius = float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + _SLACK
-    within = tuple(half.where(j, value, _SLACK) for half in region.within)
-    return Region(np.delete(region.low, j), np.delete(region.high, j), radius, within)
+    return Region(np.delete(region.low, j), np.delete(region.high, j), radius)
 
 
 def _held(objective: Objective, j: int, value: float) -> Objective:

@@ -97,8 +97,8 @@ def with_scatter(misfit: Misfit, least: float) -> Misfit:
 
 def _chord(region: Region, direction: Array) -> float:
     """Return the length of the chord of a region through its point nearest to the centre."""
-    normals, limits = region.planes
-    rise, room = normals @ direction, np.maximum(limits - normals @ region.middle, 0.0)
+    rise = np.concatenate([direction, -direction])
+    room = np.maximum(np.concatenate([region.high - region.middle, region.middle - region.low]), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         forward, backward = (np.where(sign * rise > 1e-12, room / (sign * rise), np.inf).min() for sign in (1.0, -1.0))
     longest = np.inf if region.radius is None else 2.0 * region.radius

@@ -1,7 +1,7 @@
 """Central composite designs: a two-level core, axial points at distance α, and centre points.
 
-Sources: G. E. P. Box and K. B. Wilson, J. Roy. Stat. Soc. B 13 (1951), 1–45; rotatability and orthogonal
-blocks, G. E. P. Box and J. S. Hunter, Ann. Math. Stat. 28 (1957), 195–241.
+Sources: G. E. P. Box and K. B. Wilson, J. Roy. Stat. Soc. B 13 (1951), 1–45; rotatability, G. E. P. Box and J. S.
+Hunter, Ann. Math. Stat. 28 (1957), 195–241.
 """
 
 import math
@@ -10,7 +10,6 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stemcal.doe.designs.factorial import fraction
 from stemcal.doe.regression.least_squares import Array
@@ -90,24 +89,3 @@ def _corner_count(k: int, core: Core) -> int:
 def axes(k: int) -> Array:
     """Return −1 and +1 on each axis, factor by factor."""
     return np.array([sign * row for row in np.eye(k) for sign in (-1.0, 1.0)]) + 0.0
-
-
-def blocked_composite(
-    k: int, centre_corners: int, centre_axial: int, core: Core = "full"
-) -> tuple[Array, NDArray[np.int64]]:
-    """Build a central composite in two orthogonal blocks: corners first, axial points second.
-
-    α² = F·(2k + n_a) / (2·(F + n_c)), with n_c and n_a centre points in the blocks, so that block and
-    quadratic effects do not disturb each other.
-
-    Returns
-    -------
-    array (n, k), array (n,)
-        Coded levels and block number, 1 or 2.
-    """
-    if centre_corners < 0 or centre_axial < 0:
-        raise UsageError("blocked composite: a number of centre points is negative; give 0 or more")
-    first = np.vstack([corners(k, core), np.zeros((centre_corners, k))])
-    alpha = (_corner_count(k, core) * (2 * k + centre_axial) / (2.0 * len(first))) ** 0.5
-    second = np.vstack([alpha * axes(k), np.zeros((centre_axial, k))])
-    return np.vstack([first, second]), np.repeat([1, 2], [len(first), len(second)])

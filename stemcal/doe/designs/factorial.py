@@ -72,20 +72,10 @@ class Fraction:
         added = [np.prod(base[:, [LETTERS.index(c) for c in word]], axis=1) for word in self.generators]
         return np.column_stack([base, *added])
 
-    def words(self) -> tuple[str, ...]:
-        """Return the defining relation: the products of factors that are +1 in every run."""
-        return tuple(sorted(map(_letters, self._relation()), key=lambda word: (len(word), word)))
-
     @property
     def resolution(self) -> int | None:
         """Return the length of the shortest word; None for a full factorial."""
         return min(map(int.bit_count, self._relation()), default=None)
-
-    def aliases(self, order: int = 2) -> dict[str, tuple[str, ...]]:
-        """Return for each effect of up to `order` factors the others of that order it cannot be told from."""
-        effects = [sum(1 << i for i in c) for r in range(1, order + 1) for c in combinations(range(self.k), r)]
-        known, relation = set(effects), self._relation()
-        return {_letters(e): tuple(_letters(e ^ w) for w in relation if e ^ w in known) for e in effects}
 
     def _relation(self) -> list[int]:
         whole = [_mask(word) ^ 1 << self.basic + i for i, word in enumerate(self.generators)]
@@ -94,10 +84,6 @@ class Fraction:
 
 def _mask(word: str) -> int:
     return sum(1 << LETTERS.index(letter) for letter in word)
-
-
-def _letters(mask: int) -> str:
-    return "".join(letter for i, letter in enumerate(LETTERS) if mask >> i & 1)
 
 
 def full_factorial(k: int, levels: int = 2) -> Array:

@@ -1,6 +1,6 @@
 """Analysis of variance of a fitted quadratic: Model, terms, Residual, Lack of fit, Pure error, Cor total."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,22 +47,21 @@ class LackOfFit:
 
 
 def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -> LackOfFit:
-    """Split the residual over exactly repeated design points; within a block, where there are blocks.
+    """Split the residual over exactly repeated design points.
 
     Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test, unless the
     scatter `within` the runs is known.
     """
-    blocks = fit.matrix[:, fit.matrix.shape[1] - fit.blocks :]
-    group = same_points(np.column_stack([coded, blocks]))
-    counts, w = np.bincount(group), fit.weights
-    means = np.bincount(group, weights=w * fit.response) / np.bincount(group, weights=w)
-    pure = float(np.sum(w * (fit.response - means[group]) ** 2))
+    group = same_points(coded)
+    counts = np.bincount(group)
+    means = np.bincount(group, weights=fit.response) / counts
+    pure = float(np.sum((fit.response - means[group]) ** 2))
     pure_df = int(len(fit.response) - len(counts))
     deterministic = pure_df > 0 and pure <= NEGLIGIBLE * fit.total_ss
     pure = 0.0 if deterministic else pure
     df = fit.df - pure_df
     lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
-    inner = within.pooled(coded, w) if within is not None else Pooled(0.0, 0, None)
+    inner = within.pooled(coded) if within is not None else Pooled(0.0, 0, None)
     if inner.df:
         pure, pure_df = pure + inner.sum_of_squares, inner.df + (0 if deterministic else pure_df)
     test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
@@ -70,23 +69,8 @@ def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -
     return LackOfFit(lof, df, pure, pure_df, f, p, deterministic, inner.df, inner.common)
 
 
-def in_sequence(table: Sequence[AnovaRow], sequential: Mapping[str, float]) -> tuple[AnovaRow, ...]:
-    """Return the table with type I sums of squares: what each term explains beside those that stand before it."""
-    error = next(row for row in table if row.source == "Residual")
-    sure = next(row for row in table if row.source == "Model").f is not None
-
-    def tested(term: str, ss: float) -> AnovaRow:
-        f, p = f_test(ss, 1, error.mean_square if sure else None, error.df) or (None, None)
-        return AnovaRow(term, ss, 1, ss, f, p, stars(p))
-
-    return tuple(tested(row.source, sequential[row.source]) if row.source in sequential else row for row in table)
-
-
 def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
-    """Tabulate type III sums of squares of the coded columns against the residual.
-
-    Blocks come first, with what they explain before the terms; the model is then adjusted for them.
-    """
+    """Tabulate type III sums of squares of the coded columns against the residual."""
     error = None if fit.exact else fit.mean_square
 
     def tested(source: str, ss: float, df: int) -> AnovaRow:
@@ -98,10 +82,9 @@ def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tu
 
     lof = bare("Lack of fit", split.sum_of_squares, split.df)
     total = AnovaRow("Cor total", fit.total_ss, len(fit.response) - 1, None, None, None, "")
-    partial = fit.partial_ss[1 : len(terms)]
+    partial = fit.partial_ss[1:]
     return (
-        *((bare("Block", fit.total_ss - fit.null_ss, fit.blocks),) if fit.blocks else ()),
-        tested("Model", fit.null_ss - fit.residual_ss, len(terms) - 1),
+        tested("Model", fit.total_ss - fit.residual_ss, len(terms) - 1),
         *(tested(term, float(ss), 1) for term, ss in zip(terms[1:], partial, strict=True)),
         bare("Residual", fit.residual_ss, fit.df),
         AnovaRow(lof.source, lof.sum_of_squares, lof.df, lof.mean_square, split.f, split.p, stars(split.p)),

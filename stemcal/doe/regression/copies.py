@@ -5,12 +5,9 @@ degrees of freedom of pure error without an error: six equal centre runs of a co
 degrees of freedom into 8, and intervals that should hold 95 % of what they tell of hold two thirds.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.regression.blocks import require_labels
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array
 
 # Design points closer than this in coded units are the same point.
@@ -23,8 +20,8 @@ def same_points(coded: Array) -> NDArray[np.int64]:
     return np.asarray(group.reshape(-1), dtype=np.int64)
 
 
-def copies_of(coded: Array, response: Array, blocks: Sequence[object] | None = None) -> NDArray[np.bool_]:
-    """Tell for each of n runs whether it only repeats an earlier run of its point (and block); failed runs do not.
+def copies_of(coded: Array, response: Array) -> NDArray[np.bool_]:
+    """Tell for each of n runs whether it only repeats an earlier run of its point; failed runs do not.
 
     If any two runs of a point differ, repeating says something: then no run is a copy.
     """
@@ -32,9 +29,6 @@ def copies_of(coded: Array, response: Array, blocks: Sequence[object] | None = N
     y = response[present]
     if not y.size:
         return copies
-    if blocks is not None:
-        require_labels(blocks, len(response))
-        coded = np.column_stack([coded, np.unique([str(label) for label in blocks], return_inverse=True)[1]])
     group = same_points(coded[present])
     means = np.bincount(group, weights=y) / np.bincount(group)
     if float(np.sum((y - means[group]) ** 2)) > NEGLIGIBLE * float(np.sum((y - y.mean()) ** 2)):

@@ -37,24 +37,23 @@ def coefficients_of(
 
 
 def share_explained(missed: float, fit: LeastSquares) -> float | None:
-    """1 − missed/SS, with SS what the terms may explain: the corrected total less the blocks."""
-    return None if fit.flat or fit.null_ss == 0.0 else 1.0 - missed / fit.null_ss
+    """1 − missed/SS of the corrected total."""
+    return None if fit.flat else 1.0 - missed / fit.total_ss
 
 
 def adjusted_r2(fit: LeastSquares) -> float | None:
-    """1 − s²/(SS/(n − B)), with SS as in R² and B = 1, or the number of blocks."""
-    if fit.mean_square is None or fit.flat or fit.null_ss == 0.0:
+    """1 − s²/(SS/(n − 1))."""
+    if fit.mean_square is None or fit.flat:
         return None
-    return 1.0 - fit.mean_square * (len(fit.response) - 1 - fit.blocks) / fit.null_ss
+    return 1.0 - fit.mean_square * (len(fit.response) - 1) / fit.total_ss
 
 
 def adequate_precision(fit: LeastSquares) -> float | None:
-    """(max ŷ − min ŷ) / √(p·s²/n): signal over noise at the design points, block levels aside."""
+    """(max ŷ − min ŷ) / √(p·s²/n): signal over noise at the design points."""
     if fit.mean_square is None or fit.exact:
         return None
     n, p = fit.matrix.shape
-    fitted = fit.matrix[:, : p - fit.blocks] @ fit.coefficients[: p - fit.blocks]
-    return float(np.ptp(fitted) / np.sqrt(p * fit.mean_square / n))
+    return float(np.ptp(fit.matrix @ fit.coefficients) / np.sqrt(p * fit.mean_square / n))
 
 
 def cv_percent(fit: LeastSquares) -> float | None:

@@ -68,7 +68,7 @@ def _studentised(fit: LeastSquares) -> Array:
     if fit.df < 2 or fit.exact:
         return out
     judged = fit.leverage < _FULL_LEVERAGE
-    e, h = fit.scaled_residuals[judged], free[judged]
+    e, h = fit.residuals[judged], free[judged]
     variance = (fit.residual_ss - e**2 / h) / (fit.df - 1)
     positive = variance > 0.0
     out[np.flatnonzero(judged)[positive]] = e[positive] / np.sqrt(variance[positive] * h[positive])
@@ -81,13 +81,13 @@ def _cooks_distance(fit: LeastSquares) -> Array:
     if fit.mean_square is None or fit.exact:
         return out
     judged = fit.leverage < _FULL_LEVERAGE
-    e, h = fit.scaled_residuals[judged], fit.leverage[judged]
+    e, h = fit.residuals[judged], fit.leverage[judged]
     out[judged] = e**2 * h / (fit.matrix.shape[1] * fit.mean_square * (1.0 - h) ** 2)
     return out
 
 
 def press(fit: LeastSquares) -> float | None:
-    """Σ w·(e / (1 − h))²: what the runs would miss if each were predicted by the others.
+    """Σ (e / (1 − h))²: what the runs would miss if each were predicted by the others.
 
     A run of leverage 1, such as the single centre of a rotatable composite of two factors, is one that the others
     cannot predict: it is left out.
@@ -95,13 +95,12 @@ def press(fit: LeastSquares) -> float | None:
     judged = fit.leverage < _FULL_LEVERAGE
     if fit.df == 0 or not judged.any():
         return None
-    return float(np.sum((fit.scaled_residuals[judged] / (1.0 - fit.leverage[judged])) ** 2))
+    return float(np.sum((fit.residuals[judged] / (1.0 - fit.leverage[judged])) ** 2))
 
 
 def variance_inflation(fit: LeastSquares) -> Array:
-    """VIF of each column but the first: Σw(x − x̄)²·(XᵀWX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
-    centred = fit.matrix - np.average(fit.matrix, axis=0, weights=fit.weights)
-    spread = np.sum(fit.weights[:, None] * centred**2, axis=0)
+    """VIF of each column but the first: Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
+    spread = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0)
     return np.asarray((spread * np.diag(fit.unscaled_covariance))[1:])
 
 
@@ -110,5 +109,5 @@ def _lack_of_fit_without(i: int, coded: Array, fit: LeastSquares, within: Within
     matrix = fit.matrix[keep]
     if not_estimable(matrix, [str(j) for j in range(matrix.shape[1])]):
         return None
-    refit = fit_least_squares(matrix, fit.response[keep], fit.weights[keep], fit.blocks)
+    refit = fit_least_squares(matrix, fit.response[keep])
     return lack_of_fit(coded[keep], refit, None if within is None else within.at(keep)).p

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,24 +18,19 @@ ROUNDING = 1e-24
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """y = X·β + residual, with X of full column rank and a leading column of ones; Σ w·residual² is least.
+    """y = X·β + residual, with X of full column rank; Σ residual² is least.
 
     Parameters
     ----------
     matrix : array (n, p)
-        The last `blocks` columns tell the blocks apart.
     response : array (n,)
     coefficients : array (p,)
         β.
     unscaled_covariance : array (p, p)
-        (XᵀWX)⁻¹; times s² it is the covariance of β.
+        (XᵀX)⁻¹; times s² it is the covariance of β.
     residuals : array (n,)
     leverage : array (n,)
-        Diagonal of X(XᵀWX)⁻¹XᵀW.
-    weights : array (n,)
-        Relative precision of the responses: the variance of one is σ²/w.
-    blocks : int
-        Number of block columns.
+        Diagonal of X(XᵀX)⁻¹Xᵀ.
     """
 
     matrix: Array
@@ -45,8 +39,6 @@ class LeastSquares:
     unscaled_covariance: Array
     residuals: Array
     leverage: Array
-    weights: Array
-    blocks: int = 0
 
     @property
     def df(self) -> int:
@@ -55,37 +47,23 @@ class LeastSquares:
 
     @property
     def mean(self) -> float:
-        """Weighted mean of the response."""
-        return float(np.average(self.response, weights=self.weights))
+        """Mean of the response."""
+        return float(np.mean(self.response))
 
     @property
     def total_ss(self) -> float:
-        """Corrected total: Σ w·(y − ȳ)²."""
-        return float(np.sum(self.weights * (self.response - self.mean) ** 2))
-
-    @cached_property
-    def null_ss(self) -> float:
-        """What the terms may explain: the corrected total, less what the blocks explain without them."""
-        if not self.blocks:
-            return self.total_ss
-        n = self.matrix.shape[1]
-        null = fit_least_squares(self.matrix[:, [0, *range(n - self.blocks, n)]], self.response, self.weights)
-        return null.residual_ss
+        """Corrected total: Σ (y − ȳ)²."""
+        return float(np.sum((self.response - self.mean) ** 2))
 
     @property
     def residual_ss(self) -> float:
-        """Σ w·residual²; exactly zero for a saturated fit."""
-        return float(self.scaled_residuals @ self.scaled_residuals) if self.df else 0.0
-
-    @property
-    def scaled_residuals(self) -> Array:
-        """√w·residual, whose variance is the same for every run but for its leverage."""
-        return np.asarray(np.sqrt(self.weights) * self.residuals)
+        """Σ residual²; exactly zero for a saturated fit."""
+        return float(self.residuals @ self.residuals) if self.df else 0.0
 
     @property
     def flat(self) -> bool:
         """Whether every response is the same, but for rounding."""
-        return self.total_ss <= ROUNDING * float(np.sum(self.weights * self.response**2))
+        return self.total_ss <= ROUNDING * float(np.sum(self.response**2))
 
     @property
     def exact(self) -> bool:
@@ -99,31 +77,20 @@ class LeastSquares:
 
     @property
     def partial_ss(self) -> Array:
-        """Type III sum of squares of each column: βⱼ² / (XᵀWX)⁻¹ⱼⱼ."""
+        """Type III sum of squares of each column: βⱼ² / (XᵀX)⁻¹ⱼⱼ."""
         return np.asarray(self.coefficients**2 / np.diag(self.unscaled_covariance))
 
-    @property
-    def sequential_ss(self) -> Array:
-        """Type I sum of squares of each column after the mean, the blocks first: (Qᵀ√w·y)² of √w·X = QR."""
-        p = self.matrix.shape[1] - self.blocks
-        order = [0, *range(p, p + self.blocks), *range(1, p)]
-        root = np.sqrt(self.weights)
-        q = np.linalg.qr(root[:, None] * self.matrix[:, order])[0]
-        return np.asarray((q.T @ (root * self.response))[1 + self.blocks :] ** 2)
 
-
-def fit_least_squares(matrix: Array, response: Array, weights: Array | None = None, blocks: int = 0) -> LeastSquares:
+def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
     """Fit by QR; the columns must be independent (see `require_estimable`)."""
     from statsmodels.regression.linear_model import OLS
 
-    w = np.ones(len(response)) if weights is None else weights
-    root = np.sqrt(w)
     with np.errstate(divide="ignore", invalid="ignore"):  # statsmodels divides by the residual df, also when 0
-        results = OLS(root * response, root[:, None] * matrix).fit(method="qr")
+        results = OLS(response, matrix).fit(method="qr")
     beta = np.asarray(results.params, dtype=float)
     covariance = np.asarray(results.normalized_cov_params, dtype=float)
-    leverage = w * np.einsum("ij,jk,ik->i", matrix, covariance, matrix)
-    return LeastSquares(matrix, response, beta, covariance, response - matrix @ beta, leverage, w, blocks)
+    leverage = np.einsum("ij,jk,ik->i", matrix, covariance, matrix)
+    return LeastSquares(matrix, response, beta, covariance, response - matrix @ beta, leverage)
 
 
 def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
@@ -135,9 +102,7 @@ def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
     return [term for term, part in zip(terms, null_space.T, strict=True) if np.any(np.abs(part) > 1e-7)]
 
 
-def require_estimable(
-    matrix: Array, terms: Sequence[str], n_failed: int, what: str, remedy: str = "repair those runs"
-) -> None:
+def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: str) -> None:
     """Refuse a fit that the runs at hand cannot support.
 
     Raises
@@ -155,7 +120,7 @@ def require_estimable(
     if n_failed:
         raise RunsFailed(
             f"{what}: {n_failed} of {n + n_failed} runs failed; the {n} left cannot estimate {listed}; "
-            f"{remedy} and start the stage again"
+            "repair those runs and start the stage again"
         )
     raise UsageError(
         f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); take a design with more runs or levels"

@@ -1,6 +1,6 @@
 """How far the mean response lies from a fitted quadratic: what estimates its terms, and what it misses.
 
-At a point of leverage h = φᵀ(XᵀWX)⁻¹φ the mean response differs from ŷ with the variance s_f²·h + σ_L²:
+At a point of leverage h = φᵀ(XᵀX)⁻¹φ the mean response differs from ŷ with the variance s_f²·h + σ_L²:
 
     no scatter of repeated runs     s_f² = s², σ_L² = s²: all of the residual is what the quadratic misses, which misses
                                     other points by as much; so it is with a deterministic solver
@@ -8,7 +8,7 @@ At a point of leverage h = φᵀ(XᵀWX)⁻¹φ the mean response differs from �
     lack of fit p < 0.25            s_f² = MS_L, σ_L² = (MS_L − MS_E)/r, r the runs that a point stands for
 
 with MS_L of the lack of fit and MS_E of the pure error. A point of g runs that misses by L, variance σ_L², brings
-E[SS_L] = df_L·σ² + σ_L²·tr(Zᵀ(W − WX(XᵀWX)⁻¹XᵀW)Z), Z telling points apart: r is this trace over df_L. To pool where
+E[SS_L] = df_L·σ² + σ_L²·tr(Zᵀ(I − X(XᵀX)⁻¹Xᵀ)Z), Z telling points apart: r is this trace over df_L. To pool where
 p ≥ 0.25 is the rule of T. A. Bancroft, Biometrics 20 (1964) 427–442: a test at 0.05 would pool too much.
 """
 
@@ -46,9 +46,8 @@ def _runs_of_a_point(coded: Array, fit: LeastSquares, split: LackOfFit) -> float
     """Return r; 1 where the scatter is known within the runs, which are means then."""
     if split.within_df:
         return 1.0
-    apart = fit.matrix[:, fit.matrix.shape[1] - fit.blocks :]
-    group = same_points(np.column_stack([coded, apart]))
+    group = same_points(coded)
     z = np.eye(group.max() + 1)[group]
-    m = z.T @ (fit.weights[:, None] * fit.matrix)
-    trace = float(fit.weights.sum() - np.einsum("ij,jk,ik->", m, fit.unscaled_covariance, m))
+    m = z.T @ fit.matrix
+    trace = float(len(coded) - np.einsum("ij,jk,ik->", m, fit.unscaled_covariance, m))
     return trace / split.df

@@ -1,16 +1,14 @@
 """The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.regression.anova import AnovaRow, LackOfFit, anova_table, lack_of_fit
-from stemcal.doe.regression.blocks import block_columns, block_effects
 from stemcal.doe.regression.copies import copies_of
-from stemcal.doe.regression.estimable import largest_inflation, still_estimable
 from stemcal.doe.regression.fit_statistics import (
     Coefficient,
     adequate_precision,
@@ -22,21 +20,15 @@ from stemcal.doe.regression.fit_statistics import (
 from stemcal.doe.regression.influence import RunDiagnostics, press, run_diagnostics
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
 from stemcal.doe.regression.mean_error import MeanError, mean_error_of
-from stemcal.doe.regression.surface_notes import Losses, surface_notes
+from stemcal.doe.regression.surface_notes import surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.doe.regression.within import Within
 from stemcal.errors import UsageError
 from stemcal.notes import Note
 
 ErrorSource = Literal["residual", "within"]
-PREDICTS = 0.5
-"""A surface that predicts less than this share of the variation between runs left out says nothing of its shares."""
 ROUGH_PERCENT = 3.0
 """Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
-_REMEDY = {
-    False: "repair those runs, or leave such terms out (rsm.inestimable: drop),",
-    True: "repair those runs",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +36,9 @@ class Surface:
     """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays.
 
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
-    such term. With blocks, predictions are for the mean of the blocks; `block_effects` adds up to zero.
+    such term.
     `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
-    is larger. `sequential_ss` has the type I sum of squares of every term. `copies` is how many runs only repeat
+    is larger. `copies` is how many runs only repeat
     others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic` tells
     that such a solver gave the runs. `mean_error` is what the mean response may be off by; None of a saturated fit.
     """
@@ -70,14 +62,10 @@ class Surface:
     mean_square: float | None
     df: int
     response: Array
-    weights: Array
-    block_effects: dict[str, float]
-    terms_dropped: tuple[str, ...] = ()
     error_source: ErrorSource = "residual"
     copies: int = 0
     deterministic: bool = False
     mean_error: MeanError | None = None
-    sequential_ss: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -159,10 +147,7 @@ def fit_surface(
     response: ArrayLike,
     names: Sequence[str],
     terms: Sequence[str] | None = None,
-    weights: ArrayLike | None = None,
-    blocks: Sequence[object] | None = None,
     within: Within | None = None,
-    drop: bool = False,
     each_once: bool = True,
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
@@ -176,14 +161,8 @@ def fit_surface(
     names : sequence of k strings
     terms : sequence of strings, optional
         The terms to fit, as `term_names` calls them; the mean is always there.
-    weights : array (n,), optional
-        Relative precision of each response: its variance is σ²/w.
-    blocks : sequence of n labels, optional
-        Which runs were made together; each block gets a level of its own.
     within : Within, optional
         The scatter known within each run: a pure error.
-    drop : bool
-        Leave out products and squares that can no longer be estimated because runs failed, instead of refusing.
     each_once : bool
         Count copies of a deterministic run once; False counts each, as published tables do.
 
@@ -193,21 +172,14 @@ def fit_surface(
         If the runs at hand, or the design, cannot estimate every term.
     """
     points, y = _checked_points(coded, response, names)
-    copies = copies_of(points, y, blocks) if each_once else np.zeros(y.size, dtype=bool)
+    copies = copies_of(points, y) if each_once else np.zeros(y.size, dtype=bool)
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
-    w = _checked_weights(weights, y.size)[present]
-    apart, labels = block_columns(blocks, present)
-    whole, wanted, every = term_columns(points), _kept(names, terms), term_names(names)
-    kept = _still_kept(whole[present], wanted, every) if drop and n_failed and y.size > n_failed else wanted
-    matrix = np.column_stack([whole[present][:, kept], apart])
-    columns = [*(every[i] for i in kept), *(f"block {label}" for label in labels[:-1])]
-    require_estimable(matrix, columns, n_failed, "response surface", _REMEDY[drop])
-    fit = fit_least_squares(matrix, y[present], w, apart.shape[1])
-    dropped = tuple(every[i] for i in wanted if i not in kept)
-    losses = Losses(n_failed, dropped, largest_inflation(whole[~copies][:, wanted]), int(copies.sum()))
-    rows = (np.flatnonzero(present) + 1).tolist()
-    scatter = None if within is None else within.at(present)
-    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, labels, scatter, losses))
+    kept, every = _kept(names, terms), term_names(names)
+    matrix = term_columns(points)[present][:, kept]
+    require_estimable(matrix, [every[i] for i in kept], n_failed, "response surface")
+    fit = fit_least_squares(matrix, y[present])
+    rows, scatter = (np.flatnonzero(present) + 1).tolist(), None if within is None else within.at(present)
+    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, scatter, n_failed, int(copies.sum())))
 
 
 def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
@@ -218,20 +190,6 @@ def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str])
             f"{len(names)} factors"
         )
     return points, y
-
-
-def _still_kept(columns: Array, wanted: Sequence[int], every: Sequence[str]) -> list[int]:
-    """Return the places of the wanted terms that these runs can still estimate."""
-    return [wanted[i] for i in still_estimable(columns[:, wanted], [every[i] for i in wanted])]
-
-
-def _checked_weights(weights: ArrayLike | None, n: int) -> Array:
-    if weights is None:
-        return np.ones(n)
-    w = np.asarray(weights, dtype=float)
-    if w.shape != (n,) or not np.all(np.isfinite(w) & (w > 0.0)):
-        raise UsageError(f"response surface: weights must be {n} positive numbers; leave out a run by NaN")
-    return w
 
 
 def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
@@ -246,15 +204,15 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
 
 @dataclass(frozen=True, eq=False)
 class _Runs:
-    """What a fit was made from: the runs that succeeded, the places of its terms, what was lost."""
+    """What a fit was made from: the runs that succeeded, the places of its terms, how many runs were lost."""
 
     design: Array
     rows: list[int]
     names: tuple[str, ...]
     kept: list[int]
-    labels: list[str]
     within: Within | None
-    losses: Losses
+    failed: int
+    copies: int
 
 
 def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
@@ -267,8 +225,8 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
     coefficients = coefficients_of(fit, terms, mean_square, df)
     inflation = [c.vif for c in coefficients if c.vif is not None]
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
-    beta[kept] = fit.coefficients[: len(kept)]
-    covariance[np.ix_(kept, kept)] = fit.unscaled_covariance[: len(kept), : len(kept)]
+    beta[kept] = fit.coefficients
+    covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
     return Surface(
         names=runs.names,
         coefficients=coefficients,
@@ -281,22 +239,18 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         cv_percent=cv_percent(fit),
         lack_of_fit_testable=split.testable,
         runs_diagnostics=diagnostics,
-        runs_failed=runs.losses.failed,
-        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, runs.losses)),
+        runs_failed=runs.failed,
+        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, runs.failed, runs.copies)),
         design=runs.design,
         beta=beta,
         unscaled_covariance=covariance,
         mean_square=mean_square,
         df=df,
         response=fit.response,
-        weights=fit.weights,
-        block_effects=block_effects(fit, runs.labels),
-        terms_dropped=runs.losses.dropped,
         error_source=source,
-        copies=runs.losses.copies,
-        deterministic=runs.losses.copies > 0 and not split.within_df,
+        copies=runs.copies,
+        deterministic=runs.copies > 0 and not split.within_df,
         mean_error=None if mean_square is None else mean_error_of(runs.design, fit, split, mean_square, df),
-        sequential_ss=dict(zip(terms[1:], fit.sequential_ss.tolist(), strict=True)),
     )
 
 

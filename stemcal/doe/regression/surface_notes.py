@@ -1,7 +1,6 @@
 """What to beware of in a fitted surface."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from stemcal.doe.regression.anova import LackOfFit
 from stemcal.doe.regression.influence import RunDiagnostics
@@ -14,19 +13,12 @@ ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 
 class SurfaceRunsFailed(Note, weight=Weight.NUMBERS):
-    """Runs failed, so the design is not the planned one; largest variance inflation, and as planned."""
+    """Runs failed, so the design is not the planned one; its largest variance inflation."""
 
     failed: int
     runs: int
     df: int
     inflation: float
-    planned: float
-
-
-class TermsDropped(Note, weight=Weight.NUMBERS):
-    """The runs left cannot estimate these terms."""
-
-    terms: tuple[str, ...]
 
 
 class TermsEntangled(Note):
@@ -98,31 +90,19 @@ class VerdictOnOneRun(Note, weight=Weight.USE):
     without: float
 
 
-@dataclass(frozen=True)
-class Losses:
-    """What the fit did without: runs that failed, terms, copies; and the variance inflation as planned."""
-
-    failed: int
-    dropped: tuple[str, ...]
-    inflation_planned: float
-    copies: int = 0
-
-
 def surface_notes(
     fit: LeastSquares,
     split: LackOfFit,
     diagnostics: Sequence[RunDiagnostics],
     precision: float | None,
     inflation: Sequence[float],
-    losses: Losses,
+    failed: int,
+    copies: int,
 ) -> Iterator[Note]:
     """Yield what the fit, its runs and their failures mean for the trust in it."""
     largest = max(inflation, default=1.0)
-    if losses.failed:
-        runs = len(fit.response) + losses.failed
-        yield SurfaceRunsFailed(losses.failed, runs, fit.df, largest, losses.inflation_planned)
-    if losses.dropped:
-        yield TermsDropped(losses.dropped)
+    if failed:
+        yield SurfaceRunsFailed(failed, len(fit.response) + failed, fit.df, largest)
     if largest > _ENTANGLED:
         yield TermsEntangled(largest)
     if fit.flat:
@@ -131,8 +111,8 @@ def surface_notes(
         yield SaturatedSurface()
     elif fit.exact:
         yield ExactSurface()
-    if losses.copies:
-        yield CopiesOnly(losses.copies, fit.df)
+    if copies:
+        yield CopiesOnly(copies, fit.df)
     yield from _within_notes(fit, split) if split.within_df else _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
         yield MostlyNoise(precision)

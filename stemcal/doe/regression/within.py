@@ -1,9 +1,9 @@
 """Scatter known within each run, as over the mesh phases of a simulation: a pure error without repeated runs.
 
 A run that is the mean of m values with standard deviation s has the variance s²/m with m − 1 degrees of freedom.
-Over N runs they are pooled: MS = Σ w·(m − 1)·s²/m / Σ (m − 1). Where the values themselves are known, and the j-th is
+Over N runs they are pooled: MS = Σ (m − 1)·s²/m / Σ (m − 1). Where the values themselves are known, and the j-th is
 taken at the same place in every run, what the places have in common is no scatter between runs; it is taken out:
-MS = Σ w·(yᵢⱼ − ȳᵢ − ȳⱼ + ȳ)²/m / (N − 1)(m − 1), the interaction of a two-way table. Repeated runs of a solver that
+MS = Σ (yᵢⱼ − ȳᵢ − ȳⱼ + ȳ)²/m / (N − 1)(m − 1), the interaction of a two-way table. Repeated runs of a solver that
 computes tell the same values again and are counted once. See N. R. Draper and H. Smith, Applied Regression Analysis,
 3rd ed. (1998), section 2.1, for lack of fit against an error known from replicates; G. W. Snedecor and W. G. Cochran,
 Statistical Methods, for the two-way table.
@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from stemcal.doe.regression.copies import same_points
 from stemcal.doe.regression.least_squares import Array
@@ -32,14 +32,14 @@ class Within:
         """Return the scatter of some of the runs."""
         return Within(self.sd[keep], self.count[keep], None if self.values is None else self.values[keep])
 
-    def pooled(self, coded: Array, weights: Array) -> Pooled:
+    def pooled(self, coded: Array) -> Pooled:
         """Pool the scatter over the distinct design points."""
         _, first = np.unique(same_points(np.asarray(coded)), return_index=True)
         first = first[np.isfinite(self.sd[first]) & (self.count[first] > 1)]
         if self.values is not None and len(first) > 1 and np.all(np.isfinite(self.values[first])):
-            return _interaction(self.values[first], weights[first])
+            return _interaction(self.values[first])
         m = self.count[first]
-        return Pooled(float(np.sum(weights[first] * (m - 1) * self.sd[first] ** 2 / m)), int(np.sum(m - 1)), None)
+        return Pooled(float(np.sum((m - 1) * self.sd[first] ** 2 / m)), int(np.sum(m - 1)), None)
 
 
 @dataclass(frozen=True)
@@ -51,24 +51,10 @@ class Pooled:
     common: float | None
 
 
-def _interaction(values: Array, weights: Array) -> Pooled:
+def _interaction(values: Array) -> Pooled:
     """Take out what the j-th values of all runs have in common."""
     n, m = values.shape
     apart = values - values.mean(axis=1, keepdims=True)
-    shared = np.average(apart, axis=0, weights=weights)
-    left = np.sum(weights[:, None] * (apart - shared) ** 2)
+    shared = np.mean(apart, axis=0)
+    left = np.sum((apart - shared) ** 2)
     return Pooled(float(left) / m, (n - 1) * (m - 1), float(shared.std(ddof=1)))
-
-
-def moderated_weights(sd: ArrayLike, count: ArrayLike) -> Array:
-    """Return weights that add up to the number of runs, w ∝ m/s̃² with s̃² half-way from s² to the mean s².
-
-    A standard deviation of a few values is itself uncertain; half-way keeps one lucky run from ruling the fit (the
-    idea of G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3). Runs without scatter weigh as the mean.
-    """
-    s2, m = np.asarray(sd, dtype=float) ** 2, np.asarray(count, dtype=float)
-    typical = float(np.nanmean(s2)) if np.any(np.isfinite(s2)) else 0.0
-    if typical == 0.0:
-        return np.ones(len(s2))
-    variance = 0.5 * (np.where(np.isfinite(s2), s2, typical) + typical) / np.where(m > 0, m, m[m > 0].mean())
-    return np.asarray(len(s2) / variance / np.sum(1.0 / variance))

@@ -73,9 +73,8 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         heads = {"source": "", "sum_of_squares": "", "df": "df", "mean_square": "", "f": "F-Value", "p": "p-Value"}
         tables.append(_levels(surface))
         tables.append(_printed("surface-runs", design_table(surface.design, symbols), _runs(study, "run")))
-        kind = "anova" if surface.sums_of_squares != "sequential" else "sequential anova"
         anova = _printed("anova", anova_table(surface), heads, f"{stars} {note}")
-        tables.append(replace(anova, caption=line(f"published {kind}")))
+        tables.append(replace(anova, caption=line("published anova")))
     if inversion is not None:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
         found = visible([calibration_table(inversion, labels, results.parameters)], holds)

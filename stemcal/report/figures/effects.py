@@ -1,6 +1,7 @@
 """Effects of a screening: by size, and against chance."""
 
 from collections.abc import Mapping
+from statistics import NormalDist
 from typing import Any
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
@@ -43,23 +44,27 @@ def _signed(effect: float, places: int = 1) -> str:
 
 
 def half_normal(screen: ScreenResult) -> Figure:
-    """Return the effects against half-normal scores: what leaves the line is more than chance."""
-    points, symbols = screen.half_normal, {effect.factor: effect.symbol for effect in screen.effects}
+    """Return |effect| against the half-normal quantile Φ⁻¹(½ + ½(i − ½)/m); real effects leave the line of chance.
+
+    Source: C. Daniel, Technometrics 1 (1959), 311–341.
+    """
+    effects, m = sorted(screen.effects, key=lambda e: abs(e.effect)), len(screen.effects)
+    points = [(NormalDist().inv_cdf(0.5 + 0.5 * (i + 0.5) / m), e) for i, e in enumerate(effects)]
     with new_figure() as figure:
         axes = figure.add_subplot()
-        if screen.lenth is not None and screen.lenth.pse is not None:
-            last = points[-1].quantile
+        if screen.lenth.pse is not None:
+            last = points[-1][0]
             axes.plot([0, last], [0, screen.lenth.pse * last], color=FAINT, label="chance (Lenth)")
         for limit in (one for one in screen.limits() if one.method != "t"):
             axes.axhline(limit.value, color=FAINT, **_line(limit, screen))
         if axes.lines:
             legend_above(axes)
-        for point in points:
-            chosen = point.factor in screen.significant
-            axes.plot(point.quantile, point.size, "o", color=BLUE if chosen else FAINT)
+        for quantile, effect in points:
+            chosen, size = effect.factor in screen.significant, abs(effect.effect)
+            axes.plot(quantile, size, "o", color=BLUE if chosen else FAINT)
             if chosen:
                 axes.annotate(
-                    plain(symbols[point.factor] or point.factor), (point.quantile, point.size), (0, 4),
+                    plain(effect.symbol or effect.factor), (quantile, size), (0, 4),
                     textcoords="offset points", ha="center", va="bottom", size=8,
                 )  # fmt: skip
         axes.set_xlabel("half-normal score")

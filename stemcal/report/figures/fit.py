@@ -1,10 +1,9 @@
 """How well a surface fits its runs, and where it climbs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from statistics import NormalDist
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, Axes, Figure, legend_above, new_figure, plain
-from stemcal.stages.invert.result import InvertResult
+from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
 from stemcal.stages.surface.result import SurfaceResult
 
 _NORMAL = NormalDist()
@@ -89,32 +88,3 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
     axes.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
     axes.set_xlabel("normal score")
     axes.set_ylabel("studentised residual")
-
-
-def ridge(rsm: SurfaceResult, invert: InvertResult | None = None, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the largest force that the surface predicts at each coded radius, and where it is.
-
-    Source: Draper, Technometrics 5 (1963) 469.
-    """
-    rows, response = rsm.ridge or (), rsm.naming.response
-    radius = [row.radius for row in rows]
-    with new_figure(width=6.4, height=2.8) as figure:
-        level, place = figure.subplots(1, 2)
-        # no standard errors where runs are as many as terms
-        known = [(row, row.standard_error) for row in rows if row.standard_error is not None]
-        low, high = ([row.predicted + sign * 2.0 * error for row, error in known] for sign in (-1.0, 1.0))
-        level.fill_between([row.radius for row, _ in known], low, high, color=BLUE, alpha=0.2, linewidth=0)
-        level.plot(radius, [row.predicted for row in rows], "o-", color=BLUE, markersize=4)
-        if invert is not None:
-            level.axhline(invert.target, color=ORANGE, linestyle="--", label=plain(f"measured {response.noun}"))
-            legend_above(level)
-        level.set_ylabel(plain(response.axis(f"largest predicted {response.noun}")))
-        marks = zip(rsm.names, ("o-", "s--", "^-.", "D:"), (BLUE, ORANGE, GREEN, "#cc79a7"), strict=False)
-        for name, mark, colour in marks:
-            values = [row.coded[name] for row in rows]
-            place.plot(radius, values, mark, color=colour, markersize=4, label=plain((labels or {}).get(name, name)))
-        place.set_ylabel("coded value there")
-        legend_above(place, most=2)
-        for axes in (level, place):
-            axes.set_xlabel("coded radius")
-    return figure

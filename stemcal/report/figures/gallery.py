@@ -14,7 +14,7 @@ from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals, ridge
+from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fields, fracture_frames, mesh
 from stemcal.report.figures.style import Figure, png, resize, save, svg, write_both
@@ -127,8 +127,6 @@ def surface_plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mappi
         plots.append(folded("diagnostics", "diagnostics", partial(diagnostics, rsm), wide=True))
     for pair in combinations(rsm.names, 2):
         plots += _pair_plots(rsm, pair, invert, labels)
-    if rsm.ridge:
-        plots.append(folded("ridge", "ridge", partial(ridge, rsm, invert, labels), wide=True))
     return plots
 
 

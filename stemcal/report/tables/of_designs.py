@@ -6,11 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.fit_statistics import Coefficient
+from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FIRST, FORCE, Named
-from stemcal.numbers import fixed, percent, probability, short, significant, unit_written
+from stemcal.numbers import fixed, percent, short, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (
     condition,
@@ -28,7 +30,6 @@ from stemcal.report.tables.columns import (
 from stemcal.stages.result import DesignRuns
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.surface.shape import Shape
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.screening import standing
@@ -46,31 +47,28 @@ LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_s
 
 
 def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Table:
-    """Return the effects as papers print them, with Lenth's t and the p-value adjusted by Holm.
-
-    Those of a `judged` table have a column that says in words what each of them means.
-    """
+    """Return the effects as papers print them, with F test and Lenth's t; a `judged` table has a verdict in words."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
-    rows = [{**to_json(e), "p": (e.p, e.stars), "standing": standing(e)} for e in effects]
-    empty = dict.fromkeys(("symbol", "standing", "effect", "f", "p_holm", "lenth_t"), "")
+    rows = [{**to_json(e), "p": (e.p, stars(e.p)), "standing": standing(e, stage)} for e in effects]
+    empty = dict.fromkeys(("symbol", "standing", "effect", "f", "lenth_t"), "")
     share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
     rows.append({**empty, "factor": "Residual", "contribution_percent": share, **to_json(residual)})
     places = response_decimals(response, [e.effect for e in effects])
     columns = [
         Column("symbol", ""),
         factor(names),
-        *([Column("standing", "Verdict")] if judged and any(row["standing"] for row in rows) else []),
+        *([Column("standing", "Verdict")] if judged else []),
         Column("effect", "Effect", response.written, to_decimals(places)),
         Column("contribution_percent", "Share", "%", percent),
         Column("sum_of_squares", "Sum of squares", form=squares),
         Column("f", "F", form=ratio),
         Column("p", "p", form=starred),
-        Column("p_holm", "p Holm", form=probability),
         Column("lenth_t", "Lenth t", form=fixed),
     ]
-    active = [line("lenth", names, **vars(lenth))] if lenth is not None and lenth.pse is not None else []
+    rule = [line("by Lenth" if stage.by_lenth else "by F")]
+    margins = [line("lenth", names, **vars(lenth))] if lenth.pse is not None else []
     strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)
-    return Table.of(columns, rows, line("effects", names), (*active, line("stars")), strong=strong)
+    return Table.of(columns, rows, line("effects", names), (*rule, *margins, line("stars")), strong=strong)
 
 
 # ---- response surfaces
@@ -80,8 +78,7 @@ def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     """Return all tables of a surface."""
     tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
     tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
-    tables += [sobol_table(stage, names)] if stage.sobol else []
-    return [*tables, *([ridge_table(stage, names)] if stage.ridge else [])]
+    return tables
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
@@ -122,10 +119,9 @@ def anova_table(stage: SurfaceResult) -> Table:
         Column("f", "F", form=ratio),
         Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
     ]
-    title = line("sequential anova" if stage.sums_of_squares == "sequential" else "anova")
     foot = () if stage.lack_of_fit_testable else [line("untestable")]
     strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
-    return Table.of(columns, stage.anova, title, foot, strong=strong, detail=True)
+    return Table.of(columns, stage.anova, line("anova"), foot, strong=strong, detail=True)
 
 
 def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
@@ -176,31 +172,6 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         point = line(place, names, levels=level_list(shape.natural, names), **found)
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, line("canonical"), (point, line("curvature", names)), detail=True)
-
-
-def sobol_table(stage: SurfaceResult, names: Names) -> Table:
-    """Return which share of the surface's variation over the factors' ranges each factor has."""
-    columns = [
-        factor(names),
-        Column("first", "By itself", "%", to_decimals(1), lambda row: 100.0 * row.first),
-        Column("total", "Total", "%", to_decimals(1), lambda row: 100.0 * row.total),
-    ]
-    return Table.of(columns, stage.sobol, line("sobol", names), [line("uniform")], detail=True)
-
-
-def ridge_table(stage: SurfaceResult, names: Names) -> Table:
-    """Return the way along which the surface climbs most."""
-    found, response = stage.ridge or (), names.response
-    rows = [vars(row) | {name: stage.coding[name].natural(row.coded[name]) for name in stage.names} for row in found]
-    places = response_decimals(response, [row.standard_error for row in found])
-    heads = levels(stage.names, _short_names(stage, names))
-    columns = [
-        Column("radius", "Coded radius", form=fixed),
-        *(replace(head, unit=unit_written(stage.factor(head.key).unit or "1")) for head in heads),
-        Column("predicted", "Largest", response.written, significant),
-        Column("standard_error", "Std. error", response.written, to_decimals(places)),
-    ]
-    return Table.of(columns, rows, line("ridge"), detail=True)
 
 
 def _short_names(stage: SurfaceResult, names: Names) -> Names:

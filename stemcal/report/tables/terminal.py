@@ -25,14 +25,12 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.screen import ScreenResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.screening import judgement
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:
@@ -54,11 +52,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
 
 def spoken(stage: StageResult) -> list[RenderableType]:
-    """Return what a stage says in sentences: a verdict per factor, or what the forces fix and leave open."""
-    if isinstance(stage, ScreenResult):
-        names = Names(stage.naming)
-        judged = [(effect.symbol, judgement(effect, stage, names)) for effect in stage.ranked()]
-        return _lines("Verdicts", [" ".join([symbol, *sentences]) for symbol, sentences in judged if sentences])
+    """Return what the measurements fix and leave open."""
     if not isinstance(stage, InvertResult | MeshResult):
         return []
     names = Names(stage.naming)

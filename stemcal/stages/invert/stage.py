@@ -41,7 +41,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     region, unit = surface.region(study), study.naming.response.unit_suffix
     misfit = misfit_of_study(study, surface)
     ends, rule = (region.low, region.high, region.radius), study.invert.rule
-    found = solve_target(surface.fitted, target.response, *ends, rule, unit, region.within)
+    found = solve_target(surface.fitted, target.response, *ends, rule, unit)
     known = certainty.certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
     point = Point.of(found.point, coding)
     return InvertResult.of(

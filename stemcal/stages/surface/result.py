@@ -11,26 +11,22 @@ import numpy as np
 
 from stemcal.doe.calibration.inversion import Assessment, assess_point
 from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.designs.i_optimal import HalfSpace
 from stemcal.doe.regression.anova import AnovaRow
+from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.reduction import ReductionStep
-from stemcal.doe.regression.sobol import SobolIndex
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.doe.regression.transform import BoxCox
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline, to_json
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.design import half_spaces
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
-from stemcal.stages.surface.runs import Answered, ConditionRun, circumstances
-from stemcal.stages.surface.shape import RidgeRow, Shape
+from stemcal.stages.surface.runs import Answered, ConditionRun, scatter_within
 from stemcal.study.model import Study
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
@@ -50,15 +46,6 @@ class FactorCoding:
     unit: str = "1"
     low: float | None = None
     high: float | None = None
-
-
-@dataclass(frozen=True)
-class ReductionSteps:
-    """How terms were taken out or in."""
-
-    method: str
-    steps: tuple[ReductionStep, ...]
-    dropped: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -113,7 +100,7 @@ class Prediction:
 class SurfaceResult(StageResult):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    `deterministic` tells that equal inputs are known to give equal answers.
+    `deterministic`: equal inputs are known to give equal answers.
     """
 
     name: ClassVar[str] = "rsm"
@@ -137,17 +124,9 @@ class SurfaceResult(StageResult):
     lack_of_fit_testable: bool
     runs_failed: int
     runs_diagnostics: Rows[RunDiagnostics] = Rows()
-    block_effects: dict[str, float] | None = absent()
-    terms_dropped: tuple[str, ...] = absent(())
     error_source: str | None = absent()
-    inestimable: str = "refuse"
-    weights: str = "equal"
-    sums_of_squares: str | None = absent()
-    reduction: ReductionSteps | None = absent()
+    reduction: tuple[ReductionStep, ...] | None = None
     canonical: Shape | None = None
-    ridge: Rows[RidgeRow] | None = None
-    box_cox: BoxCox | None = None
-    sobol: Rows[SobolIndex] = absent(Rows())
     conditions: Rows[AtCondition] = absent(Rows())
     pure_error: Note | None = None
     deterministic: bool = absent(False)
@@ -170,14 +149,12 @@ class SurfaceResult(StageResult):
 
     def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:
         """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
-        runs, new = self.design.runs, len(further)
+        runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
-        blocks = [run.block for run in runs] if any(run.block is not None for run in runs) else None
-        known = circumstances(blocks, answered, response, new)
-        terms = [row.term for row in self.coefficients]
-        found = fit_surface(coded, values, self.names, terms, *known, drop=self.inestimable == "drop")
-        return replace(found, deterministic=True) if self.deterministic and known[2] is None else found
+        within = scatter_within(answered, response, len(further))
+        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], within)
+        return replace(found, deterministic=True) if self.deterministic and within is None else found
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:
         """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
@@ -209,7 +186,7 @@ class SurfaceResult(StageResult):
             entry.center + r if entry.high is None else entry.high for entry, r in zip(self.factors, far, strict=True)
         ]
         coded = self.scales.to_coded
-        return Region(coded(low), coded(high), self.radius, constraints_of(study, self.scales))
+        return Region(coded(low), coded(high), self.radius)
 
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
@@ -227,9 +204,6 @@ class SurfaceResult(StageResult):
             **told_by(fit),
             pure_error=None,
             canonical=None,
-            ridge=None,
-            box_cox=None,
-            sobol=Rows(),
             conditions=Rows(),
             notes=fit.notes,
         )
@@ -287,26 +261,13 @@ def told_by(fit: Surface) -> dict[str, Any]:
         "lack_of_fit_testable": fit.lack_of_fit_testable,
         "runs_failed": fit.runs_failed,
         "runs_diagnostics": Rows(fit.runs_diagnostics),
-        "block_effects": fit.block_effects or None,
-        "terms_dropped": fit.terms_dropped,
         "error_source": None if fit.error_source == "residual" else fit.error_source,
     }
 
 
 def region_in(study: Study, coding: Coding, radius: float | None) -> Region:
-    """Return where a solution may lie: the factors' ranges, the design's sphere, the constraints.
-
-    Raises
-    ------
-    UsageError
-        If the constraints leave nothing of them.
-    """
-    return Region(*box_of(study, coding), radius, constraints_of(study, coding))
-
-
-def constraints_of(study: Study, coding: Coding) -> tuple[HalfSpace, ...]:
-    """Return the constraints of the design and of the inversion, coded."""
-    return half_spaces(study, coding, (*study.rsm.constraints, *study.invert.constraints))
+    """Return where a solution may be: within the factors' ranges and the design's sphere."""
+    return Region(*box_of(study, coding), radius)
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

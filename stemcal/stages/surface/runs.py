@@ -1,18 +1,16 @@
-"""The runs of a surface as its fit takes them: weights, blocks, scatter, what repeated ones tell."""
+"""The runs of a surface as its fit takes them: scatter, what repeated ones show."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.regression.within import Within, moderated_weights
-from stemcal.files.typed import Spread, absent, inline
+from stemcal.doe.regression.within import Within
+from stemcal.files.typed import Spread, inline
 from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
-from stemcal.study.model import Study
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,36 +19,16 @@ class ConditionRun(Spread):
 
     run: int
     outcome: Outcome = inline()
-    weight: float | None = absent()
 
 
 Answered = DesignRun | ConditionRun
-A = TypeVar("A", DesignRun, ConditionRun)
 
 
-def weighed(study: Study, runs: Sequence[A]) -> list[A]:
-    """Add to the runs the weight that their scatter over mesh phases gives them, if the spec asks for it."""
-    if study.rsm.weights != "phases":
-        return list(runs)
-    scatter = [(run.outcome.sd, run.outcome.phases) for run in runs]
-    weights = moderated_weights([np.nan if sd is None else sd for sd, _ in scatter], [m or 0 for _, m in scatter])
-    return [replace(run, weight=float(weight)) for run, weight in zip(runs, weights, strict=True)]
-
-
-def circumstances(
-    blocks: Sequence[str | None] | None, answered: Sequence[Answered], response: str, further: int = 0
-) -> tuple[list[float] | None, list[str] | None, Within | None]:
-    """Return weights, blocks and scatter of runs as `fit_surface` takes them.
-
-    Points added later count to the last block, with the mean weight; their scatter is not counted.
-    """
-    apart = None if blocks is None else [block or "" for block in blocks] + [blocks[-1] or ""] * further
-    weights = within = None
-    if response == FIRST and any(run.weight is not None for run in answered):
-        weights = [1.0 if run.weight is None else run.weight for run in answered] + [1.0] * further
+def scatter_within(answered: Sequence[Answered], response: str, further: int = 0) -> Within | None:
+    """Return the scatter within runs as `fit_surface` uses it; that of points added later is not counted."""
     if response == FIRST and any(run.outcome.sd is not None for run in answered):
-        within = _within([run.outcome for run in answered], further)
-    return weights, apart, within
+        return _within([run.outcome for run in answered], further)
+    return None
 
 
 def _within(outcomes: Sequence[Outcome], further: int) -> Within:

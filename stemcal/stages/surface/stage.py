@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stemcal.doe.regression.anova import in_sequence
-from stemcal.doe.regression.reduction import Reduction, reduce_surface
+from stemcal.doe.regression.canonical import canonical_analysis
+from stemcal.doe.regression.reduction import ReductionStep, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
@@ -23,13 +23,10 @@ from stemcal.stages.surface.result import (
     AtCondition,
     FactorCoding,
     FitSummary,
-    ReductionSteps,
     SurfaceResult,
-    region_in,
     told_by,
 )
-from stemcal.stages.surface.runs import ConditionRun, circumstances, pure_error_of, weighed
-from stemcal.stages.surface.shape import shape_of
+from stemcal.stages.surface.runs import ConditionRun, pure_error_of, scatter_within
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study, Target
 
@@ -43,10 +40,9 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     screening = read_before(study, solver, work.folder)
     names, chosen = surface_factors(study, solver, screening)
     design = surface_design(recentred(study, screening), solver, names)
-    region_in(study, design.coding, None)  # refuses constraints that leave nothing, before any run
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
-    runs = weighed(study, runs_of(design, requests, answers, solver).runs)
+    runs = runs_of(design, requests, answers, solver).runs
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)
     result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
@@ -55,37 +51,30 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
 
 
 def _result(
-    study: Study, head: Head, design: Design, runs: DesignRuns, fit: Surface, reduction: Reduction | None
+    study: Study,
+    head: Head,
+    design: Design,
+    runs: DesignRuns,
+    fit: Surface,
+    reduction: tuple[ReductionStep, ...] | None,
 ) -> SurfaceResult:
     """Return the result without what other conditions add."""
-    beside = shape_of(study, design, fit, [runs.runs[row.run - 1].block for row in fit.runs_diagnostics])
-    middle, sequential = study.midlevels(), study.rsm.sums_of_squares == "sequential"
     entries = [_entry(study, design, j) for j in range(len(design.names))]
     return SurfaceResult(
         head=head,
         names=design.names,
         factors=Rows(entries),
         coding={e.factor: CodedScale(e.center, e.half_step) for e in entries},
-        fixed={name: level for name, level in middle.items() if name not in design.names},
+        fixed={name: level for name, level in study.midlevels().items() if name not in design.names},
         radius=design_radius(study, len(design.names)),
         design=runs,
-        anova=Rows(in_sequence(fit.anova, fit.sequential_ss) if sequential else fit.anova),
+        anova=Rows(fit.anova),
         **told_by(fit),
-        inestimable=study.rsm.inestimable,
-        weights=study.rsm.weights,
-        sums_of_squares="sequential" if sequential else None,
-        reduction=None if reduction is None else ReductionSteps(reduction.method, reduction.steps, reduction.dropped),
-        canonical=beside.canonical,
-        ridge=beside.ridge,
-        box_cox=beside.box_cox,
-        sobol=Rows(beside.sobol),
+        reduction=reduction,
+        canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
         pure_error=pure_error_of(runs, study.replicates > 0),
     )
-
-
-def _blocks(runs: Sequence[DesignRun]) -> list[str | None] | None:
-    return [run.block for run in runs] if any(run.block is not None for run in runs) else None
 
 
 def _entry(study: Study, design: Design, j: int) -> FactorCoding:
@@ -109,15 +98,15 @@ def recentred(study: Study, before: ScreenResult | ClimbResult | None) -> Study:
     return study.model_copy(update={"rsm": study.rsm.model_copy(update={"coding": {**found, **study.rsm.coding}})})
 
 
-def fit_terms(study: Study, design: Design, runs: Sequence[DesignRun]) -> tuple[Surface, Reduction | None]:
-    """Fit the surface to runs as the spec asks; returns it, and how its terms were chosen if they were."""
-    rsm, drop = study.rsm, study.rsm.inestimable == "drop"
-    known = circumstances(_blocks(runs), runs, FIRST)
-    responses = [run.number(FIRST) for run in runs]
-    if rsm.reduce == "none":
-        return fit_surface(design.coded, responses, design.names, None, *known, drop=drop), None
-    reduced = reduce_surface(design.coded, responses, design.names, rsm.reduce, rsm.reduce_alpha, *known, drop=drop)
-    return reduced.surface, reduced
+def fit_terms(
+    study: Study, design: Design, runs: Sequence[DesignRun]
+) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
+    """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
+    given = design.coded, [run.number(FIRST) for run in runs], design.names
+    within = scatter_within(runs, FIRST)
+    if study.rsm.reduce == "none":
+        return fit_surface(*given, within=within), None
+    return reduce_surface(*given, study.rsm.reduce_alpha, within)
 
 
 # ---- the design run at the other diameters of a joint fit
@@ -135,7 +124,7 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
     told_of = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    runs = weighed(work.study, told_of)
+    runs = told_of
     with reasons_given(requests, answers):
         fits = {name: _summary(study, result, runs, name, condition) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}

@@ -6,7 +6,6 @@ A key of a spec is a field, and what it means stands below it: the JSON schema, 
 
 from stemcal.study.model.design_options import (
     CodingEntry,
-    Constraint,
     RsmOptions,
     ScreenOptions,
     factors_taken,
@@ -52,7 +51,7 @@ from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
     "ClimbOptions",
-    "CodingEntry", "CommandSolver", "Commanded", "Condition", "Constraint", "ContactSection",
+    "CodingEntry", "CommandSolver", "Commanded", "Condition", "ContactSection",
     "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
     "Grades", "Growth", "HourglassSection",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",

@@ -9,12 +9,7 @@ from stemcal.study.model.factor import MOST_FACTORS
 from stemcal.study.model.frozen import Flag, Frozen
 from stemcal.study.types.field_types import Number, Whole, complain
 
-_FIELD_NAMES = {
-    "PB": "plackett-burman",
-    "CCD": "central-composite",
-    "BBD": "box-behnken",
-    "DSD": "definitive-screening",
-}
+_FIELD_NAMES = {"PB": "plackett-burman", "CCD": "central-composite", "BBD": "box-behnken"}
 
 
 def _in_full(given: Any) -> Any:
@@ -22,10 +17,8 @@ def _in_full(given: Any) -> Any:
     return _FIELD_NAMES.get(given.upper(), given) if isinstance(given, str) else given
 
 
-ScreeningDesign = Literal[
-    "plackett-burman", "plackett-burman-pydoe", "fractional-factorial", "full-factorial", "definitive-screening", "none"
-]
-SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube", "sobol", "i-optimal"]
+ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
+SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube"]
 
 
 def _names_of(designs: Any) -> dict[str, Any]:
@@ -35,25 +28,21 @@ def _names_of(designs: Any) -> dict[str, Any]:
 
 
 class ScreenOptions(Frozen):
-    """The screening design, what its effects are tested against, and the significance level that keeps a factor.
+    """The screening design, and the significance level that keeps a factor.
 
-    PB stands for plackett-burman, DSD for definitive-screening. With none there is no screening: `rsm.factors` names
-    the factors of the surface.
+    PB stands for plackett-burman. With none there is no screening: `rsm.factors` names the factors of the surface.
     """
 
     design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
         "plackett-burman"
     )
-    """The design; `stemcal plan` tells what it can find."""
+    """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     """Runs in the middle of all ranges: they tell whether the response is curved, and its scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
     """Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors."""
     fold_over: Flag = False
     """Repeat every run with all signs turned: main effects clear of two-factor interactions."""
-    error: Literal["residual", "pooled", "replicates", "lenth"] = "residual"
-    """What effects are tested against: columns without a factor, those pooled with small effects, repeated runs, or
-    Lenth's pseudo standard error."""
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
     """A factor whose p is below goes on to the surface."""
 
@@ -105,32 +94,6 @@ def _axial_distance(given: Any) -> Any:
     raise complain(f"{shown} is no axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
 
 
-def _batches(given: Any) -> Any:
-    for count in given if isinstance(given, list | tuple) and 1 <= len(given) <= 20 else [given]:
-        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= 200:
-            remedy = "write a whole number up to 200, or a list of them"
-            raise complain(f"{str(count)[:60]} is not a number of runs", remedy)
-    return given
-
-
-ExtraRuns = Annotated[
-    int | tuple[int, ...],
-    BeforeValidator(_batches),
-    WithJsonSchema(
-        {"anyOf": [{"type": "integer", "minimum": 0}, {"type": "array", "items": {"type": "integer", "minimum": 0}}]}
-    ),
-]
-
-
-class Constraint(Frozen):
-    """Σ coefficient·level ≤ `at_most`, in the units of the factors."""
-
-    of: Annotated[dict[str, Number], Field(min_length=1)]
-    """A coefficient for each factor in it."""
-    at_most: Number
-    """What the sum of coefficients times levels may not exceed."""
-
-
 class RsmOptions(Frozen):
     """The design behind the response surface, and the terms that are fitted.
 
@@ -168,27 +131,14 @@ class RsmOptions(Frozen):
     core: Literal["full", "fractional"] = "full"
     """All corners, or a fraction of them from five factors on."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
-    """Number of runs of the space-filling designs."""
+    """Number of runs of a Latin hypercube."""
     seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
-    """Seed of the space-filling designs."""
-    extra_runs: ExtraRuns = 0
-    """Further runs where they teach most (D-optimal); a list adds batch after batch."""
-    axial: Annotated[Number, Field(gt=0, le=100)] | None = None
-    """Adds axial points at this coded distance."""
-    blocks: Literal["none", "orthogonal"] = "none"
-    """`orthogonal` splits a composite into corners and axial points, each with a level of its own."""
-    weights: Literal["equal", "phases"] = "equal"
-    """`phases` lets runs of small scatter over `solver.phases` count more."""
-    inestimable: Literal["refuse", "drop"] = "refuse"
-    """Whether terms that failed runs have made inestimable are left out or end the fit."""
-    reduce: Literal["none", "backward", "forward", "aicc"] = "none"
-    """How terms are left out: none, backward, forward or by AICc; hierarchy is kept."""
+    """Seed of a Latin hypercube."""
+    extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
+    """Further runs where the surface is least certain. A larger number reuses the runs made before."""
+    reduce: Literal["none", "backward"] = "none"
+    """`backward` removes terms that are not significant, one by one; hierarchy is kept."""
     reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
-    """The p from which backward and forward leave a term out."""
-    sums_of_squares: Literal["partial", "sequential"] = "partial"
-    """What a term of the analysis of variance is asked to explain: what all other terms leave (type III), or what
-    the terms before it leave (type I, in the order of `factors`)."""
-    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
-    """What an I-optimal design and the solution have to keep to, in the units of the factors."""
+    """The p from which a term is removed."""
     coding: dict[str, CodingEntry] = {}
     """What coded 0 and +1 mean, by factor; others get theirs from their range."""

@@ -5,7 +5,6 @@ from typing import Annotated, Literal
 from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
-from stemcal.study.model.design_options import Constraint
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.model.measured_targets import AtSize
 from stemcal.study.types.field_types import Number, Whole
@@ -34,9 +33,6 @@ class InvertOptions(Frozen):
     """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
-    constraints: Annotated[tuple[Constraint, ...], Field(max_length=20)] = ()
-    """What solution and ranges have to keep to, in the units of the factors, whatever the design; those of
-    `rsm.constraints` hold here too."""
 
 
 class ClimbOptions(Frozen):

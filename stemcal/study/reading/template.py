@@ -263,7 +263,6 @@ screen:
   design: plackett-burman
   centre_points: 0
   fold_over: false
-  error: residual
   alpha: 0.05
 
 rsm:

@@ -260,17 +260,6 @@ def failure_is_complete(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, "remove it, or write kind: strain under failure")
 
 
-def design_takes_factors(draft: Draft) -> Iterator[Finding]:
-    """The screening design exists for so many factors; pyDOE3 has 4, 12 and 20 runs times powers of two."""
-    if draft.screen is None or draft.screen.design != "plackett-burman-pydoe":
-        return
-    count = len(draft.names)
-    runs = 4 * (count // 4 + 1)
-    if not any(runs % core == 0 and (runs // core).bit_count() == 1 for core in (1, 12, 20)):
-        message = f"plackett-burman-pydoe has no design of {runs} runs, which {count} factors need"
-        yield Finding(("screen", "design"), message, "write plackett-burman")
-
-
 def _extreme(draft: Draft, name: str, level: str, diameter: float) -> tuple[NodePath, float] | None:
     if name in draft.growing:
         values = reached(draft, name, diameter)

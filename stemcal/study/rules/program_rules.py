@@ -96,15 +96,6 @@ def _content(path: Path) -> bytes:
         return b""
 
 
-def mirrored_runs_stand_once(draft: Draft) -> Iterator[Finding]:
-    """The two stages of a definitive screening take every run once."""
-    solver, screen = draft.solver, draft.screen
-    mirrored = screen is not None and screen.design == "definitive-screening"
-    if isinstance(solver, model.CommandSolver | model.ManualSolver) and mirrored and solver.replicates > 1:
-        message = "definitive-screening is judged in pairs of single runs"
-        yield Finding(("solver", "replicates"), message, "leave it out, or write screen.design: plackett-burman")
-
-
 def run_files_differ(draft: Draft) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
     if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver):

@@ -1,13 +1,12 @@
-"""Rules on the response surface and the climb to it: factors, design, weights, blocks, coding, steps."""
+"""Rules on the response surface and the climb to it: factors, design, coding, steps."""
 
 from collections.abc import Iterator
 
 from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked
 from stemcal.study.rules.draft import Draft, Finding
-from stemcal.study.types.strict_yaml import NodePath
 
 MOST_CCD_FACTORS = 8
-SPACE_FILLING = ("latin-hypercube", "sobol", "i-optimal")  # their size is free
+LATIN_HYPERCUBE = "latin-hypercube"
 
 
 def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
@@ -52,53 +51,23 @@ def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
 
 
 def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
-    """The design of the surface exists for its factors and has runs enough for a quadratic."""
+    """The design of the surface exists for its factors and has enough runs for a quadratic."""
     if draft.rsm is None or isinstance(draft.rsm.factors, str):
         return
     k, rsm = len(draft.rsm.factors), draft.rsm
     if rsm.design == "box-behnken" and not 3 <= k <= 7:
         yield Finding(("rsm", "design"), f"box-behnken exists for 3 to 7 factors, not {k}", "write central-composite")
     least = (k + 1) * (k + 2) // 2
-    if rsm.design in SPACE_FILLING and rsm.runs is not None and rsm.runs < least:
+    if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
         message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"
         yield Finding(("rsm", "runs"), message, f"take {2 * least}")
 
 
 def runs_are_used(draft: Draft) -> Iterator[Finding]:
-    """`rsm.runs` is for designs whose size is free."""
-    if draft.rsm and draft.rsm.runs is not None and draft.rsm.design not in SPACE_FILLING:
+    """`rsm.runs` is for the design whose size is free."""
+    if draft.rsm and draft.rsm.runs is not None and draft.rsm.design != LATIN_HYPERCUBE:
         message = f"the size of {draft.rsm.design} follows from the factors"
-        yield Finding(("rsm", "runs"), message, "leave it out or write design: " + " or ".join(SPACE_FILLING))
-
-
-def constraints_fit(draft: Draft) -> Iterator[Finding]:
-    """Constraints name factors and leave room in their ranges; `rsm.constraints` cut an I-optimal design."""
-    known = {factor.name: factor for factor in draft.factors.values()}
-    for section, options in (("rsm", draft.rsm), ("invert", draft.invert)):
-        for index, constraint in enumerate(options.constraints if options else ()):
-            path: NodePath = (section, "constraints", index)
-            if section == "rsm" and draft.rsm and draft.rsm.design != "i-optimal":
-                message = f"the runs of a {draft.rsm.design} design lie where they lie"
-                remedy = "write design: i-optimal, or put the constraint under invert, where it binds the solution"
-                yield Finding(path, message, remedy)
-            for name in constraint.of:
-                if name not in draft.names:
-                    yield draft.unknown_factor((*path, "of", name), name)
-            if all(name in known for name in constraint.of):
-                ends = [(c * known[name].low, c * known[name].high) for name, c in constraint.of.items()]
-                if (least := sum(map(min, ends))) >= constraint.at_most:
-                    message = f"the sum is {least:g} or more in the factors' ranges: nothing is left of them"
-                    yield Finding((*path, "at_most"), message, f"write more than {least:g}, or widen a range")
-
-
-def surface_weights_known(draft: Draft) -> Iterator[Finding]:
-    """Weights by mesh phases need phases; blocks need a composite, whose alpha they set."""
-    rsm = draft.rsm
-    if rsm and rsm.weights == "phases" and not (draft.embedded and draft.embedded.phases > 1):
-        yield Finding(("rsm", "weights"), "the solver gives no scatter over mesh phases", "write solver.phases: 4")
-    if rsm and rsm.blocks == "orthogonal" and (rsm.design != "central-composite" or rsm.alpha != "rotatable"):
-        message = "orthogonal blocks are those of a central composite and set its alpha themselves"
-        yield Finding(("rsm", "blocks"), message, "write design: central-composite and leave alpha out")
+        yield Finding(("rsm", "runs"), message, f"leave it out or write design: {LATIN_HYPERCUBE}")
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:

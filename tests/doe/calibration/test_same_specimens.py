@@ -50,15 +50,6 @@ def test_an_interval_is_that_of_a_growth_curve(p: int) -> None:
     np.testing.assert_allclose([one.high for one in found], solution + half, rtol=1e-4, atol=1e-4)
 
 
-def test_a_width_that_is_foretold_has_the_residuals_to_be_expected() -> None:
-    """T² of q = p − k contrasts is (n − 1) q/(n − q − 2) on average, whatever stands where the measured means will."""
-    misfit, df = replace(fitted(4), foretold=True), N - 1 - 2
-    spread = np.diag(np.linalg.inv(J.T @ (J / SD[:, None] ** 2))) / N
-    half = t.ppf(0.975, df) * np.sqrt((N - 1) / df * (1.0 + 2.0 / (N - 2 - 2)) * spread)
-    widths = [one.high - one.low for one in profiles_of(misfit, REGION, best_fit(misfit, REGION))]
-    np.testing.assert_allclose(widths, 2.0 * half, rtol=1e-4)
-
-
 def test_intervals_of_several_diameters_hold_the_truth() -> None:
     """Five covariance matrices, each of ten specimens of its own. Without what they give too much weight: 91 %."""
     random, held = np.random.default_rng(9), []

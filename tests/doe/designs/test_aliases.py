@@ -18,8 +18,8 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.notes import Note
 
 
-def noted(n: int, k: int, kind: str = "plackett-burman") -> Note:
-    return aliases_note(plackett_burman(k, kind, n), [f"X{i + 1}" for i in range(k)])
+def noted(n: int, k: int) -> Note:
+    return aliases_note(plackett_burman(k, n), [f"X{i + 1}" for i in range(k)])
 
 
 def test_twelve_runs_alias_each_effect_by_a_third_with_each_interaction_without_it():
@@ -50,13 +50,6 @@ def test_eight_runs_alias_fully_and_the_note_says_with_what():
 def test_larger_cyclic_designs_alias_partly(k, largest):
     n = len(plackett_burman(k))
     assert noted(n, k) == PartlyAliased(n, pytest.approx(largest))
-
-
-@pytest.mark.parametrize("k", [15, 28, 36])
-def test_doubled_designs_of_pydoe_alias_fully(k):
-    n = len(plackett_burman(k, "plackett-burman-pydoe"))
-    assert n in (16, 32, 40)
-    assert isinstance(noted(n, k, "plackett-burman-pydoe"), FullyAliased)
 
 
 def test_clear_designs_and_single_factors():

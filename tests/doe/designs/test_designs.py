@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.designs.catalogue import axial_distance, central_composite, plackett_burman
+from stemcal.doe.designs.catalogue import axial_distance, central_composite, plackett_burman, screening_runs
 from stemcal.errors import UsageError
 
 
@@ -31,12 +31,6 @@ def test_first_row_is_the_printed_generator(k, generator):
     assert np.all(design[-1] == -1.0)
 
 
-def test_pydoe_gives_other_runs_than_table_6(pb_runs):
-    theirs = {tuple(row) for row in plackett_burman(9, "plackett-burman-pydoe")}
-    assert (1.0,) * 9 in theirs
-    assert theirs != {tuple(row) for row in np.round(pb_runs.coded)}
-
-
 @given(st.integers(1, 60))
 def test_cyclic_designs_are_balanced_and_orthogonal(k):
     design = plackett_burman(k)
@@ -46,27 +40,20 @@ def test_cyclic_designs_are_balanced_and_orthogonal(k):
     assert np.array_equal(design.T @ design, n * np.eye(k))
 
 
-@given(st.integers(1, 47))
-def test_pydoe_designs_are_orthogonal_or_refused(k):
-    unsound = 24 <= k <= 27 or 32 <= k <= 35 or 40 <= k <= 43
-    if unsound:
-        with pytest.raises(UsageError, match="use plackett-burman"):
-            plackett_burman(k, "plackett-burman-pydoe")
-        return
-    design = plackett_burman(k, "plackett-burman-pydoe")
-    assert np.array_equal(design.T @ design, len(design) * np.eye(k))
-    assert np.array_equal(design.sum(axis=0), np.zeros(k))
+@given(st.integers(5, 47))
+def test_the_usual_size_is_the_smallest_with_a_prime(k):
+    sizes = (12, 20, 24, 32, 44, 48)
+    assert len(plackett_burman(k)) == next(n for n in sizes if n > k)
 
 
-@pytest.mark.parametrize("k", range(48, 60))
-def test_pydoe_does_not_know_48_to_59_factors(k):
-    with pytest.raises(UsageError, match=r"4·2\^m"):
-        plackett_burman(k, "plackett-burman-pydoe")
-
-
-def test_unknown_kinds_and_no_factors_are_refused():
-    with pytest.raises(UsageError, match="plackett-burman-pydoe"):
-        plackett_burman(3, "taguchi")
+def test_sizes_that_do_not_exist_are_refused():
+    for runs in (10, 8, 16, 28):
+        with pytest.raises(UsageError, match=f"has {runs} runs for 9 factors; take .* such as 12"):
+            plackett_burman(9, runs)
+    with pytest.raises(UsageError, match="has 8 runs for 3 factors, not 12"):
+        screening_runs("full-factorial", 3, 12)
+    with pytest.raises(UsageError, match="no design 'taguchi'; choose one of plackett-burman, "):
+        screening_runs("taguchi", 3)
     with pytest.raises(UsageError, match="at least one"):
         plackett_burman(0)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.designs.aliases import ClearOfInteractions, FullyAliased, aliases_note
+from stemcal.doe.designs.aliases import ClearOfInteractions, aliases_note
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import (
     SURFACES,
@@ -16,11 +16,10 @@ from stemcal.doe.designs.catalogue import (
     surface_reach,
     surface_runs,
 )
-from stemcal.doe.designs.composite import axial_distance, blocked_composite, central_composite
-from stemcal.doe.designs.d_optimal import d_optimal_runs, rows_missing
+from stemcal.doe.designs.composite import axial_distance, central_composite
+from stemcal.doe.designs.extra_runs import extra_runs
 from stemcal.doe.designs.factorial import fraction
-from stemcal.doe.designs.power import RATIOS, judge_design, power
-from stemcal.doe.designs.space_filling import latin_hypercube, sobol
+from stemcal.doe.designs.latin_hypercube import latin_hypercube
 from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import UsageError
 
@@ -79,35 +78,12 @@ def test_fractional_cores_still_estimate_the_quadratic(k):
     assert np.linalg.matrix_rank(matrix) == matrix.shape[1]
 
 
-@pytest.mark.parametrize(("k", "corners", "axial", "alpha"), [(2, 3, 3, 1.414), (3, 4, 2, 1.633), (4, 4, 2, 2.0)])
-def test_blocks_are_orthogonal(k, corners, axial, alpha):
-    """Box and Hunter 1957: in every block Σx² in proportion to its size, so blocks do not touch the quadratic.
-
-    α as tabulated by them for blocks (k = 2, 3; for 3 the corners are in one block here) or rotatable (k = 4).
-    """
-    design, block = blocked_composite(k, corners, axial)
-    assert np.abs(design).max() == pytest.approx(alpha, abs=5e-4)
-    level = np.where(block == 1, 1.0, 0.0)
-    matrix = term_columns(design)
-    centred = level - level.mean()
-    assert np.abs(centred @ matrix).max() < 1e-9
-
-
-@pytest.mark.parametrize("fill", [latin_hypercube, sobol])
-def test_space_filling_is_seeded_and_inside(fill):
-    points = fill(3, 20, seed=7)
-    assert points.shape == (20, 3) and np.abs(points).max() <= 1.0
-    assert np.array_equal(points, fill(3, 20, seed=7))
-    assert not np.array_equal(points, fill(3, 20, seed=8))
-    with pytest.raises(UsageError, match="at least one"):
-        fill(0, 5)
-
-
-def test_latin_hypercube_has_a_point_in_each_slice_and_sobol_grows():
-    points = latin_hypercube(4, 25)
+def test_latin_hypercubes_are_seeded_and_have_a_point_in_each_slice():
+    points = latin_hypercube(4, 25, seed=7)
     slices = np.sort(np.floor((points + 1.0) / 2.0 * 25).astype(int), axis=0)
     assert np.array_equal(slices, np.tile(np.arange(25)[:, None], 4))
-    assert np.array_equal(sobol(3, 20), sobol(3, 30)[:20])
+    assert np.array_equal(points, latin_hypercube(4, 25, seed=7))
+    assert not np.array_equal(points, latin_hypercube(4, 25, seed=8))
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -119,9 +95,11 @@ def test_every_surface_design_carries_the_quadratic_of_three_factors(name):
     assert np.linalg.norm(design, axis=1).max() <= surface_radius(3, options) + 1e-9 or name == "central-composite"
 
 
-def test_extra_runs_come_last():
+def test_extra_runs_come_last_and_more_of_them_keep_the_first():
     plain, more = surface_runs(3, SurfaceOptions()), surface_runs(3, SurfaceOptions(extra_runs=3))
     assert np.array_equal(more[:20], plain) and more.shape == (23, 3)
+    assert np.array_equal(surface_runs(3, SurfaceOptions(extra_runs=7))[:23], more)
+    assert len(np.unique(np.round(more, 6), axis=0)) == 15 + 3
     with pytest.raises(UsageError, match=r"rsm\.design: no design 'd-optimal'"):
         surface_runs(3, SurfaceOptions("d-optimal"))
 
@@ -131,24 +109,13 @@ def test_fold_over_frees_main_effects():
     folded = fold_over(design)
     assert folded.shape == (24, 9) and np.array_equal(folded[:12], design)
     assert aliases_note(folded, [f"X{i}" for i in range(9)]) == ClearOfInteractions(24)
-    one = fold_over(fraction(7, 8).design(), [0])
-    note = aliases_note(one, [f"X{i + 1}" for i in range(7)])
-    assert not isinstance(note, FullyAliased) or "X1" not in note.hidden
 
 
-def test_rows_already_run_are_not_run_again():
-    corners = fraction(3, 8).design()
-    whole = central_composite(3, 2)
-    missing = rows_missing(corners, whole)
-    assert len(missing) == 8 and np.array_equal(missing, whole[8:])
-    assert len(rows_missing(whole[-1:], whole)) == 15  # one of two centre points is there
-    assert rows_missing(whole, whole).shape == (0, 3)
-
-
-def test_d_optimal_runs_repair_a_design_and_beat_random_ones():
-    """A 2² factorial with a centre lacks squares; the best four further runs are the axial ones or as good."""
+def test_extra_runs_make_a_poor_design_estimate_the_quadratic():
+    """A 2² factorial with a centre lacks squares; four further runs of the grid are the axial ones or as good."""
     start = np.vstack([fraction(2, 4).design(), [[0.0, 0.0]]])
-    added = d_optimal_runs(start, 4)
+    grid = np.array([[a, b] for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
+    added = extra_runs(start, 4, grid)
 
     def det(points):
         matrix = term_columns(np.vstack([start, points]))
@@ -156,35 +123,5 @@ def test_d_optimal_runs_repair_a_design_and_beat_random_ones():
 
     faces = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
     assert det(added) == pytest.approx(det(faces), rel=1e-9)
-    random = np.random.default_rng(0)
-    grid = np.array([[a, b] for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
-    assert all(det(grid[random.integers(0, 9, 4)]) <= det(added) * (1.0 + 1e-9) for _ in range(200))
-
-
-def test_power_agrees_with_simulation_and_theory():
-    """Power of a t test with known answers: statsmodels' non-central t at the same shift."""
-    from scipy.stats import nct, t
-
-    for shift, df in [(1.0, 3), (3.46, 2), (2.5, 10)]:
-        limit = t.ppf(0.975, df)
-        assert power(shift, df) == pytest.approx(nct.sf(limit, df, shift) + nct.cdf(-limit, df, shift), rel=1e-6)
-    assert power(0.0, 5) == pytest.approx(0.05)
-    assert power(2.0, 0) is None
-
-
-def test_a_screening_is_judged_before_it_is_run():
-    quality = judge_design(plackett_burman(9), [f"X{i}" for i in range(9)], quadratic=False)
-    assert (quality.residual_df, quality.pure_error_df) == (2, 0)
-    assert quality.leverage == pytest.approx([10 / 12] * 12)
-    assert quality.d_efficiency == pytest.approx(100.0) and quality.g_efficiency == pytest.approx(100.0)
-    assert all(term.vif == pytest.approx(1.0) for term in quality.terms)
-    assert quality.least_power(2.0) == pytest.approx(power(0.5 * 2.0 * 12**0.5, 2))
-    assert quality.least_power(2.0) == pytest.approx(0.4707, abs=1e-4)
-
-
-def test_a_saturated_design_has_no_power():
-    quality = judge_design(plackett_burman(11), [f"X{i}" for i in range(11)], quadratic=False)
-    assert quality.least_power(RATIOS[0]) is None
-    assert quality.residual_df == 0
-    with pytest.raises(UsageError, match="cannot estimate"):
-        judge_design(plackett_burman(3), list("abc"))
+    with pytest.raises(UsageError, match="leaves room for 4 runs, not 5"):
+        extra_runs(start, 5, grid)

@@ -12,28 +12,21 @@ from stemcal.doe.regression.copies import copies_of
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.reduction import reduce_surface
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.errors import UsageError
 
 POINTS = np.array([[0.0], [1.0], [0.0], [1.0], [-1.0]])
 
 
 @pytest.mark.parametrize(
-    ("response", "blocks", "copies"),
+    ("response", "copies"),
     [
-        ([5.0, 7.0, 5.0, 7.0, 2.0], None, [2, 3]),
-        ([5.0, 7.0, 5.1, 7.0, 2.0], None, []),  # two centre runs differ: equal ones say something too
-        ([np.nan, 7.0, 5.0, 7.0, 2.0], None, [3]),
-        ([np.nan] * 5, None, []),
-        ([5.0, 7.0, 5.0, 7.0, 2.0], "aabab", [3]),  # the centre of the other block tells of the block
+        ([5.0, 7.0, 5.0, 7.0, 2.0], [2, 3]),
+        ([5.0, 7.0, 5.1, 7.0, 2.0], []),  # two centre runs differ: equal ones say something too
+        ([np.nan, 7.0, 5.0, 7.0, 2.0], [3]),
+        ([np.nan] * 5, []),
     ],
 )
-def test_copies_repeat_point_and_answer(response, blocks, copies) -> None:
-    assert np.flatnonzero(copies_of(POINTS, np.array(response), blocks)).tolist() == copies
-
-
-def test_blocks_need_a_label_each() -> None:
-    with pytest.raises(UsageError, match="2 block labels for 5 runs"):
-        copies_of(POINTS, np.ones(5), "ab")
+def test_copies_repeat_point_and_answer(response, copies) -> None:
+    assert np.flatnonzero(copies_of(POINTS, np.array(response))).tolist() == copies
 
 
 def test_reduction_chooses_terms_by_distinct_runs() -> None:
@@ -42,9 +35,9 @@ def test_reduction_chooses_terms_by_distinct_runs() -> None:
     once, many = (central_composite(2, n, "rotatable") for n in (1, 6))
     y = 100.0 + once @ [10.0, 3.0] + random.normal(0.0, 2.0, len(once))
     copied = np.append(y, np.full(5, y[-1]))
-    steps = [reduce_surface(design, r, ["a", "b"], "backward", 0.05).steps for design, r in ((once, y), (many, copied))]
+    steps = [reduce_surface(design, r, ["a", "b"], 0.05)[1] for design, r in ((once, y), (many, copied))]
     assert [step.term for step in steps[0]] == [step.term for step in steps[1]]
-    assert [step.measure for step in steps[0]] == pytest.approx([step.measure for step in steps[1]])
+    assert [step.p for step in steps[0]] == pytest.approx([step.p for step in steps[1]])
 
 
 def test_the_mean_of_a_deterministic_surface_is_off_by_what_it_misses() -> None:

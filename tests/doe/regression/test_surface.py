@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from printed import agrees
 from scipy import stats
-from statsmodels.regression.linear_model import OLS, WLS
+from statsmodels.regression.linear_model import OLS
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
-from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_runs
+from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.surface_notes import CopiesOnly, NothingRepeated, SaturatedSurface, VerdictOnOneRun
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
@@ -93,31 +93,6 @@ def test_diagnostics_agree_with_statsmodels(ccd, ccd_runs):
     assert [r.studentised for r in runs] == pytest.approx(external, rel=1e-8)
     vif = [variance_inflation_factor(matrix, i) for i in range(1, 10)]
     assert [c.vif for c in ccd.coefficients[1:]] == pytest.approx(vif, rel=1e-8)
-
-
-@pytest.mark.parametrize(
-    ("design", "k"),
-    [("central-composite", 2), ("central-composite", 3), ("central-composite", 5), ("box-behnken", 4), ("sobol", 3)],
-)
-def test_weighted_diagnostics_agree_with_statsmodels(design: str, k: int) -> None:
-    """A regression on √w·X; of the runs left out one by one statsmodels fits each again."""
-    rng = np.random.default_rng(k)
-    coded = surface_runs(k, SurfaceOptions(design=design))
-    response, weights = 100.0 + rng.normal(size=len(coded)), rng.uniform(0.5, 2.0, len(coded))
-    names = [f"x{i}" for i in range(k)]
-    surface = fit_surface(coded, response, names, weights=weights)
-    root = np.sqrt(weights)
-    theirs = OLS(root * response, root[:, None] * term_columns(coded)).fit()
-    influence, runs = OLSInfluence(theirs), surface.runs_diagnostics
-    assert surface.beta == pytest.approx(theirs.params, rel=1e-12, abs=1e-12)
-    assert [r.leverage for r in runs] == pytest.approx(influence.hat_matrix_diag, rel=1e-12)
-    assert [r.cooks_distance for r in runs] == pytest.approx(influence.cooks_distance[0], rel=1e-9, abs=1e-15)
-    assert [r.studentised for r in runs] == pytest.approx(influence.resid_studentized_external, rel=1e-9, abs=1e-12)
-    assert surface.press == pytest.approx(influence.ess_press, rel=1e-12)
-    weighted = WLS(response, term_columns(coded), weights).fit()
-    assert surface.r2 == pytest.approx(weighted.rsquared, rel=1e-12)
-    assert surface.adjusted_r2 == pytest.approx(weighted.rsquared_adj, rel=1e-12)
-    assert [c.standard_error for c in surface.coefficients] == pytest.approx(weighted.bse, rel=1e-12)
 
 
 def test_intervals_agree_with_statsmodels(ccd, ccd_runs):

@@ -9,7 +9,7 @@ from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
 from stemcal.doe.designs.factorial import fraction, full_factorial
-from stemcal.doe.regression.canonical import analyse_shape
+from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
@@ -57,11 +57,10 @@ def test_central_composite_of_the_chemical_yield():
         "Cor total": "28.74 12",
     }
     assert cells_agree(surface, printed) == 39
-    shape = analyse_shape(surface)
-    coding = Coding(("time", "temperature"), (85.0, 175.0), (5.0, 5.0))
-    time, temperature = coding.to_natural(shape.point)
+    shape = canonical_analysis(surface, Coding(surface.names, (85.0, 175.0), (5.0, 5.0)))
+    time, temperature = shape.natural.values()
     assert agrees("87", time) and agrees("176.5", temperature)  # "87 minutes", "176.5 F"
-    assert agrees("80.21", float(surface.predict(shape.point)[0])) and shape.kind == "maximum"
+    assert agrees("80.21", shape.predicted) and shape.kind == "maximum"
 
 
 def test_replicated_factorial_of_the_chemical_process():
@@ -90,8 +89,6 @@ def test_replicated_factorial_of_the_chemical_process():
 def test_half_fraction_of_the_chemical_process():
     """Montgomery, 8th ed. (2012), problem 8.1, 2^(4−1) with I = ABCD; Design-Expert's output read from a page with the
     solutions to chapter 8 (pdfcoffee.com/ch-08-11-pdf-free.html), data, effects, ANOVA and Lenth's margins.
-
-    The printed margins, 22.5856 and 54.0516, are Lenth's first approximation, 3.764·PSE and 9.008·PSE: PSE is 6.
     """
     yields = {"": 90, "ad": 72, "bd": 87, "ab": 83, "cd": 99, "ac": 81, "bc": 88, "abcd": 80}
     design = np.array([[1.0 if letter in run else -1.0 for letter in "abcd"] for run in yields])
@@ -109,7 +106,7 @@ def test_half_fraction_of_the_chemical_process():
     }
     assert cells_agree(surface, printed) == 35
     margins = lenth(np.array([-12.0, -1.0, 4.0, -1.0, 6.0, -1.0, -5.0]))
-    assert margins.pse == pytest.approx(22.5856 / 3.76427, rel=1e-4)
+    assert margins.pse == 6.0 and (margins.me, margins.sme) == pytest.approx((22.5856, 54.0516), rel=1e-4)
 
 
 def test_half_fraction_of_the_integrated_circuit():

@@ -17,25 +17,18 @@ DESIGN = np.array([row[:2] for row in CORNERS] + [(0.0, 0.0)] * 5)
 YIELD = np.array([row[2] for row in CORNERS] + CENTRE)
 
 
-def test_montgomerys_yield_is_tested_for_curvature_against_pure_error():
-    found = analyse_screening(DESIGN, YIELD, ["A", "B"], error="replicates")
+def test_montgomerys_yield_has_the_residual_of_the_model_with_curvature():
+    """The interaction, −0.05, leaves 0.0025 with one df beside the 0.172 (4 · 0.0430) of the centre with four."""
+    found = analyse_screening(DESIGN, YIELD, ["A", "B"])
     assert [effect.effect for effect in found.effects] == pytest.approx([1.55, 0.65])
-    assert found.error.mean_square == pytest.approx(0.0430, abs=5e-5)
-    assert found.error.df == 4
-    assert [effect.f for effect in found.effects] == pytest.approx([2.4025 / 0.0430, 0.4225 / 0.0430])
+    assert (found.residual.sum_of_squares, found.residual.df) == (pytest.approx(0.1745), 5)
+    assert (found.runs_used, found.runs_failed) == (9, 0)
+    assert [effect.f for effect in found.effects] == pytest.approx([2.4025 / 0.0349, 0.4225 / 0.0349])
     curvature = found.curvature
-    assert curvature is not None and curvature.runs == 5
+    assert curvature is not None and curvature.runs == 5 and curvature.df == 5 and not curvature.curved
     assert curvature.difference == pytest.approx(40.425 - 40.46)
     assert curvature.sum_of_squares == pytest.approx(0.0027, abs=5e-5)
-    assert curvature.f == pytest.approx(0.06, abs=5e-3)
-    assert not curvature.curved and curvature.df == 4
-
-
-def test_residual_and_centre_runs_are_pooled():
-    """The interaction, −0.05, leaves 0.0025 with one df beside the 0.172 of the centre with four."""
-    found = analyse_screening(DESIGN, YIELD, ["A", "B"])
-    assert (found.error.sum_of_squares, found.error.df) == (pytest.approx(0.1745), 5)
-    assert (found.runs_used, found.runs_failed, len(found.design)) == (9, 0, 4)
+    assert curvature.f == pytest.approx(0.00272222 / 0.0349, rel=1e-5)
 
 
 def test_a_curved_response_is_found_and_effects_stay_as_they_were():
@@ -57,7 +50,7 @@ def test_centre_runs_of_a_program_without_chance_are_one():
     y = YIELD.copy()
     y[4:] = 41.0
     found = analyse_screening(DESIGN, y, ["A", "B"])
-    assert found.error.df == 1
+    assert found.residual.df == 1
     assert found.curvature is not None and found.curvature.runs == 1
     assert found.curvature.sum_of_squares == pytest.approx(4 * 1 * 0.575**2 / 5)
 
@@ -69,9 +62,3 @@ def test_failed_centre_runs_are_left_out():
     assert found.curvature is not None and found.curvature.runs == 4
     assert (found.runs_used, found.runs_failed) == (8, 1)
     assert not any(isinstance(note, ScreeningRunsFailed) for note in found.notes)
-
-
-def test_a_definitive_screening_keeps_its_centre():
-    design = screening_runs("definitive-screening", 4)
-    found = analyse_screening(design, design @ [4.0, 3.0, 0.0, 0.0] + 1.0, list("abcd"))
-    assert found.curvature is None and len(found.design) == 9
