@@ -12,7 +12,7 @@ python benchmarks/objectivity.py lengths       the force over edge spread and in
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
 python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
 python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
-python benchmarks/objectivity.py crops         crops of `stemcal init --crop`: phases, d/24, hourglass forms (slow)
+python benchmarks/objectivity.py crops         other crops: phases, d/24, hourglass forms (slow)
 python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
 
 Without a name all but the slow ones are run.

@@ -5,7 +5,7 @@ python benchmarks/speed.py solver     the whole solver on the paper's 8 mm case,
 python benchmarks/speed.py scaling    cost and memory from 1,000 to 1,000,000 elements
 python benchmarks/speed.py threads    two threads against one on 200,000 elements
 python benchmarks/speed.py steps      fewer steps: elements given mass, the end at the break
-python benchmarks/speed.py plan [SPEC ...]    what `plan` foretells of studies, and what they then take
+python benchmarks/speed.py plan [SPEC ...]    what `check` estimates of studies, and what they then take
 python benchmarks/speed.py study      the shipped study: kernels to be compiled, compiled, and with 4 mesh phases
 """
 
@@ -145,13 +145,14 @@ def added_mass_percent(test: cutting.ShearTest) -> float:
 
 
 def plan() -> None:
-    """Print what `plan` foretells of each study with an empty folder, what it then takes, and the ratio."""
+    """Print what `check` estimates of each study with an empty folder, what it then takes, and the ratio."""
     specs = [Path(name) for name in sys.argv[2:]] or [SPEC.parent / "smoke.yaml", SPEC]
     for spec in specs:
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "out"
-            line = [sys.executable, "-m", "stemcal", "plan", str(spec), "--out", str(out), "--json"]
-            foretold = json.loads(subprocess.run(line, check=True, capture_output=True, text=True).stdout)["elapsed"]
+            line = [sys.executable, "-m", "stemcal", "check", str(spec), "--out", str(out), "--json"]
+            checked = json.loads(subprocess.run(line, check=True, capture_output=True, text=True).stdout)
+            foretold = checked["result"]["plan"]["elapsed"]
             run = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
             taken = seconds_of(lambda run=run: subprocess.run(run, check=False, capture_output=True))
         print(f"{spec.name}: {foretold:.0f} s foretold, {taken:.0f} s taken, ratio {foretold / taken:.2f}", flush=True)

@@ -67,8 +67,8 @@ def spec() -> str:
     parts = [
         "# Spec",
         "A study is one YAML file. Quantities carry their unit (`8 mm`); pure numbers have none. `stemcal check` names "
-        "every mistake with its line; `stemcal schema` prints this page for editors. Defaults of quantities are given "
-        "in mm, s, N, MPa and degrees. `[]` stands for each entry of a list.",
+        "every mistake with its line; `stemcal explain --schema` prints this page for editors. Defaults of quantities "
+        "are given in mm, s, N, MPa and degrees. `[]` stands for each entry of a list.",
         _table(head, _keys_of(schema)),
     ]
     for name, place in section_places().items():

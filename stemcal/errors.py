@@ -16,6 +16,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+EXIT_CODES = {
+    0: ("done", "done"),
+    1: ("fault", "a fault of the system: disk, memory, a damaged file, an internal error"),
+    2: ("wrong", "the spec or the call is wrong"),
+    3: ("runs_failed", "runs failed"),
+    4: ("unreachable", "the target is out of reach"),
+    5: ("in_use", "another process uses the study folder"),
+    6: ("waiting", "the study waits for results"),
+    130: ("interrupted", "interrupted by Ctrl-C"),
+    143: ("terminated", "terminated by SIGTERM"),
+}
+"""The exit codes: the `status` in the JSON envelope, and what each means."""
+
 
 class StemcalError(Exception):
     """A failure with a message fit for the user: place, value, remedy."""
@@ -106,7 +119,7 @@ class Waiting(StemcalError):
     def __init__(self, stage: str, requests: Sequence[Any]) -> None:
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
-        super().__init__(f"waiting for {count} of {stage}; `stemcal ask SPEC` tells which, `stemcal enter` takes them")
+        super().__init__(f"waiting for {count} of {stage}; enter them with `stemcal enter SPEC SHEET`")
 
 
 class SimulationFailed(StemcalError):

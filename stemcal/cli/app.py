@@ -12,22 +12,16 @@ from typer.core import TyperGroup
 from stemcal.cli import (
     by_hand,
     check,
-    demo,
     doctor,
     explain,
     export,
     init,
     measure,
-    plan,
     report,
-    retry,
     run,
-    runs,
-    schema,
     simulate,
     stages,
     status,
-    verify,
 )
 from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes
@@ -56,13 +50,13 @@ app = typer.Typer(
 
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
-    "Stages of a study (each goes on where it stopped)": (
+    "Stages of a study (each resumes where it stopped)": (
         *(run.run, *(stages.command_of(stage) for stage in STAGES)),
         *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
     ),
-    AROUND: (init.init, check.check, plan.plan, simulate.simulate),
-    "The study folder": (status.status, runs.runs, retry.retry, verify.verify),
-    "First steps and help": (demo.demo, doctor.doctor, schema.schema, explain.explain),
+    AROUND: (init.init, check.check, simulate.simulate),
+    "The study folder": (status.status,),
+    "First steps and help": (doctor.doctor, explain.explain),
 }
 """The commands by the panel of the help that they stand in."""
 for _panel, _commands in COMMANDS.items():

@@ -1,55 +1,102 @@
-"""`stemcal check`: is the spec right?"""
+"""`stemcal check`: every mistake in a spec; without one, what the study takes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from stemcal.cli.console import say, say_json, warn
-from stemcal.cli.options import AsJson, Spec
-from stemcal.cli.session import read_study
+from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
+from stemcal.cli.options import AsJson, Out, Spec, Workers
+from stemcal.cli.session import folder_of
 from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
+    from stemcal.overview.plan import Plan
     from stemcal.solvers.protocol import Solver
     from stemcal.study.model import Study
 
-_MANY, _MUCH = 1e6, 1e11  # elements, and steps of elements, of a run that any machine can do
 
+def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
+    """Report every mistake in a spec; without mistakes list runs, time and memory.
 
-def check(spec: Spec, as_json: AsJson = False) -> None:
-    """Read a spec and report every problem in it; compute and write nothing.
+    Nothing is computed and nothing is written. Runs already in the study folder are not counted again.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
+    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.overview.plan import plan
+    from stemcal.study.reading import load_study
+    from stemcal.text.names import Names
+    from stemcal.text.plan import remarks as planned
+
+    route_log()
     try:
-        study = read_study(spec)
+        study = load_study(spec)
     except SpecError as error:
         if as_json:
-            say_json(_problems(error))
+            say_json({"ok": False, "problems": [asdict(problem) for problem in error.problems]})
         raise
-    from stemcal.text.beforehand import remarks as beforehand
-
-    demanding, remarks = [*_demanding(study), *not_ready(study)], beforehand(study)
-    for sentence in demanding:
-        warn(sentence)
+    unready = not_ready(study)
+    warnings = [*study.warnings, *unready, *_too_much_for_one(study)]
+    found = None
+    if len(warnings) == len(study.warnings) + len(unready):  # else its mesh would be built to be timed
+        path = folder_of(study, out)
+        found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
+        warnings += _too_much(found)
+    remarks = [*beforehand(study), *(planned(found, Names(study.naming)) if found else ())]
     if as_json:
-        say_json(_summary(study, demanding, remarks))
+        say_json(_summary(study, warnings, remarks, found))
     else:
-        say(f"{spec}: OK. {study}.")
-        for sentence in remarks:
-            say(sentence)
+        count = f", {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else ""
+        say_whole(f"{spec}: OK{count}. {study}.")
+    for sentence in warnings:
+        warn(sentence)
+    if not as_json and found is not None:
+        say_plan(found)
+    for sentence in remarks:
+        note(f"note: {sentence}")
 
 
-def _problems(error: SpecError) -> Mapping[str, object]:
-    problems = [asdict(problem) for problem in error.problems]
-    return {"schema_version": 1, "stage": "check", "ok": False, "problems": problems}
+def beforehand(study: Study) -> list[str]:
+    """Return what the designs and the solver of a study need, lose, and assume."""
+    from stemcal.text.beforehand import remarks
+
+    return remarks(study)
+
+
+def say_plan(found: Plan) -> None:
+    """Print the runs, the time and the memory of every stage."""
+    from stemcal.files.rows import Column, Table
+    from stemcal.numbers import duration, in_bytes
+    from stemcal.text.plan import total
+
+    timed = any(stage.seconds is not None for stage in found.stages)
+    weighed = any(stage.memory for stage in found.stages)
+    columns = (
+        Column("stage", "Stage"),
+        Column("rows", "Runs", form=format),
+        Column("recorded", "Recorded", form=format),
+        Column("to_run", "To compute", form=format),
+        *([Column("seconds", "On one core", form=duration)] if timed else []),
+        *([Column("memory", "Memory of a run", form=in_bytes)] if weighed else []),
+    )
+    say_tables(Table.of(columns, found.stages, f"Runs of {found.study}", [" ".join(total(found))]))
+
+
+def _too_much(found: Plan) -> list[str]:
+    """Return what all runs need beyond this machine's memory, or beyond two days."""
+    from stemcal.executors.machine import machine_memory
+    from stemcal.overview.foresight import Demand, excess
+    from stemcal.text.notes import sentences
+
+    demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
+    return sentences(excess(demand, found.workers, machine_memory()))
 
 
 def not_ready(study: Study) -> list[str]:
-    """Say why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
+    """Return why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
     from stemcal.study.model import ProgramOptions
 
     owned, said = [test for test in study.tests if test.solver], list[str]()
@@ -67,43 +114,30 @@ def not_ready(study: Study) -> list[str]:
     return said
 
 
-def _demanding(study: Study) -> list[str]:
-    """Say what of a single run is more than this machine has, or takes days; loads little where the mesh is small."""
-    if study.solver.kind != "embedded" or _is_small(study):
+def _too_much_for_one(study: Study) -> list[str]:
+    """Return what a single run needs beyond this machine's memory, or beyond two days."""
+    if study.solver.kind != "embedded":
         return []
     from stemcal.overview.foresight import demand_of_one
     from stemcal.text.plan import objections
 
-    too_much, _ = objections(demand_of_one(study, _diameters(study)), 1)
-    return too_much
+    conditions = [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]
+    return objections(demand_of_one(study, conditions), 1)[0]
 
 
-def _is_small(study: Study) -> bool:
-    """Tell whether a run is far from too much, by cubes of the element's size and the step that all can take."""
-    solver, largest = study.solver, max(_diameters(study))
-    if solver.kind != "embedded" or solver.time_step is None:
-        return False
-    size = solver.element_size.at(largest)
-    elements = study.specimen.length / size * largest / size * 4.0 * max(largest / size, 50.0)
-    return elements < _MANY and elements * study.loading.duration / solver.time_step < _MUCH
+def _summary(study: Study, warnings: list[str], remarks: list[str], found: Plan | None) -> Mapping[str, Any]:
+    from stemcal.files.typed import to_json
 
-
-def _diameters(study: Study) -> list[float]:
-    return [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]
-
-
-def _summary(study: Study, demanding: list[str], remarks: list[str]) -> Mapping[str, object]:
     naming = study.naming
     places = {} if naming.condition is None else {"conditions": [target.condition for target in study.targets.means]}
     return {
-        "schema_version": 1,
-        "stage": "check",
         "ok": True,
         "problems": [],
-        "warnings": [*study.warnings, *demanding],
+        "warnings": warnings,
         "remarks": remarks,
         "name": study.name,
         "factors": [factor.name for factor in study.factors],
         **places,
         "solver": study.solver.kind,
+        "plan": None if found is None else to_json(found),
     }

@@ -7,11 +7,10 @@ import logging
 import sys
 import time
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rich.console import RenderableType
 
     from stemcal.cli.terminal import Terminal
@@ -58,38 +57,65 @@ def height(line: str) -> int:
     return len(console.render_str(line).wrap(console, console.width))
 
 
-def open_page(page: Path) -> None:
-    """Open a page in the browser; where none can be started, say where it is."""
-    import webbrowser
+@dataclass
+class Envelope:
+    """The JSON that a command prints at its end: `{command, status, result, notes}`."""
 
-    if not webbrowser.open(page.resolve().as_uri()):
-        note(f"no browser could be started; open {page} yourself")
+    command: str = ""
+    result: Any = None
+    notes: list[dict[str, Any]] = field(default_factory=list)
+
+    def add(self, severity: str, text: str) -> None:
+        """Add what is printed on stderr."""
+        self.notes.append({"kind": severity, "severity": severity, "text": text, "remedy": None})
+
+    def print(self, code: int) -> None:
+        """Print it on stdout, in ASCII so that every terminal can show it; a number that is none becomes null."""
+        if not self.command:
+            return
+        from stemcal.errors import EXIT_CODES
+        from stemcal.files.durable import plain
+
+        status = EXIT_CODES.get(code, EXIT_CODES[1])[0]
+        said = {"command": self.command, "status": status, "result": plain(self.result), "notes": self.notes}
+        self.command = ""
+        sys.stdout.write(json.dumps(said, indent=2, ensure_ascii=True, allow_nan=False) + "\n")
 
 
-def say_json(data: Any) -> None:
-    """Print `data` as JSON on stdout, in ASCII so that no terminal encoding can spoil it; no number as null."""
-    from stemcal.files.durable import plain
+envelope = Envelope()
 
-    sys.stdout.write(json.dumps(plain(data), indent=2, ensure_ascii=True, allow_nan=False) + "\n")
+
+def new_envelope() -> None:
+    """Forget what an earlier command of this process has collected."""
+    envelope.command, envelope.result, envelope.notes = "", None, []
+
+
+def say_json(result: Any) -> None:
+    """Make `result` that of the JSON envelope, which is printed when the command ends."""
+    envelope.result = result
 
 
 def warn(sentence: str) -> None:
     """Print a warning on stderr, on a terminal broken between words."""
+    envelope.add("warning", sentence)
     _labelled("warning", "yellow", sentence, whole=not stderr().is_terminal)
 
 
 def fail(message: str) -> None:
     """Print an error message on stderr; long lines are left whole, so that paths can be copied."""
+    envelope.add("error", message)
     _labelled("error", "red", message, whole=True)
 
 
 def await_(message: str) -> None:
     """Print on stderr what a study waits for, whole, so that the command in it can be copied."""
+    envelope.add("info", message)
     stderr().print(message, style="cyan", soft_wrap=True, highlight=False, markup=False)
 
 
 def note(sentence: str) -> None:
     """Print a remark on stderr."""
+    envelope.add("info", sentence.removeprefix("note: "))
     console = stderr()
     console.print(sentence, style="dim", soft_wrap=not console.is_terminal)
 
@@ -132,13 +158,3 @@ def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
 
     console = stderr()
     console.print(Text.assemble((f"{label}: ", f"bold {colour}"), console.render_str(text)), soft_wrap=whole)
-
-
-def can_show(text: str) -> bool:
-    """Tell whether stdout's encoding has every character of `text`, also while a live display stands in for it."""
-    stream = getattr(sys.stdout, "rich_proxied_file", sys.stdout)
-    try:
-        text.encode(getattr(stream, "encoding", None) or "ascii")
-    except (UnicodeEncodeError, LookupError):
-        return False
-    return True

@@ -44,9 +44,7 @@ def doctor(as_json: AsJson = False) -> None:
         findings = [found for look in CHECKS for found in look()]
     if as_json:
         rows = [asdict(found) for found in findings]
-        say_json(
-            {"schema_version": 1, "stage": "doctor", "ok": all(f.ok is not False for f in findings), "found": rows}
-        )
+        say_json({"ok": all(f.ok is not False for f in findings), "found": rows})
     else:
         say(_table(findings))
     if any(found.ok is False for found in findings):

@@ -134,7 +134,7 @@ def _told(plots: list[Plot], holds: bool) -> list[Plot]:
 
 def _tell(paths: list[str], as_json: bool) -> None:
     if as_json:
-        say_json({"schema_version": 1, "stage": "export", "files": paths})
+        say_json({"files": paths})
     else:
         say(*paths)
 
@@ -146,7 +146,7 @@ def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
     named = {plot.name: plot.caption for plot in plots}
     named |= dict.fromkeys(films(records), "The cut as an animation (GIF).")
     if as_json:
-        say_json({"schema_version": 1, "stage": "export", "figures": named})
+        say_json({"figures": named})
     else:
         say_tables(Table((Column("name", "Figure"), Column("caption", "What it shows")), tuple(named.items())))
 

@@ -127,7 +127,7 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
 
     of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)
     for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := objections(demand_of_one(study, [deck.diameter], None), 1)[0]:
+        if too_much := objections(demand_of_one(study, [deck.diameter]), 1)[0]:
             warn(not_foretold(too_much))
             return None
     with waiting("the force that this deck is to give", quiet):

@@ -1,8 +1,4 @@
-"""Errors become exit codes here, and nowhere else.
-
-0 ok, 1 internal, 2 usage or spec, 3 some runs failed, 4 target unreachable, 5 folder locked,
-6 waiting for results, 130 Ctrl-C, 143 SIGTERM.
-"""
+"""Errors become exit codes here, and nowhere else; `stemcal.errors.EXIT_CODES` lists them."""
 
 import os
 import sys
@@ -14,7 +10,7 @@ from typing import NoReturn
 
 import typer
 
-from stemcal.cli.console import fail
+from stemcal.cli.console import envelope, fail, new_envelope
 from stemcal.errors import SpecError, StemcalError
 from stemcal.interrupts import Terminated, check, heard
 
@@ -24,10 +20,12 @@ GO_ON = "finished runs are kept; the same command goes on from there"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; whatever it raises becomes one message on stderr and an exit code."""
+    new_envelope()
     with heard():
         try:
             check()
             yield
+            envelope.print(0)
             sys.stdout.flush()
             check()
         except KeyboardInterrupt as interrupt:
@@ -36,6 +34,7 @@ def exit_codes() -> Iterator[None]:
             _leave(_headed(error), error.exit_code)
         except Exception as error:
             if _is_typers_own(error):
+                envelope.print(getattr(error, "exit_code", 1))
                 raise
             try:
                 check()
@@ -52,6 +51,7 @@ def _leave_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
 
 def _leave(message: str, code: int) -> NoReturn:
     fail(message)
+    envelope.print(code)
     raise typer.Exit(code) from None
 
 

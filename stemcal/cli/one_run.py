@@ -35,7 +35,7 @@ def one_run(
     with waiting(f"one run of {study.solver.kind}", quiet):
         answer = solver.solve(Request("simulate", 0, dict(levels), at))
     if as_json:
-        say_json({"schema_version": 2, "stage": "simulate", **vars(answer)})
+        say_json(vars(answer))
     if answer.response is None:
         raise RunsFailed(f"the run failed ({answer.reason}): {answer.message}")
     if not as_json:
@@ -64,7 +64,7 @@ def one_test_run(
         raise RunsFailed(f"the run failed ({answer.reason}): {answer.message}")
     found, measured = answer.details[RESPONSES], section.means_at(at)
     if as_json:
-        say_json({"schema_version": 2, "stage": "simulate", "test": section.name, "responses": found})
+        say_json({"test": section.name, "responses": found})
         return
     for name, value in found.items():
         _, unit, words = KNOWN[name]

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from stemcal.cli.console import envelope
+
 
 def _spec_meant(given: Path) -> Path:
     """Return the file of a spec whose ending was left out."""
@@ -36,12 +38,15 @@ ExecutorName = Annotated[
     ),
 ]
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else there.")]
 
-OpenPage = Annotated[bool, typer.Option("--open", help="Open the report in the browser when it is written.")]
+def _name_envelope(ctx: typer.Context, value: bool) -> bool:
+    if value:
+        envelope.command = ctx.command_path.removeprefix(ctx.find_root().command_path).strip()
+    return value
+
+
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.", callback=_name_envelope)
+]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]
-
-Yes = Annotated[
-    bool, typer.Option("--yes", "-y", help="Begin also what needs more than this machine's memory, or 48 hours.")
-]

@@ -1,21 +1,13 @@
 """`stemcal report`: the study as one HTML page."""
 
-from typing import Annotated
-
-import typer
-
-from stemcal.cli.console import open_page, say_json, say_whole, warn
-from stemcal.cli.options import AsJson, OpenPage, Out, Quiet, Spec
+from stemcal.cli.console import say_json, say_whole, warn
+from stemcal.cli.options import AsJson, Out, Quiet, Spec
 from stemcal.cli.session import existing_folder, read_study
-
-Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Also write the page's figures as SVG and PNG.")]
 
 
 def report(
     spec: Spec,
     out: Out = None,
-    figures: Figures = True,
-    open_it: OpenPage = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -36,11 +28,9 @@ def report(
         for sentence in results.stale:
             warn(sentence)
     verdict = verdict_of(study, folder, results)
-    page = draw(study, folder, results, verdict, figures, again=True)
-    drawn = folder.path / "figures" if figures else None
-    if open_it:
-        open_page(page)
+    page = draw(study, folder, results, verdict, again=True)
+    drawn = folder.path / "figures"
     if as_json:
-        say_json({"schema_version": 1, "stage": "report", "page": str(page), "figures": drawn and str(drawn)})
+        say_json({"page": str(page), "figures": str(drawn)})
     else:
-        say_whole(f"Report: {page}", *([f"Figures: {drawn}"] if drawn else []))
+        say_whole(f"Report: {page}", f"Figures: {drawn}")

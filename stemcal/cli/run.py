@@ -3,62 +3,102 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from stemcal.cli.console import open_page
-from stemcal.cli.options import AsJson, ExecutorName, OpenPage, Out, Quiet, Spec, Workers, Yes
+import typer
+
+from stemcal.cli.console import note, warn
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import Session, opened
-from stemcal.errors import TargetUnreachable
+from stemcal.errors import TargetUnreachable, UsageError
+from stemcal.stages.base import STAGES
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from stemcal.stages.result import StageResult
+    from stemcal.study.model import Study
+
+Until = Annotated[
+    str | None,
+    typer.Option(
+        "--until",
+        metavar="STAGE",
+        help="Stop after this stage.",
+        show_default="all stages",
+        autocompletion=lambda: [stage.name for stage in STAGES],
+    ),
+]
+Retry = Annotated[bool, typer.Option("--retry", help="First compute the failed runs again.")]
 
 
 def run(
     spec: Spec,
+    until: Until = None,
+    retry: Retry = False,
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",
-    open_it: OpenPage = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
-    yes: Yes = False,
 ) -> None:
-    """Take a study through all stages: screen, rsm, invert, validate, report; climb and refine if the spec has them.
+    """Run all stages of a study: screen, rsm, invert, validate; climb and refine if the spec has them.
 
-    Stopped or failed? The same command goes on where it stopped; finished runs are never done twice.
+    Interrupt it at any time: the same command resumes with the finished runs. The report is written after each stage.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
     with opened(spec, out, workers, executor, quiet) as work:
-        work.foresee(yes)
-        show = go_through(work, not as_json)
-    show(as_json, quiet, open_it)
+        require_stage(work.study, until)
+        if not quiet:
+            note(f"Report: {work.folder.path / 'report.html'}, written after each stage")
+        if retry:
+            compute_again(work)
+        work.foresee()
+        show = go_through(work, not as_json, until)
+    show(as_json, quiet)
 
 
-def go_through(work: Session, tell: bool) -> Callable[..., None]:
-    """Take an open study through all stages and draw its page; return what shows it once the study is closed."""
+def require_stage(study: Study, name: str | None) -> None:
+    """Refuse the name of a stage that this study does not have."""
+    from stemcal.stages.base import stages_of
+
+    names = [stage.name for stage in stages_of(study)]
+    if name is not None and name not in names:
+        raise UsageError(f"--until {name[:40]}: this study has no such stage; use one of {', '.join(names)}")
+
+
+def compute_again(work: Session) -> None:
+    """Compute the failed runs again; warn of those that failed again."""
+    from stemcal.overview.status import retry
+
+    entries = retry(work.study, work.folder, work.executor, work.watch)
+    failed = sum(entry.status == "failed" for entry in entries)
+    note(f"{len(entries)} failed runs computed again")
+    if failed:
+        warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists them")
+
+
+def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
+    """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
-    from stemcal.report.drawing import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
     unreachable: TargetUnreachable | None = None
     made: list[StageResult] = []
+    work.folder.remember_spec(work.study.source)
     try:
-        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell))
+        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell), until=until)
     except TargetUnreachable as error:
         unreachable = error
-    work.folder.remember_spec(work.study.source)
     work.watch.busy("drawing the report")
     results = fresh_results(work.study, work.folder, made)
     verdict = verdict_of(work.study, work.folder, results)
-    page = draw(work.study, work.folder, results, verdict)
+    page = _draw(work, figures=True)
 
-    def show(as_json: bool, quiet: bool, open_it: bool = False) -> None:
-        if open_it:
-            open_page(page)
+    def show(as_json: bool, quiet: bool) -> None:
         show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
         if unreachable is not None:
             raise unreachable
@@ -66,13 +106,28 @@ def go_through(work: Session, tell: bool) -> Callable[..., None]:
     return show
 
 
+def _draw(work: Session, figures: bool) -> Path:
+    """Write the page from the stages that are done."""
+    from stemcal.report.drawing import draw
+    from stemcal.stages.results import fresh_results
+    from stemcal.stages.verdict.rules import verdict_of
+
+    results = fresh_results(work.study, work.folder)
+    return draw(work.study, work.folder, results, verdict_of(work.study, work.folder, results), figures)
+
+
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
-    """Return what prints the table of the screening as soon as that is done, the progress bar aside."""
+    """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
     from stemcal.cli.show import show_known
+    from stemcal.stages.base import stages_of
+
+    last = stages_of(work.study)[-1].name
 
     def show(result: StageResult) -> None:
         if tell and result.name == "screen":
             with work.watch.aside():
                 show_known(result)
+        if result.name != last:  # the whole page follows that
+            _draw(work, figures=False)
 
     return show

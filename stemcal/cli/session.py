@@ -32,8 +32,8 @@ class Session:
     executor: RunExecutor
     watch: Watcher
 
-    def foresee(self, yes: bool, stage: str | None = None) -> None:
-        """Refuse what this machine cannot hold or takes days, of all stages or of one, unless that is meant.
+    def foresee(self, stage: str | None = None) -> None:
+        """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days.
 
         The progress bar learns how many runs there will be.
         """
@@ -47,7 +47,7 @@ class Session:
 
         here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
         left = left_to_run(self.study, self.folder, solver, stage)
-        require_sense(demand_of_left(left, solver), self.executor.workers, yes, here)
+        require_sense(demand_of_left(left, solver), self.executor.workers, here)
         self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
 
 
@@ -130,15 +130,12 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
     return waiting_for(len(rows), waiting.stage, str(sheet), str(spec))
 
 
-def require_sense(demand: Demand, workers: int, yes: bool, here: bool = True) -> None:
-    """Refuse what needs more than this machine's memory (if it is computed `here`) or days, unless that is meant."""
-    from stemcal.text.plan import objections
+def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
+    """Refuse what needs more than this machine's memory (if it is computed `here`); warn of what takes days."""
+    from stemcal.text.plan import warnings_before
 
-    too_much, scarce = objections(demand, workers, here)
-    if too_much and not yes:
-        raise UsageError(f"{' '.join(too_much)} --yes begins it all the same.")
-    for said in (*too_much, *scarce):
-        warn(said)
+    for sentence in warnings_before(demand, workers, here):
+        warn(sentence)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

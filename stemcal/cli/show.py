@@ -73,7 +73,7 @@ def show_run(
 
         stages = {result.name: result.to_json() for result in results.done()}
         judged = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
-        say_json({"schema_version": 2, "stage": "run", **stages, **judged})
+        say_json({**stages, **judged})
     else:
         _show_findings(results, verdict, folder, quiet)
     failed = warn_of_failed(*results.done())

@@ -5,13 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stemcal.cli import console
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Out, Quiet, Spec, Yes
+from stemcal.cli.options import AsJson, Quiet, Spec
 from stemcal.cli.session import read_study, require_sense
 from stemcal.errors import UsageError
 from stemcal.files.showing import csv_text
@@ -24,15 +23,11 @@ if TYPE_CHECKING:
     from stemcal.study.model import LaboratorySection, Study
 
 CUTTING = "cutting"  # the test that the sections of a spec describe
-SPARK = 30  # columns of the curve drawn while a test goes on
 
 Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
-]
-Symmetry = Annotated[
-    Literal["none", "half", "quarter"] | None, typer.Option(help="Model part.", show_default="the spec's")
 ]
 CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the history over time here.")]
 FigureFile = Annotated[
@@ -44,25 +39,18 @@ FramesFolder = Annotated[
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="A test of the spec's tests.", show_default="cutting")
 ]
-FromRun = Annotated[
-    str | None, typer.Option("--from-run", metavar="KEY", help="Levels and diameter of a run of the study folder.")
-]
 
 
 def simulate(
     spec: Spec,
     diameter: Diameter = None,
     settings: Settings = None,
-    symmetry: Symmetry = None,
     csv_file: CsvFile = None,
     figure: FigureFile = None,
     frames: FramesFolder = None,
-    from_run: FromRun = None,
     test: TestName = None,
-    out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
-    yes: Yes = False,
 ) -> None:
     """Simulate one virtual shear test or another test of the spec, or make one run of the program that it names.
 
@@ -75,28 +63,22 @@ def simulate(
 
     require_address_space()
     study = read_study(spec)
-    levels, at = study.midlevels(), study.specimen.outer_diameter
-    if from_run is not None:
-        from stemcal.cli.repeat import recorded_run
-
-        levels, at = recorded_run(study, out, from_run)
-    if diameter is not None:
-        at = typed_size(diameter, "--diameter")
-    levels = chosen_levels(study, levels, settings or [])
+    at = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
+    levels = chosen_levels(study, study.midlevels(), settings or [])
     require_material(study, levels, at)
-    _check_outputs(study, csv_file, figure, {"--symmetry": symmetry, "--frames": frames})
+    _check_outputs(study, csv_file, figure, {"--frames": frames})
 
     if study.solver.kind != "embedded" and test in (None, CUTTING):
         from stemcal.cli.one_run import one_run
 
-        at = study.targets.calibrate_at if diameter is None and from_run is None else at
+        at = study.targets.calibrate_at if diameter is None else at
         one_run(study, levels, at, as_json, quiet, csv_file)
         return
     section = test_called(study, test)
     if section is not None and section.solver is not None:
         from stemcal.cli.one_run import one_test_run
 
-        _for_embedded_alone({"--symmetry": symmetry, "--frames": frames, "--csv": csv_file, "--figure": figure})
+        _for_embedded_alone({"--frames": frames, "--csv": csv_file, "--figure": figure})
         one_test_run(study, section, levels, at, as_json, quiet)
         return
     stroke = stroke_of(study, section, at)
@@ -108,15 +90,15 @@ def simulate(
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
-    require_sense(demand_of_one(alone, [at], symmetry), 1, yes)
+    require_sense(demand_of_one(alone, [at]), 1)
     if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
         note(compiling(seconds))
     with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
         watch = live(status, stroke)
         if test is None or test == CUTTING:
-            result = shear_test(study, levels, at, symmetry, watch=watch, frames=frames)
+            result = shear_test(study, levels, at, watch=watch, frames=frames)
         else:
-            result = simulate_test(study, test, levels, at, symmetry, watch=watch, frames=frames)
+            result = simulate_test(study, test, levels, at, watch=watch, frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -141,19 +123,13 @@ def live(
 
     if not hasattr(status, "update"):
         return None
-    from stemcal.cli.sketch import sparkline
-
-    forces: list[float] = []
-    began = 0.0  # with the first report: what was compiled or built before says nothing of the time left
+    began: list[float] = []  # with the first report: compiling and meshing before it say nothing of the time left
 
     def watch(travel: float, force: float) -> None:
-        nonlocal began
-        began = began if forces else clock()
-        forces.append(force)
+        began[:] = began or [clock()]
         done = max(0.0, travel / stroke)
-        drawn = sparkline(forces, max(1, round(SPARK * done))) if console.can_show("▁█") else ""
-        left = duration((clock() - began) * max(0.0, 1.0 / done - 1.0)) if done > 0.02 else "…"
-        status.update(f"{travel:.2f} of {stroke:.2f} mm, {left} left, {force:3.0f} N {drawn}")
+        left = duration((clock() - began[0]) * max(0.0, 1.0 / done - 1.0)) if done > 0.02 else "…"
+        status.update(f"{travel:.2f} of {stroke:.2f} mm, {left} left, {force:.0f} N")
 
     return watch
 
@@ -239,7 +215,7 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
     else:
         work = work_until(result.history.travel, result.history.force_filtered, result.peak_travel)
         responses = {"maximum_force": result.peak_force, "travel": result.peak_travel, "work": work}
-    head = {"schema_version": 2, "stage": "simulate", "test": test, "responses": responses}
+    head = {"test": test, "responses": responses}
     return {**head, **numbers, **phases, "warnings": warnings}
 
 
@@ -264,9 +240,6 @@ def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
 
 
 def _show(result: CuttingResult, section: LaboratorySection | None, diameter: float) -> None:
-    from stemcal.cli.sketch import sketch
     from stemcal.report.tables.terminal import simulation_table
 
     say(simulation_table(result, section, diameter))
-    history, plain = result.history, not console.can_show("▁█")
-    say(sketch(history.travel.tolist(), history.force_filtered.tolist(), plain=plain))

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from inspect import cleandoc
 
 from stemcal.cli.console import warn
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers, Yes
+from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import opened
 from stemcal.stages.base import Stage
 
@@ -19,18 +19,15 @@ def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..
         executor: ExecutorName = "local",
         as_json: AsJson = False,
         quiet: Quiet = False,
-        yes: Yes = False,
     ) -> None:
-        _run(stage, spec, out, workers, executor, as_json, quiet, yes)
+        _run(stage, spec, out, workers, executor, as_json, quiet)
 
     command.__name__ = stage.name
     command.__doc__ = f"{cleandoc(stage.help)}\n\nExample: [bold]stemcal {stage.name} {example}[/bold]"
     return command
 
 
-def _run(
-    stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool, yes: bool = False
-) -> None:
+def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
     """Run one stage of a study and show what it came to."""
     from stemcal.cli.show import show_stage
     from stemcal.stages.fresh import make
@@ -40,7 +37,7 @@ def _run(
 
     with opened(spec, out, workers, executor, quiet) as work:
         if stage.simulates:
-            work.foresee(yes, stage.name)
+            work.foresee(stage.name)
         result = make(stage, work.study, work.folder, work.executor, work.watch)
         verdict = verdict_of(work.study, work.folder)
     if isinstance(result, RefineResult) and not result.converged:

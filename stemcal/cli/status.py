@@ -1,31 +1,115 @@
-"""`stemcal status`: how far a study has come."""
+"""`stemcal status`: progress, failures, the verdict; run by run, or file by file."""
 
-from stemcal.cli.console import say_json, say_tables
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stemcal.cli.console import fail, say, say_json, say_tables
 from stemcal.cli.options import AsJson, Out, Spec
 from stemcal.cli.session import existing_folder, read_study
 from stemcal.files.typed import to_json
 
+if TYPE_CHECKING:
+    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.overview.verify import Inspection
+    from stemcal.study.model import Study
 
-def status(spec: Spec, out: Out = None, as_json: AsJson = False) -> None:
-    """Show how many runs of each stage are done, running, failed (and why) and left, and what the study comes to.
+MOST_NAMES = 20
 
-    It may be asked while the study runs.
+Runs = Annotated[bool, typer.Option("--runs", help="List every run: levels, result, or why there is none.")]
+Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check every file; exit code 1 if one was changed.")]
 
-    Example: [bold]stemcal status configs/smoke.yaml[/bold]
+
+def status(
+    spec: Spec,
+    runs: Runs = False,
+    failed: Failed = False,
+    verify: Verify = False,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show progress, failures and the verdict; also while the study runs.
+
+    `stemcal run SPEC --retry` computes failed runs again; damaged records are computed again in any case.
+
+    Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    result: dict[str, Any] = {}
+    if not runs and not failed and not verify:
+        result = _progress(study, folder, as_json)
+    if runs or failed:
+        result = _runs(study, folder, failed, as_json)
+    sound = True
+    if verify:
+        from stemcal.overview.verify import inspect
+
+        found = inspect(study, folder)
+        result, sound = {**result, "verify": to_json(found)}, found.ok
+        if not as_json:
+            say(*_verified(found))
+        for entry in found.damaged[:MOST_NAMES]:
+            fail(f"{entry.file} {entry.problem}")
+    if as_json:
+        say_json(result)
+    if not sound:
+        raise typer.Exit(1)
+
+
+def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
+    """Return how far every stage is, and the verdict."""
     from stemcal.files.rows import Column, Table
     from stemcal.overview.status import status as count
     from stemcal.text.names import Names
     from stemcal.text.status import lines
     from stemcal.text.verdict import verdict_json
 
-    study = read_study(spec)
-    found, names = count(study, existing_folder(study, out)), Names(study.naming)
-    if as_json:
-        say_json(to_json(found) | verdict_json(found.verdict, names))
-    else:
+    found, names = count(study, folder), Names(study.naming)
+    if not as_json:
         heads = {"rows": "Runs", "done": "Done", "running": "Running", "failed": "Failed", "left": "Left"}
-        # what a stage before has to decide is open
+        # None: a stage before it decides first
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
         say_tables(Table.of(columns, found.stages, f"Study {found.study}", lines(found, names)))
+    return {**to_json(found), **verdict_json(found.verdict, names)}
+
+
+def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
+    """Return the runs of the study, or the failed ones."""
+    from stemcal.overview.status import ledger
+    from stemcal.report.tables.of_designs import listed, runs_table
+    from stemcal.text.names import Names
+
+    entries, names = ledger(study, folder), Names(study.naming)
+    found = [entry for entry in entries if not failed or entry.status == "failed"]
+    if not as_json:
+        title = f"{'Failed runs' if failed else 'Runs'} of study {study.name}"
+        say_tables(listed(runs_table(found, names, study.names, title), names))
+    return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(found)}
+
+
+def _verified(found: Inspection) -> list[str]:
+    intact = found.records - sum(entry.file.startswith("runs/") for entry in found.damaged)
+    lines = [f"{found.folder}: {intact} of {found.records} records are intact."]
+    if found.set_aside:
+        lines.append(f"{found.set_aside} damaged records were moved to runs/damaged earlier.")
+    lines += _named("belongs to no run", "belong to no run", found.orphans)
+    stale = [key[:8] for key in found.stale_records]
+    lines += _named("is a run that the spec no longer needs", "are runs that the spec no longer needs", stale)
+    for stage in found.stages:
+        if stage.changed:
+            lines.append(f"{stage.stage}.json is stale: {', '.join(stage.changed)} changed since.")
+    return lines
+
+
+def _named(one: str, many: str, names: Sequence[str]) -> list[str]:
+    """Return a line that names up to twenty things, none if there are none."""
+    if not names:
+        return []
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return [f"{', '.join(names[:MOST_NAMES])}{more} {one if len(names) == 1 else many}."]

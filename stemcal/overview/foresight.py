@@ -40,12 +40,10 @@ def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | 
     return [Left(part.stage, len(part.requests), tuple(missing(part, study, solver, folder))) for part in wanted]
 
 
-def demand_of_one(study: Study, conditions: Iterable[float], symmetry: str | None = None) -> Demand:
+def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
     if not isinstance(study.solver, EmbeddedSolver):
         return Demand(0, 0.0, 0.0)
-    if symmetry is not None:
-        study = study.model_copy(update={"solver": study.solver.model_copy(update={"symmetry": symmetry})})
     each = [_demand([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
 

@@ -1,4 +1,4 @@
-"""Every run that a study asks for, and what has become of it: for `status`, `runs` and `retry`. Reads only."""
+"""Every run that a study asks for and its result, for `status` and `run --retry`."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -23,7 +23,6 @@ from stemcal.study.model import Study
 
 SCHEMA_VERSION = 2
 SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: those that are awaited
-_SHORTEST_KEY = 4
 
 
 @dataclass(frozen=True)
@@ -228,47 +227,20 @@ def retry(
     study: Study,
     folder: StudyFolder,
     executor: RunExecutor,
-    keys: Sequence[str] = (),
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> list[Entry]:
-    """Compute failed runs again, all of them or those whose keys begin as given; return what came of them.
+    """Compute failed runs again; return what came of them.
 
     A record is replaced when its new answer is there, not before.
     """
     policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
     with folder:
-        chosen = _chosen(ledger(study, folder, solver), keys)
+        failed = {e.key: e for e in reversed(ledger(study, folder, solver)) if e.status == "failed"}
+        chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
             own = solver or make_solver(study.seen_by(stage))
             folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
-
-
-def _chosen(entries: Sequence[Entry], keys: Sequence[str]) -> list[Entry]:
-    failed = {entry.key: entry for entry in reversed(entries) if entry.status == "failed"}
-    if not keys:
-        return list(reversed(failed.values()))
-    return [failed[_whole(key, entries, failed)] for key in dict.fromkeys(keys)]
-
-
-def _whole(short: str, entries: Sequence[Entry], failed: Collection[str]) -> str:
-    """Return the one key of a failed run that begins as given."""
-    key = complete_key(short, [entry.key for entry in entries])
-    if key not in failed:
-        raise UsageError(f"{short}: this run has not failed; `stemcal runs SPEC --status failed` lists those that have")
-    return key
-
-
-def complete_key(short: str, keys: Collection[str]) -> str:
-    """Return the one key that begins with `short`; raise `UsageError` if there is none, or more than one."""
-    found = sorted({key for key in keys if key.startswith(short)})
-    if len(short) < _SHORTEST_KEY or len(found) > 1:
-        raise UsageError(
-            f"{short[:40]}: more than one run may have this key; give {_SHORTEST_KEY} letters or more of it"
-        )
-    if not found:
-        raise UsageError(f"{short[:40]}: no run of this study has this key; `stemcal runs SPEC` lists them")
-    return found[0]

@@ -4,14 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.overview.plan import Asked, asked
 from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import STAGES, Stage
-from stemcal.stages.fresh import CODE, changes_since, kind_of
+from stemcal.stages.fresh import CODE, changed_tables, changes_since, kind_of
 from stemcal.study.model import Study
+
+_CHANGED = "is missing or was changed; `stemcal run SPEC` writes it again"
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,13 @@ class Damage:
 
 @dataclass(frozen=True)
 class StageState:
-    """A stage's file: what is wrong with it, what has changed since it was written, and whether it is sealed."""
+    """A stage's file: what is wrong with it, what has changed since, whether it is sealed, its changed CSV tables."""
 
     stage: str
     problem: str
     changed: tuple[str, ...]
     sealed: bool = True
+    changed_tables: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
     stages = [_stage(study, solver, folder, stage) for stage in STAGES if folder.has_stage(stage.name)]
     damaged = [Damage(f"runs/{key}.json", problem) for key, problem in problems.items() if problem]
     damaged += [Damage(f"{state.stage}.json", state.problem) for state in stages if state.problem]
+    damaged += [Damage(name, _CHANGED) for state in stages for name in state.changed_tables]
     intact = [key for key in keys if not problems[key]]
     return Inspection(
         1,
@@ -80,12 +84,15 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
 def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> StageState:
     try:
         content, sealed = folder.examine_stage(stage.name)
+        if (version := content.get("schema_version")) != SCHEMA_VERSION:
+            return StageState(stage.name, f"has schema version {version!r:.20}, not {SCHEMA_VERSION}", ())
         changed = changes_since(study, solver, folder, stage.name)
+        tables: tuple[str, ...] = ()
         if CODE not in changed:  # of other code it may have another shape
-            kind_of(stage).from_json(content)
+            tables = tuple(changed_tables(kind_of(stage).from_json(content), folder))
     except UsageError as error:
         return StageState(stage.name, _without_place(str(error), folder, stage), ())
-    return StageState(stage.name, "", tuple(changed), sealed)
+    return StageState(stage.name, "", tuple(changed), sealed, tables)
 
 
 def _without_place(message: str, folder: StudyFolder, stage: Stage) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from stemcal import workflow
-from stemcal.cutting import CuttingResult, Symmetry
+from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
@@ -29,11 +29,10 @@ from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Whole
-from stemcal.text.plan import objections
+from stemcal.text.plan import warnings_before
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
-_Symmetry = Symmetry | None
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,7 +54,6 @@ def calibrate(
     out: str | Path | None = None,
     workers: int | None = None,
     progress: bool | None = None,
-    yes: bool = False,
 ) -> StudyResults:
     """Take a study through all its stages; finished runs are taken from the folder.
 
@@ -69,8 +67,6 @@ def calibrate(
         Simulations at a time; by default all cores.
     progress : bool, optional
         Whether a bar shows how far it is; by default in a terminal and in Jupyter.
-    yes : bool, optional
-        Begin also what takes more than this machine's memory, or days.
 
     Raises
     ------
@@ -81,7 +77,8 @@ def calibrate(
     folder = StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
     with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
-        _require_sense(demand_of_left(left_to_run(study, folder, solver), solver), executor.workers, yes)
+        demand = demand_of_left(left_to_run(study, folder, solver), solver)
+        _warn_before(demand, executor.workers)
         workflow.calibrate(study, folder, executor, watch)
     folder.remember_spec(study.source)
     return StudyResults.of(study, folder)
@@ -96,12 +93,9 @@ def _study(given: Study | str | Path) -> Study:
     raise UsageError(f"study: {type(given).__name__} is not a study; give one that `stemcal.load_study` returns")
 
 
-def _require_sense(demand: Demand, workers: int, yes: bool) -> None:
-    """Refuse what needs more than this machine's memory, or days, unless that is meant; warn of scarce memory."""
-    too_much, scarce = objections(demand, workers)
-    if too_much and not yes:
-        raise UsageError(f"{' '.join(too_much)} yes=True begins it all the same.")
-    for said in (*too_much, *scarce):
+def _warn_before(demand: Demand, workers: int) -> None:
+    """Warn of days and of scarce memory; refuse what needs more than this machine has."""
+    for said in warnings_before(demand, workers):
         warnings.warn(said, stacklevel=3)
 
 
@@ -179,9 +173,6 @@ class Simulated:
 def simulate(
     study: Study | str | Path,
     diameter: float | str | None = None,
-    symmetry: Symmetry | None = None,
-    *,
-    yes: bool = False,
     **levels: float | str,
 ) -> Simulated:
     """Run one virtual shear test of a study.
@@ -192,10 +183,6 @@ def simulate(
         The study, or the YAML file that it is in.
     diameter : float or str, optional
         Outer diameter of the stem, in mm or with its unit; that of the specimen by default.
-    symmetry : str, optional
-        ``none``, ``half`` or ``quarter`` in place of the spec's.
-    yes : bool, optional
-        Begin also what takes more than this machine's memory, or days.
     levels : float or str
         Values of factors in the units of the spec, or with a unit of their own; the others stand at mid-level.
 
@@ -214,9 +201,8 @@ def simulate(
         if name not in study.names:
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
     chosen = study.specimen.outer_diameter if diameter is None else checked(Size, diameter, "diameter")
-    symmetry = checked(_Symmetry, symmetry, "symmetry")
     whole = {**study.midlevels(), **{name: level_of(study.factor(name), value) for name, value in levels.items()}}
     if wrong := list(wrong_levels(study, whole, chosen)):
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
-    _require_sense(demand_of_one(study, [chosen], symmetry), 1, yes)
-    return Simulated(whole, chosen, shear_test(study, whole, chosen, symmetry))
+    _warn_before(demand_of_one(study, [chosen]), 1)
+    return Simulated(whole, chosen, shear_test(study, whole, chosen))

@@ -223,13 +223,19 @@ def make_all(
     watch: Watch,
     solver: Solver | None = None,
     done: Callable[[StageResult], None] = lambda _result: None,
+    until: str | None = None,
 ) -> list[StageResult]:
-    """Make every stage of a study in order, or read it; `done` is called with each result as soon as it is known."""
+    """Make the stages of a study in order, or read them; `done` is called with each result as soon as it is known.
+
+    The stage `until` is the last one, by default that of the study.
+    """
     made = []
     with folder:
         for stage in stages_of(study):
             made.append(make(stage, study, folder, executor, watch, solver))
             done(made[-1])
+            if stage.name == until:
+                break
     return made
 
 
@@ -248,7 +254,7 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
     except UsageError:
         return None
     is_of_study = (result.head.study, result.head.title) == (study.name, study.title)
-    return result if is_of_study and _runs_stand(result, study, folder) and _tables_are_there(result, folder) else None
+    return result if is_of_study and _runs_stand(result, study, folder) and not changed_tables(result, folder) else None
 
 
 def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
@@ -262,9 +268,10 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
     return True
 
 
-def _tables_are_there(result: StageResult, folder: StudyFolder) -> bool:
-    tables = result.tables().items()
-    return all(holds(folder.path / f"{name}.csv", table.csv().encode("utf-8")) for name, table in tables)
+def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
+    """Return the CSV files of a stage that are missing or do not hold its tables."""
+    files = {f"{name}.csv": table.csv().encode("utf-8") for name, table in result.tables().items()}
+    return [name for name, content in files.items() if not holds(folder.path / name, content)]
 
 
 def _told(result: StageResult, watch: Watch) -> StageResult:

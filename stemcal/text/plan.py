@@ -1,11 +1,13 @@
 """What is said of a plan: what a study takes, what is too much."""
 
+from stemcal.errors import UsageError
 from stemcal.executors import machine
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
 from stemcal.text import screening
 from stemcal.text.language import say, say_number
+from stemcal.text.names import Names
 from stemcal.text.notes import sentences, states
 
 
@@ -42,6 +44,22 @@ def in_hours(hours: float) -> str:
     if hours > 100 * 8766:
         return say("more than 100 years")
     return say("about {hours:.0f} h", hours=hours) if hours < 240 else say("about {days:.0f} days", days=hours / 24)
+
+
+def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
+    """Return warnings of days and of scarce memory; raise `UsageError` for more memory than this machine has.
+
+    Where the runs are computed is `here`, or elsewhere: then this machine's memory does not count.
+    """
+    found = list(excess(demand, workers, machine.machine_memory() if here else None))
+    if impossible := [note for note in found if isinstance(note, TooMuchMemory)]:
+        raise UsageError(" ".join(sentences(impossible)))
+    return sentences([*found, *(scarce(demand, workers, machine.free_memory()) if here else ())])
+
+
+def remarks(found: plan.Plan, names: Names) -> list[str]:
+    """Return what is noted of the designs and the runs that are decided later."""
+    return sentences(found.notes, names)
 
 
 TOPICS = (screening,)

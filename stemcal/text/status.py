@@ -29,7 +29,7 @@ def _worker(working: Holder | None) -> str:
 
 def _stage(stage: StageStatus) -> Iterator[str]:
     if stage.reasons:
-        template = "{stage}: failed: {reasons}; `stemcal runs SPEC --status failed` tells more."
+        template = "{stage}: failed: {reasons}; `stemcal status SPEC --failed` lists them."
         yield say(template, stage=stage.stage, reasons=counted_reasons(stage.reasons))
     if stage.censored:
         yield say_number(

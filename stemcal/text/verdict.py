@@ -63,7 +63,7 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
     facts = {
         "verdict": verdict.verdict,
         "verdict_use": None if where is None else {**to_json(where), "text": use(where, names)},
-        "verdict_reasons": reasons,
+        "reasons": reasons,
     }
     if there is not None:
         facts["verdict_use_there"] = {**to_json(there), "text": use_there(there, names)}
@@ -281,7 +281,7 @@ states(
     by="stopped",
 )
 states(advice.SimulateValidation, "Validate with a solver that simulates.")
-states(advice.RetryValidation, "`stemcal retry SPEC`, then `stemcal validate SPEC`.")
+states(advice.RetryValidation, "`stemcal run SPEC --retry`.")
 states(
     advice.IntegrateFully,
     {

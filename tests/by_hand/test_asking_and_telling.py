@@ -42,7 +42,7 @@ def command(*words: object, typed: str | None = None) -> Result:
 
 def test_a_study_that_waits_ends_with_six_and_leaves_its_sheet(tmp_path: Path) -> None:
     spec, out = spec_of(tmp_path), tmp_path / "study"
-    planned = command("plan", spec, "--out", out).stdout
+    planned = command("check", spec, "--out", out).stdout
     assert "runs by hand, 16 in all" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
@@ -55,34 +55,36 @@ def test_a_study_that_waits_ends_with_six_and_leaves_its_sheet(tmp_path: Path) -
     assert sheet.protection.sheet and sheet["A1"].protection.locked and sheet["B2"].protection.locked
     assert not sheet["E2"].protection.locked
     assert command("rsm", spec, "--out", out).exit_code == 6
-    assert json.loads(command("status", spec, "--out", out, "--json").stdout)["sheet"] == str(out / "sheet.csv")
+    assert json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["sheet"] == str(
+        out / "sheet.csv"
+    )
     assert "Results are awaited: fill in" in command("status", spec, "--out", out).stdout
 
 
 def test_a_run_that_failed_may_be_tried_again(tmp_path: Path) -> None:
     """Retry asks for it once more; the value then takes the failure's place, and both are in the record."""
     spec, out = spec_of(tmp_path), tmp_path / "study"
-    runs = json.loads(command("ask", spec, "--out", out, "--json").stdout)["runs"]
+    runs = json.loads(command("ask", spec, "--out", out, "--json").stdout)["result"]["runs"]
     told = [{**run, "responses": {"angle": angle(run["levels"])}} for run in runs]
     told[3] = {**runs[3], "failed": "the heap slid"}
     assert command("tell", spec, "-", "--out", out, typed=json.dumps(told)).exit_code == 0
-    assert json.loads(command("ask", spec, "--out", out, "--json").stdout)["waiting_for"] == "refine"
-    assert command("retry", spec, "--out", out).exit_code == 6
+    assert json.loads(command("ask", spec, "--out", out, "--json").stdout)["result"]["waiting_for"] == "refine"
+    assert command("run", spec, "--retry", "--out", out).exit_code == 6
     assert [row[0] for row in cells_of((out / "sheet.csv").read_text("utf-8"))[1:]] == [runs[3]["run"]]
     told[3] = {**runs[3], "responses": {"angle": angle(runs[3]["levels"])}}
     done = command("tell", spec, "-", "--out", out, "--json", typed=json.dumps(told))
-    assert [len(json.loads(done.stdout)[key]) for key in ("taken", "known", "replaced")] == [0, 14, 1]
+    assert [len(json.loads(done.stdout)["result"][key]) for key in ("taken", "known", "replaced")] == [0, 14, 1]
     assert json.loads((out / "rsm.json").read_text("utf-8"))["design"]["runs"] != []
     assert command("status", spec, "--out", out, "--json").stdout.count('"stale"') >= 1
 
 
 def test_a_program_asks_and_tells_until_nothing_is_awaited(tmp_path: Path) -> None:
     spec, out, rounds = spec_of(tmp_path), tmp_path / "study", []
-    while runs := json.loads(command("ask", spec, "--out", out, "--json").stdout)["runs"]:
+    while runs := json.loads(command("ask", spec, "--out", out, "--json").stdout)["result"]["runs"]:
         rounds.append(len(runs))
         told = [{**run, "responses": {"angle": angle(run["levels"])}, "who": "a script"} for run in runs]
         done = command("tell", spec, "-", "--out", out, "--json", typed=json.dumps({"runs": told}))
-        assert done.exit_code == 0 and len(json.loads(done.stdout)["taken"]) == len(runs)
+        assert done.exit_code == 0 and len(json.loads(done.stdout)["result"]["taken"]) == len(runs)
     assert rounds == [15, 1, 1]
     assert command("ask", spec, "--out", out).stdout.startswith("No result is awaited")
     solution = json.loads((out / "refine.json").read_text("utf-8"))["parameters"]

@@ -17,9 +17,8 @@ REPLAY = ROOT / "configs" / "paper-replay.yaml"
 SMOKE = ROOT / "configs" / "smoke.yaml"
 BAD_SPEC = ROOT / "tests" / "cases" / "bad" / "many-at-once.yaml"
 COMMANDS = (
-    *("run", "screen", "rsm", "invert", "validate", "report", "simulate", "plan", "check", "init"),
-    *("status", "runs", "retry", "verify"),
-    *("measure", "export", "demo", "doctor", "schema", "explain"),
+    *("run", "screen", "rsm", "invert", "validate", "report", "simulate", "check", "init"),
+    *("status", "measure", "export", "doctor", "explain"),
 )
 STAGES = ("screen", "rsm", "invert", "validate")
 

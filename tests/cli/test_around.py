@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commanding import COMMANDS, REPLAY, ROOT, SMOKE, command, process, undrawn
+from commanding import COMMANDS, REPLAY, ROOT, SMOKE, command, undrawn
 
 from stemcal.study.reading import load_study
 from stemcal.study.reading.json_schema import meanings
@@ -33,7 +33,7 @@ def test_measure_diameters(tmp_path: Path) -> None:
     assert max(map(len, result.stdout.splitlines())) <= 80
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"measure-diameters.{kind}" for kind in ("csv", "json")} | {"diameters.svg", "diameters.png"}
-    found = json.loads(command("measure", "diameters", file, "--json").stdout)
+    found = json.loads(command("measure", "diameters", file, "--json").stdout)["result"]
     assert found == json.loads((tmp_path / "measure-diameters.json").read_text("utf-8")) | {"grades": found["grades"],
             "share_percent": found["share_percent"]}  # fmt: skip
 
@@ -66,7 +66,7 @@ def test_a_spec_that_would_be_wrong_is_left_alone(tmp_path: Path) -> None:
 def test_export(done: Path, kind: str) -> None:
     result = command("export", "tables", REPLAY, "--out", done, "--format", kind, "--json")
     assert result.exit_code == 0
-    paths = [Path(path) for path in json.loads(result.stdout)["files"]]
+    paths = [Path(path) for path in json.loads(result.stdout)["result"]["files"]]
     assert len(paths) == (9 if kind == "csv" else 1)
     assert all(path.stat().st_size > 50 for path in paths)
 
@@ -74,7 +74,9 @@ def test_export(done: Path, kind: str) -> None:
 def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
     listed = command("export", "figures", REPLAY, "list", "--out", done).stdout
     assert re.search(r"^pareto +Effects by size", listed, re.M)
-    drawn = json.loads(command("export", "figures", REPLAY, "contour", "--out", done, "--json").stdout)["files"]
+    drawn = json.loads(command("export", "figures", REPLAY, "contour", "--out", done, "--json").stdout)["result"][
+        "files"
+    ]
     assert len(drawn) == 2 * 3
     assert all(Path(path).is_file() for path in drawn)
     refused = command("export", "figures", REPLAY, "pie", "--out", done)
@@ -94,12 +96,10 @@ def test_report_draws_page_and_figures_again(done: Path) -> None:
     assert {path.name: path.read_bytes() for path in figures.glob("*.svg")} == before
 
 
-def test_schema(tmp_path: Path) -> None:
-    found = json.loads(command("schema").stdout)
+def test_schema() -> None:
+    found = json.loads(command("explain", "--schema").stdout)
     assert found["title"] == "stemcal study"
-    path = tmp_path / "stemcal.schema.json"
-    assert command("schema", "--out", path).exit_code == 0
-    assert json.loads(path.read_text("utf-8")) == found
+    assert json.loads(command("explain", "--schema", "--json").stdout)["result"] == found
 
 
 def test_first_files_go_where_they_are_told(tmp_path: Path) -> None:
@@ -107,11 +107,10 @@ def test_first_files_go_where_they_are_told(tmp_path: Path) -> None:
     result = command("init", tmp_path / "new" / "my stems")
     assert result.exit_code == 0
     assert f'stemcal check "{tmp_path / "new" / "my stems.yaml"}"' in " ".join(result.stderr.split())
-    assert command("schema", "--out", tmp_path / "deep" / "er" / "s.json").exit_code == 0
     (tmp_path / "file").write_text("")
-    for refused in (command("init", tmp_path / "file" / "x"), command("schema", "--out", tmp_path / "file" / "x")):
-        assert refused.exit_code == 2
-        assert "choose another" in refused.stderr and "finished runs" not in refused.stderr
+    refused = command("init", tmp_path / "file" / "x")
+    assert refused.exit_code == 2
+    assert "choose another" in refused.stderr and "finished runs" not in refused.stderr
 
 
 def test_explain() -> None:
@@ -122,7 +121,7 @@ def test_explain() -> None:
     assert "did you mean Lenth's method?" in wrong.stderr
     assert "rsm.alpha" in command("explain", "alpha").stdout
     assert "crack-band" in command("explain", "solver.failure_length").stdout.lower()
-    assert json.loads(command("explain", "PRESS", "--json").stdout)["terms"][0]["term"] == "PRESS"
+    assert json.loads(command("explain", "PRESS", "--json").stdout)["result"]["terms"][0]["term"] == "PRESS"
 
 
 @pytest.mark.parametrize("name", [*(name for name in COMMANDS if name != "measure"), "measure shear"])
@@ -151,7 +150,7 @@ def test_of_a_section_the_keys_are_listed() -> None:
 
 def test_doctor_solves_its_known_answers() -> None:
     result = command("doctor", "--json")
-    found: dict[str, Any] = json.loads(result.stdout)
+    found: dict[str, Any] = json.loads(result.stdout)["result"]
     rows = {row["what"]: row for row in found["found"]}
     assert (result.exit_code, found["ok"]) == (0, True)
     assert "exact 0.03685" in rows["known answer: solver"]["found"]
@@ -174,19 +173,6 @@ def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     result = command("doctor")
     assert result.exit_code == 1
     assert "WRONG  known answer: solver" in result.stdout
-
-
-def test_the_demo_is_the_smoke_study() -> None:
-    assert (ROOT / "stemcal" / "cli" / "demo.yaml").read_bytes() == SMOKE.read_bytes()
-
-
-@pytest.mark.slow
-def test_demo_makes_a_report(tmp_path: Path) -> None:
-    done = process(tmp_path, "demo")
-    assert done.returncode == 0, done.stderr
-    assert "\nCalibrated.\n" in done.stdout and "hourglass" not in done.stderr  # the first that a beginner sees
-    assert (tmp_path / "stemcal-demo" / "results" / "report.html").stat().st_size > 100_000
-    assert (tmp_path / "stemcal-demo" / "results" / "figures" / "fracture-8mm.png").is_file()
 
 
 def test_explain_takes_words_without_quotes() -> None:

@@ -35,5 +35,5 @@ def test_a_study_that_climbs_and_refines(tmp_path: Path) -> None:
 def test_the_published_study_ends_within_one_per_cent(tmp_path: Path, name: str) -> None:
     """The simulated force at 8 mm is within 1 % of the measured 159.2 N."""
     result = command("run", SMOKE.parent / name, "--out", tmp_path, "--json", "--quiet")
-    rows = {row["condition"]: row for row in json.loads(result.stdout)["validate"]["rows"]}
+    rows = {row["condition"]: row for row in json.loads(result.stdout)["result"]["validate"]["rows"]}
     assert abs(rows[8.0]["error_percent"]) <= 1.0

@@ -37,7 +37,7 @@ def test_force_of_the_deck_is_told_beside_the_study_s(tmp_path: Path) -> None:
     study = load_study(SMOKE)
     out, levels = tmp_path / "run.k", {**study.midlevels(), "yield_stress": 18.0}
     done = command("export", "deck", SMOKE, "--set", "yield_stress=18", "--json", out)
-    told = json.loads(done.stdout)
+    told = json.loads(done.stdout)["result"]
     assert told["files"] == [str(out)]
     assert told["force_of_study"] == simulate(study, levels).peak_force
     assert told["force"] < 0.7 * told["force_of_study"]  # neither length has a card
@@ -50,7 +50,7 @@ def test_deck_for_openradioss_has_its_files_beside_it(tmp_path: Path) -> None:
     done = command(
         "export", "deck", SMOKE, "--for", "openradioss", "--no-force", "--json", "--quiet", tmp_path / "my.k"
     )
-    told = json.loads(done.stdout)
+    told = json.loads(done.stdout)["result"]
     assert [Path(name).name for name in told["files"]] == ["my.k", "my_0000.rad", "my_0001.rad"]
     assert told["force"] is None
     assert "/INCLUDE_LS-DYNA/\nmy.k\n" in (tmp_path / "my_0000.rad").read_text(encoding="utf-8")

@@ -23,7 +23,7 @@ def shear(folder: Path, *options: object) -> dict[str, Any]:
     """Return what `measure shear` finds; it must find something."""
     result = command("measure", "shear", folder, "--json", *options)
     assert result.exit_code == 0, result.stderr
-    found = json.loads(result.stdout)
+    found = json.loads(result.stdout)["result"]
     return found | {"notes": result.stderr}
 
 
@@ -129,12 +129,12 @@ def test_diameters_without_headings_are_not_averaged_with_what_stands_beside(tmp
     path = write(tmp_path / "d.csv", "".join(form.format(f=f) for f in (7.1, 8.2, 8.9, 9.3)))
     assert "--diameter-column" in refused(path, verb="diameters")
     result = command("measure", "diameters", path, "--diameter-column", form.split(",").index("{f}") + 1, "--json")
-    assert json.loads(result.stdout)["mean"] == pytest.approx(8.375)
+    assert json.loads(result.stdout)["result"]["mean"] == pytest.approx(8.375)
 
 
 def test_a_list_of_diameters_needs_no_heading(tmp_path: Path) -> None:
     path = write(tmp_path / "d.txt", "7.1\n8.2\n8.9\n")
-    assert json.loads(command("measure", "diameters", path, "--json").stdout)["n"] == 3
+    assert json.loads(command("measure", "diameters", path, "--json").stdout)["result"]["n"] == 3
 
 
 # ---- workbooks
@@ -189,7 +189,7 @@ def test_text_cells_with_a_decimal_comma(tmp_path: Path) -> None:
 
 def test_diameters_from_a_workbook(tmp_path: Path) -> None:
     path = book(tmp_path / "d.xlsx", a=[["编号", "直径(mm)"], [1, 7.1], [2, 8.0], [3, 9.5]], b=[["x"]])
-    assert json.loads(command("measure", "diameters", path, "--json").stdout)["mean"] == pytest.approx(8.2)
+    assert json.loads(command("measure", "diameters", path, "--json").stdout)["result"]["mean"] == pytest.approx(8.2)
 
 
 def test_an_open_workbook_leaves_a_file_that_is_none(tmp_path: Path) -> None:
@@ -435,7 +435,7 @@ def test_a_long_line(tmp_path: Path, line: str, where: str) -> None:
     assert time.process_time() - began < 5.0
     assert result.exit_code in (0, 2) and "internal error" not in result.stderr
     assert len(result.stderr) < 400
-    assert result.exit_code == 2 or json.loads(result.stdout)["specimens"][0]["max_force"] == PEAK
+    assert result.exit_code == 2 or json.loads(result.stdout)["result"]["specimens"][0]["max_force"] == PEAK
 
 
 @pytest.mark.parametrize(

@@ -58,40 +58,39 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
 
     made: list[tuple[Any, ...]] = []
 
-    def simulate(_study: Any, levels: Any, diameter: Any, symmetry: Any, **_: Any) -> CuttingResult:
-        made.append((dict(levels), diameter, symmetry))
+    def simulate(_study: Any, levels: Any, diameter: Any, **_: Any) -> CuttingResult:
+        made.append((dict(levels), diameter))
         return known_result()
 
     monkeypatch.setattr(embedded, "simulate", simulate)
     return made
 
 
-def test_table_sketch_and_warnings(calls: list[Any]) -> None:
+def test_table_and_warnings(calls: list[Any]) -> None:
     result = command("simulate", SMOKE)
     assert result.exit_code == 0
     assert "120.0 N" in result.stdout
-    assert "█" in result.stdout
     assert "0.83 mm" in result.stdout
     assert "warning: Inertia has 6.2 % of the force" in result.stderr
     assert max(map(len, result.stdout.splitlines())) <= 80
 
 
-def test_levels_diameter_and_symmetry_arrive(calls: list[Any]) -> None:
+def test_levels_and_diameter_arrive(calls: list[Any]) -> None:
     command("simulate", SMOKE, "--set", "yield_stress=18", "--set", "failure_strain = 0.02",
-            "--diameter", 7, "--symmetry", "half")  # fmt: skip
-    ((levels, diameter, symmetry),) = calls
+            "--diameter", 7)  # fmt: skip
+    ((levels, diameter),) = calls
     assert levels == {
         "elastic_modulus": 1000.0,
         "yield_stress": 18.0,
         "strain_rate_c": 90.0,
         "failure_strain": 0.02,
     }
-    assert (diameter, symmetry) == (7.0, "half")
+    assert diameter == 7.0
 
 
 def test_json(calls: list[Any]) -> None:
     result = command("simulate", SMOKE, "--json")
-    found = json.loads(result.stdout)
+    found = json.loads(result.stdout)["result"]
     assert found["peak_force"] == 120.0
     assert {"peak_time", "peak_travel", "elements", "deleted_elements", "steps", "wall_seconds",
             "element_steps_per_second", "energy_drift_percent", "kinetic_ratio_percent"} <= set(found)  # fmt: skip

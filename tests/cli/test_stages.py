@@ -27,14 +27,17 @@ def test_stages_one_by_one_print_their_file_as_json(tmp_path: Path) -> None:
     for name in STAGES:
         result = command(name, REPLAY, "--out", tmp_path, "--json")
         assert result.exit_code == 0
-        assert json.loads(result.stdout).items() < json.loads((tmp_path / f"{name}.json").read_text("utf-8")).items()
+        assert (
+            json.loads(result.stdout)["result"].items()
+            < json.loads((tmp_path / f"{name}.json").read_text("utf-8")).items()
+        )
 
 
 def test_json_is_pure_in_a_process(finished: tuple[Path, Any], tmp_path: Path) -> None:
     done = process(tmp_path, "run", REPLAY, "--out", finished[0], "--json", PYTHONUTF8="0", PYTHONIOENCODING="ascii")
-    found = json.loads(done.stdout)
+    found = json.loads(done.stdout)["result"]
     assert done.returncode == 0
-    assert found["stage"] == "run"
+    assert json.loads(done.stdout)["command"] == "run"
     assert found["validate"]["max_abs_error_percent"] == pytest.approx(7.83, abs=0.01)
 
 
@@ -74,7 +77,7 @@ def test_report_needs_a_folder_and_a_stage(tmp_path: Path) -> None:
 def test_report_of_an_unfinished_study(tmp_path: Path) -> None:
     command("screen", REPLAY, "--out", tmp_path)
     result = command("report", REPLAY, "--out", tmp_path, "--json")
-    page = Path(json.loads(result.stdout)["page"])
+    page = Path(json.loads(result.stdout)["result"]["page"])
     assert result.exit_code == 0
     assert "Not done yet: Response surface, Calibration, Validation." in page.read_text("utf-8")
 
@@ -115,21 +118,21 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
     assert "inverted" in done.stdout
 
 
-def test_plan_counts_and_writes_nothing(tmp_path: Path) -> None:
-    done = process(tmp_path, "plan", REPLAY, "--json")
-    found = json.loads(done.stdout)
+def test_check_counts_and_writes_nothing(tmp_path: Path) -> None:
+    done = process(tmp_path, "check", REPLAY, "--json")
+    found = json.loads(done.stdout)["result"]["plan"]
     assert [(stage["stage"], stage["rows"]) for stage in found["stages"]] == [
         ("screen", 12),
         ("rsm", 20),
         ("validate", 5),
     ]
     assert list(tmp_path.iterdir()) == []
-    assert "37 runs to compute" in process(tmp_path, "plan", REPLAY).stdout
+    assert "37 runs to compute" in process(tmp_path, "check", REPLAY).stdout
 
 
 def test_check() -> None:
     assert "9 factors, 5 measured" in " ".join(command("check", REPLAY).stdout.split())
-    found = json.loads(command("check", REPLAY, "--json").stdout)
+    found = json.loads(command("check", REPLAY, "--json").stdout)["result"]
     assert found["ok"] is True
     assert found["conditions"] == [7.0, 8.0, 9.0, 10.0, 11.0]
 

@@ -1,8 +1,7 @@
-"""`status`, `runs`, `retry`, `verify`, `simulate --from-run`: a study with known answers and known failures."""
+"""`status` with `--runs`, `--failed`, `--verify`, and `run --retry`: a study with known answers and known failures."""
 
 from __future__ import annotations
 
-import csv
 import json
 import shutil
 from itertools import count
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commanding import REPLAY, SMOKE, command
+from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.executors.code import code_version
@@ -42,7 +41,7 @@ class Known:
         return command(name, self.spec, *args, "--out", self.out)
 
     def json(self, name: str, *args: object) -> Any:
-        return json.loads(self(name, *args, "--json").stdout)
+        return json.loads(self(name, *args, "--json").stdout)["result"]
 
 
 @pytest.fixture
@@ -58,6 +57,10 @@ def failed(known: Known) -> Known:
     known.solver(trouble={2: "failed"})
     assert known("screen", "-j", 1).exit_code == 3
     return known
+
+
+def climbed(known: Known) -> int:
+    return sum(run["stage"] == "climb" for run in known.json("status", "--runs")["runs"])
 
 
 def stage(found: dict[str, Any], name: str) -> dict[str, Any]:
@@ -97,12 +100,13 @@ def test_a_stage_is_stale_with_the_one_before_it(replayed: Path, tmp_path: Path)
     """The surface reads the section that has changed; inversion and validation rest on it."""
     shutil.copytree(REPLAY.parent, tmp_path / "configs")
     spec, out = tmp_path / "configs" / REPLAY.name, replayed
-    before = json.loads(command("status", spec, "--out", out, "--json").stdout)["stages"]
+    before = json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["stages"]
     assert {part["file"] for part in before} == {"fresh"}
     text = spec.read_text("utf-8")
     spec.write_text(text.replace("\nrsm:\n", "\nrsm:\n  reduce_alpha: 0.2\n"), "utf-8")
     found = {
-        part["stage"]: part for part in json.loads(command("status", spec, "--out", out, "--json").stdout)["stages"]
+        part["stage"]: part
+        for part in json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["stages"]
     }
     assert found["screen"]["file"] == "fresh" and found["rsm"]["changed"] == ["rsm"]
     assert (found["invert"]["file"], found["invert"]["changed"]) == ("stale", ["rsm.json"])
@@ -131,12 +135,12 @@ def test_runs_that_a_former_spec_decided_on_are_not_this_ones(known: Known) -> N
     """The steps that another version of the solver took stay in the folder; no number of this study rests on them."""
     known.write("climb: {steps: 3}\n")
     assert known("screen", "-j", 1).exit_code == known("climb", "-j", 1).exit_code == 0
-    steps = len(known.json("runs", "--stage", "climb")["runs"])
+    steps = climbed(known)
     assert stage(known.json("status"), "climb")["done"] == steps > 0
     known.solver(version=2)
     assert stage(known.json("status"), "climb")["done"] == 0
     assert known("screen", "-j", 1).exit_code == known("climb", "-j", 1).exit_code == 0
-    assert stage(known.json("status"), "climb")["done"] == len(known.json("runs", "--stage", "climb")["runs"]) == steps
+    assert stage(known.json("status"), "climb")["done"] == climbed(known) == steps
 
 
 def test_status_needs_a_folder(known: Known) -> None:
@@ -147,90 +151,57 @@ def test_status_needs_a_folder(known: Known) -> None:
 # ---- runs
 
 
-def test_runs_of_every_stage_that_simulates(failed: Known) -> None:
-    for name in ("screen", "climb", "rsm", "refine", "validate"):
-        assert failed("runs", "--stage", name).exit_code == 0
-    refused = failed("runs", "--stage", "invert")
-    assert refused.exit_code == 2 and "is not one of screen, climb, rsm, refine, mesh, validate" in " ".join(
-        refused.stderr.replace("│", " ").split()
-    )
-
-
-def test_runs_are_listed_and_filtered(failed: Known) -> None:
-    runs = failed.json("runs", "--stage", "screen")["runs"]
-    assert [run["run"] for run in runs] == list(range(1, 13))
-    for run in runs:
+def test_runs_are_listed(failed: Known) -> None:
+    found = failed.json("status", "--runs")["runs"]
+    assert [run["run"] for run in found if run["stage"] == "screen"] == list(range(1, 13))
+    for run in found:
         if run["status"] == "ok":
             assert run["response"] == pytest.approx(force(run["levels"], run["condition"]))
-    (bad,) = failed.json("runs", "--status", "failed")["runs"]
+    assert sum(run["status"] == "left" for run in found) == 11
+    (bad,) = failed.json("status", "--failed")["runs"]
     assert (bad["run"], bad["reason"], bad["response"], bad["again"]) == (3, "inverted", None, False)
     assert "element 17" in bad["message"]
-    assert len(failed.json("runs", "--status", "left")["runs"]) == 11
-    assert "inverted" in failed("runs", "--status", "failed").stdout
-    assert "There are none" in failed("runs", "--status", "censored").stdout
-
-
-def test_runs_as_csv(failed: Known, tmp_path: Path) -> None:
-    assert failed("runs", "--csv", tmp_path / "runs.csv").exit_code == 0
-    with (tmp_path / "runs.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == 12 + 11
-    done = [row for row in rows if row["status"] == "ok"]
-    for row in done:
-        levels = {name: float(row[name]) for name in ("yield_stress", "failure_strain", "strain_rate_c")}
-        assert float(row["force"]) == pytest.approx(
-            force({**levels, "elastic_modulus": float(row["elastic_modulus"])}, 8.0)
-        )
-    assert [row["force"] for row in rows if row["status"] == "failed"] == [""]
-    assert failed("runs", "--csv", tmp_path / "no" / "runs.csv").exit_code == 2
+    assert "inverted" in failed("status", "--failed").stdout
 
 
 # ---- retry
 
 
-def test_retry_mends_what_failed_and_nothing_else(failed: Known) -> None:
-    (bad,) = failed.json("runs", "--status", "failed")["runs"]
+@pytest.mark.usefixtures("blank_figures")
+def test_retry_computes_what_failed_and_nothing_else(failed: Known) -> None:
     before = len(lines(failed.witness))
-    assert failed("retry", "-j", 1).exit_code == 3  # it fails again
+    again = failed("run", "--until", "screen", "--retry", "-j", 1)
+    assert again.exit_code == 3 and "1 of 1 runs failed again" in again.stderr
     failed.solver()
-    done = failed("retry", bad["key"][:8], "-j", 1)
-    assert done.exit_code == 0
+    assert failed("run", "--until", "screen", "--retry", "-j", 1).exit_code == 0
     assert lines(failed.witness)[before:] == ["screen 2", "screen 2"]
-    assert failed.json("runs", "--status", "failed")["runs"] == []
-    assert failed("retry", "-j", 1).exit_code == 0
-    assert failed("screen", "-j", 1).exit_code == 0
-    assert len(lines(failed.witness)) == before + 2
+    assert failed.json("status", "--failed")["runs"] == []
+    assert not (failed.out / "rsm.json").exists()
 
 
-def test_retry_refuses_what_has_not_failed(failed: Known) -> None:
-    good = failed.json("runs", "--status", "ok")["runs"][0]["key"]
-    for key, text in (
-        (good, "has not failed"),
-        ("0" * 32, "no run of this study"),
-        ("", "letters or more"),
-        ("../x", ""),
-    ):
-        result = failed("retry", key)
-        assert result.exit_code == 2 and text in result.stderr, key
+def test_until_needs_a_stage_of_the_study(known: Known) -> None:
+    for name in ("climb", "rsn"):
+        refused = known("run", "--until", name)
+        assert refused.exit_code == 2 and "use one of screen, rsm, invert, validate" in refused.stderr
 
 
 # ---- verify
 
 
 def test_verify_names_what_is_wrong(failed: Known) -> None:
-    assert failed("verify").exit_code == 0
+    assert failed("status", "--verify").exit_code == 0
     folder = StudyFolder(failed.out)
     first, second = folder.keys()[:2]
     path = folder.record_path(first)
     path.write_bytes(path.read_bytes().replace(b'"stage": "screen"', b'"stage": "scream"'))
     (folder.runs / "notes.txt").touch()
     (folder.path / ".writing-1-0.tmp").touch()
-    found = failed.json("verify")
+    found = failed.json("status", "--verify")["verify"]
     assert found["ok"] is False and found["records"] == 12
     assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not agree with its SHA-256"}]
     assert found["orphans"] == [".writing-1-0.tmp", "runs/notes.txt"]
     assert found["stale_records"] == []
-    result = failed("verify")
+    result = failed("status", "--verify")
     assert result.exit_code == 1
     assert f"runs/{first}.json does not agree" in result.stderr
     assert folder.record_path(second).exists() and path.exists()  # nothing was moved
@@ -238,13 +209,25 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
 
 def test_verify_sees_a_damaged_stage(failed: Known) -> None:
     (failed.out / "climb.json").write_text('{"stage": "cli', encoding="utf-8")
-    result = failed("verify")
+    result = failed("status", "--verify")
     assert result.exit_code == 1 and "climb.json is damaged: it holds no JSON object" in result.stderr
+
+
+def test_verify_sees_a_changed_table_and_a_version_that_it_does_not_know(failed: Known) -> None:
+    table = failed.out / "screen.csv"
+    table.write_text(table.read_text("utf-8").replace("yield_stress", "yield_strain"), encoding="utf-8")
+    result = failed("status", "--verify")
+    assert result.exit_code == 1 and "screen.csv is missing or was changed" in result.stderr
+    path = failed.out / "screen.json"
+    content = json.loads(path.read_text("utf-8")) | {"schema_version": 99}
+    path.write_text(sealed({name: part for name, part in content.items() if name != "sha256"}), encoding="utf-8")
+    result = failed("status", "--verify")
+    assert result.exit_code == 1 and "screen.json has schema version 99, not 2" in result.stderr
 
 
 def test_report_leaves_out_a_damaged_stage_and_says_so(failed: Known) -> None:
     (failed.out / "screen.json").write_bytes(b"{")
-    result = failed("report", "--no-figures")
+    result = failed("report")
     assert "screen.json is damaged" in " ".join(result.stderr.split()), result.stderr
 
 
@@ -254,49 +237,17 @@ def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> N
     assert record is not None
     path = folder.record_path(record["key"])
     path.write_text(sealed({**record, "identity": {**record["identity"], "diameter": 9.0}}), encoding="utf-8")
-    assert "its name does not follow" in failed.json("verify")["damaged"][0]["problem"]
+    assert "its name does not follow" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
 
 
 def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:
     failed.solver(version=2)
-    found = failed.json("verify")
+    found = failed.json("status", "--verify")["verify"]
     assert found["ok"] is True and len(found["stale_records"]) == 12
-    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["stemcal"], "sealed": True}]
+    assert found["stages"] == [
+        {"stage": "screen", "problem": "", "changed": ["stemcal"], "sealed": True, "changed_tables": []}
+    ]
     (failed.out / "screen.json").write_bytes(b"{")
-    assert failed.json("verify")["damaged"] == [
+    assert failed.json("status", "--verify")["verify"]["damaged"] == [
         {"file": "screen.json", "problem": "is damaged: it holds no JSON object; run `stemcal screen SPEC` again"}
     ]
-
-
-# ---- one run again
-
-
-def test_simulate_repeats_a_recorded_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from stemcal.cli.repeat import recorded_run
-    from stemcal.errors import UsageError
-    from stemcal.runs.outcome import record_key
-    from stemcal.solvers.embedded import Embedded
-    from stemcal.solvers.protocol import Request
-    from stemcal.study.reading import load_study
-
-    study = load_study(SMOKE)
-    request = Request("validate", 1, {**study.midlevels(), "yield_stress": 18.25}, 7.0, pictured=True)
-    key = record_key(Embedded(study), request)
-    with StudyFolder(tmp_path / "out") as folder:
-        asked = {"identity": Embedded(study).identity(request), "request": {**vars(request), "levels": request.levels}}
-        answered = {"status": "ok", "response": 120.0, "reason": "", "message": "", "details": {}, "provenance": {}}
-        folder.save({"key": key, **asked, **answered})
-    warnings: list[str] = []
-    monkeypatch.setattr("stemcal.cli.repeat.warn", warnings.append)
-    assert recorded_run(study, tmp_path / "out", key[:6]) == (dict(request.levels), 7.0)
-    assert warnings == []
-    other = study.model_copy(update={"loading": study.loading.model_copy(update={"duration": 0.4})})
-    recorded_run(other, tmp_path / "out", key)
-    assert "the spec has changed" in warnings[0]
-    with pytest.raises(UsageError, match="no run of this study"):
-        recorded_run(study, tmp_path / "out", "ffffffff")
-
-
-def test_simulate_from_run_needs_a_folder(tmp_path: Path) -> None:
-    result = command("simulate", SMOKE, "--from-run", "abcd1234", "--out", tmp_path / "none")
-    assert result.exit_code == 2 and "is not there" in result.stderr

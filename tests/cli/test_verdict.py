@@ -53,8 +53,8 @@ def test_the_last_screen_holds_verdict_table_and_path(
     assert found[0] < found[1] < said.stdout.index("Calibrated.")
     notes = [line for line in said.stderr.splitlines() if line.startswith("note: ")]
     assert len(notes) == 5 and "more notes in the report" in said.stderr
-    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)
-    assert (told["verdict"], told["verdict_reasons"]) == ("calibrated", [])
+    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
+    assert (told["verdict"], told["reasons"]) == ("calibrated", [])
     assert told["verdict_use"]["text"] == "Good (within 10 %) at 7, 8 and 10 mm."
     assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
 
@@ -113,9 +113,9 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     ending = " ".join(said.stdout.split())
     assert "Not calibrated. The measured 200 N is above what the ranges reach" in ending
     assert "Next: Raise `high` of yield_stress to about" in ending
-    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)
+    told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert told["verdict"] == "not_calibrated"
-    reason = told["verdict_reasons"][0]
+    reason = told["reasons"][0]
     assert (reason["kind"], reason["target"], reason["remedy"]["kind"]) == ("out_of_reach", 200.0, "widen_range")
     assert reason["text"].startswith("The measured 200 N is above what the ranges reach, ")
 
@@ -124,6 +124,6 @@ def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None
     folder, said = finished
     ending = " ".join(said.stdout.split())
     assert "Calibrated, with reservations. Not identified: " in ending
-    told = json.loads(command("status", REPLAY, "--out", folder, "--json").stdout)
-    assert {"not_identified", "validation_from_table"} <= {reason["kind"] for reason in told["verdict_reasons"]}
+    told = json.loads(command("status", REPLAY, "--out", folder, "--json").stdout)["result"]
+    assert {"not_identified", "validation_from_table"} <= {reason["kind"] for reason in told["reasons"]}
     assert "Calibrated, with reservations" in command("status", REPLAY, "--out", folder).stdout

@@ -30,17 +30,17 @@ MONSTERS = {
     "steps of 1e-12 s": ("element_size: d/10\n  mass_scaling: 3e4", f"element_size: d/40\n  {SLOWLY}"),
     "a test of a year": ("duration: 0.8 s", "duration: 3e7 s"),
 }
-COMMANDS = ("check", "plan", "run", "screen", "rsm", "validate", "simulate", "export deck")
+COMMANDS = ("check", "run", "screen", "rsm", "validate", "simulate", "export deck")
 
 
 def too_much(folder: Path, number: int, _rng: random.Random) -> None:
-    """On a machine of 2 GB: `check` and `plan` warn, what computes refuses, and all of them at once."""
+    """On a machine of 2 GB: `check` warns, what computes refuses, and all of them at once."""
     command = COMMANDS[number % len(COMMANDS)]
     old, new = list(MONSTERS.values())[(number + number // len(COMMANDS)) % len(MONSTERS)]
     folder.mkdir(parents=True, exist_ok=True)
     assert old in SMOKE
     (folder / "monster.yaml").write_text(SMOKE.replace(old, new, 1), encoding="utf-8")
-    more = {"check": [], "plan": [], "export deck": [str(folder / "monster.k")]}.get(command)
+    more = {"check": [], "export deck": [str(folder / "monster.k")]}.get(command)
     options = ["--out", str(folder / "out")] if more is None else more
     began = time.monotonic()
     with mock.patch("stemcal.executors.machine.machine_memory", lambda: 2.0e9):
@@ -52,8 +52,7 @@ def too_much(folder: Path, number: int, _rng: random.Random) -> None:
         assert result.exit_code == 0 or "at most 2e+06 are written" in said, said
         return
     assert "A run needs about" in said or "than 48 h" in said, said
-    assert result.exit_code == (0 if command in ("check", "plan") else 2), said
-    assert command in ("check", "plan") or "--yes begins it all the same" in said, said
+    assert result.exit_code == (0 if command == "check" else 2), said
     assert not list(folder.glob("out/runs/*.json"))
 
 
@@ -62,7 +61,7 @@ def endless(folder: Path, number: int, rng: random.Random) -> None:
     posix()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "endless.yaml").write_text(SMOKE.replace("mass_scaling: 3e4", SLOWLY, 1), encoding="utf-8")
-    command = [sys.executable, "-m", "stemcal", "simulate", str(folder / "endless.yaml"), "--yes"]
+    command = [sys.executable, "-m", "stemcal", "simulate", str(folder / "endless.yaml")]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     child = subprocess.Popen(command, text=True, env=ENVIRONMENT, preexec_fn=heeding, **pipes)
     number_of = (signal.SIGINT, signal.SIGTERM)[number % 2]
@@ -79,7 +78,7 @@ FAULTS = (
     Fault(
         "studies that no machine can hold",
         "elements of 0.03 to 1e-300 mm, specimens of 1000 km, steps of 1e-12 s, a test of a year, on a machine of 2 GB",
-        "check and plan warn, what computes refuses without `--yes`; at once, nothing internal",
+        "check warns, what computes refuses; at once, nothing internal",
         each(too_much),
         8,
         64,

@@ -160,7 +160,7 @@ def _until(condition: object, child: subprocess.Popen[str], seconds: float = 20.
         time.sleep(0.01)
 
 
-PRINTING = (("plan",), ("screen", "--quiet"), ("screen", "--json"), ("runs",), ("status", "--json"))
+PRINTING = (("check",), ("screen", "--quiet"), ("screen", "--json"), ("status", "--runs"), ("status", "--json"))
 
 
 def pipe_closed(folder: Path, number: int, rng: random.Random) -> None:
@@ -169,7 +169,7 @@ def pipe_closed(folder: Path, number: int, rng: random.Random) -> None:
     verb, *options = PRINTING[number % len(PRINTING)]
     replay = HERE.parents[1] / "configs" / "paper-replay.yaml"
     command = [sys.executable, "-m", "stemcal", verb, str(replay), "--out", str(folder), *options]
-    if verb in ("plan", "runs", "status"):
+    if verb in ("check", "status"):
         workflow_ready(folder, replay)
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=ENVIRONMENT)
     assert child.stdout is not None and child.stderr is not None

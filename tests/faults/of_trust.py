@@ -29,7 +29,7 @@ LINKS = (
         ("tables", "export tables --format csv"),
     ),
     *(("tables/tables.docx", "export tables --format docx"), ("tables/tables.md", "export tables --format md")),
-    *(("mine.csv", "runs --csv"), ("mine.k", "export deck"), ("mine.json", "schema --out"), ("mine.yaml", "init")),
+    *(("mine.k", "export deck"), ("mine.yaml", "init")),
 )
 
 
@@ -62,14 +62,10 @@ def a_link_lies_there(folder: Path, number: int, rng: random.Random) -> None:
 def _arguments(verb: str, study: Path, link: Path) -> list[object]:
     name, *options = verb.split()
     match name:
-        case "runs":
-            return ["runs", REPLAY, "--out", study, "--csv", link]
         case "export" if options == ["deck"]:
             return ["export", "deck", SMOKE, link]
         case "export":
             return [name, options[0], REPLAY, "--out", study, *options[1:]]
-        case "schema":
-            return ["schema", "--out", link]
         case "init":
             return ["init", link.with_suffix("")]
         case _:

@@ -127,5 +127,5 @@ def test_a_run_without_llvms_words_gives_the_same_force() -> None:
         environment = {**os.environ, "STEMCAL_PLAIN_KERNELS": plainly, "PYTHONPATH": str(root)}
         command = [sys.executable, "-m", "stemcal", "simulate", "configs/smoke.yaml", "--json"]
         ran = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=True)
-        forces.append(json.loads(ran.stdout)["peak_force"])
+        forces.append(json.loads(ran.stdout)["result"]["peak_force"])
     assert forces[1] == pytest.approx(forces[0], rel=1e-6)

@@ -15,8 +15,8 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def test_what_is_usual_is_not_refused() -> None:
-    result = CliRunner().invoke(app, ["plan", str(CONFIGS / "wild-chrysanthemum.yaml"), "--json"])
-    plan = json.loads(result.stdout)
+    result = CliRunner().invoke(app, ["check", str(CONFIGS / "wild-chrysanthemum.yaml"), "--json"])
+    plan = json.loads(result.stdout)["result"]["plan"]
     assert list(excess(Demand(plan["to_run"], plan["seconds"], plan["memory"]), 8, 8e9)) == []
 
 

@@ -132,7 +132,7 @@ def test_of_two_folders_the_one_of_the_very_name_is_read_and_the_other_told(lab:
 
 
 def test_json_tells_means_and_targets(lab: Path) -> None:
-    told = json.loads(command("measure", "tests", THREE, lab, "--json", "--preload", 0).stdout)
+    told = json.loads(command("measure", "tests", THREE, lab, "--json", "--preload", 0).stdout)["result"]
     assert told["stage"] == "measure-tests"
     assert told["means"][0] | {"mean_interval": None, "sd_interval": None, "cv_percent": None, "sd": None} == {
         **{"test": "pull", "diameter": 8.0, "response": "maximum_force", "n": 3, "mean": pytest.approx(630.0)},

@@ -121,7 +121,7 @@ def test_its_files_determine_the_run_where_it_is_done(study: Study, tmp_path: Pa
 def test_one_test_is_shown_beside_what_was_measured(study: Study) -> None:
     shown = command("simulate", study.source, "--test", "torsion", "--set", "yield_stress=15").stdout
     assert "Maximum force: 16.92 N, measured 16 ± 1 N" in shown
-    told = json.loads(command("simulate", study.source, "--test", "torsion", "--json").stdout)
+    told = json.loads(command("simulate", study.source, "--test", "torsion", "--json").stdout)["result"]
     assert told["test"] == "torsion"
     assert told["responses"]["maximum_force"] == pytest.approx(force(15.0, 4.0))
     refused = command("simulate", study.source, "--test", "torsion", "--symmetry", "half")

@@ -216,7 +216,7 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
     assert "Maximum force: 125.9 N" in run.stdout
     assert "at 0.459 mm of travel" in run.stdout
     assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("travel,force")
-    told = json.loads(command("simulate", spec, *levels, "--json").stdout)
+    told = json.loads(command("simulate", spec, *levels, "--json").stdout)["result"]
     assert (told["status"], told["response"]) == ("ok", pytest.approx(125.9459, abs=1e-4))
     assert command("simulate", spec, "--symmetry", "half").exit_code == 2
     other = command("simulate", spec, "--set", "yield_stress=17")
@@ -226,7 +226,7 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
         done = command(name, spec)
         assert done.exit_code == 0
         assert "Check and set RAD_CFG_PATH variable" in " ".join(done.stderr.split())
-    assert json.loads(command("check", spec, "--json").stdout)["warnings"]
+    assert json.loads(command("check", spec, "--json").stdout)["result"]["warnings"]
     assert command("simulate", spec).exit_code == 2
 
 

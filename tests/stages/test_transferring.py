@@ -230,18 +230,19 @@ def command(*words: object) -> Result:
 @pytest.mark.slow
 def test_commands_know_it(tmp_path: Path) -> None:
     spec, out = spec_of(tmp_path), tmp_path / "out"
-    planned = command("plan", spec, "--out", out)
+    planned = command("check", spec, "--out", out)
     assert "0 runs here, at most 12 in the other program (transfer)." in planned.stderr.replace("\n", " ")
     ran = command("run", spec, "--out", out, "--workers", 1)
     assert ran.exit_code == 0 and "Parameters for the other program" in ran.stdout
     assert 'id="transfer"' in (out / "report.html").read_text("utf-8")
-    alone = json.loads(command("transfer", spec, "--out", out, "--json").stdout)
+    alone = json.loads(command("transfer", spec, "--out", out, "--json").stdout)["result"]
     assert len(alone["runs"]) == 11 == len(started(tmp_path))
-    told = json.loads(command("status", spec, "--out", out, "--json").stdout)
+    told = json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]
     stage = next(stage for stage in told["stages"] if stage["stage"] == "transfer")
     assert (stage["file"], stage["done"]) == ("fresh", 11) and told["verdict_use_there"]["solver"] == "command"
-    assert command("verify", spec, "--out", out).exit_code == 0
-    assert len(json.loads(command("runs", spec, "--out", out, "--stage", "transfer", "--json").stdout)["runs"]) == 11
+    assert command("status", spec, "--verify", "--out", out).exit_code == 0
+    runs = json.loads(command("status", spec, "--runs", "--out", out, "--json").stdout)["result"]["runs"]
+    assert sum(run["stage"] == "transfer" for run in runs) == 11
 
 
 @pytest.mark.slow
@@ -249,7 +250,7 @@ def test_a_failed_run_is_begun_again_by_its_own_program(tmp_path: Path) -> None:
     transferred(tmp_path, trouble="if d == 11.0: sys.exit(3)")
     spec = tmp_path / "study.yaml"
     before = len(started(tmp_path))
-    done = command("retry", spec, "--out", tmp_path / "out")
+    done = command("run", spec, "--retry", "--out", tmp_path / "out")
     assert done.exit_code == 3 and len(started(tmp_path)) - before == 2
 
 

@@ -183,7 +183,7 @@ def test_what_misses_is_told_in_these_words(
     _, verdict = calibrated(tmp_path, study, monkeypatch, low=0.57)
     told = verdict_json(verdict, Names(study.naming))
     assert told["verdict_use"]["text"].startswith(use)
-    assert told["verdict_reasons"][0]["text"] == sentence
+    assert told["reasons"][0]["text"] == sentence
     assert not STEM_WORDS.search(json.dumps(told))
 
 

@@ -242,7 +242,7 @@ def test_json_has_facts_and_their_sentences() -> None:
     assert verdict_json(Verdict.of([reason], None), STEM) == {
         "verdict": "not_calibrated",
         "verdict_use": None,
-        "verdict_reasons": [
+        "reasons": [
             {
                 "kind": "out_of_reach",
                 "weight": "not_calibrated",

@@ -82,9 +82,10 @@ def test_every_shipped_spec_satisfies_the_schema(spec: Path) -> None:
 
 
 def test_what_init_writes_satisfies_the_schema() -> None:
-    from stemcal.study.reading.template import template
+    from stemcal.cli.init import spec_text
 
-    assert complaints(read_yaml(template("mine").encode("utf-8")).data) == []
+    for full in (False, True):
+        assert complaints(read_yaml(spec_text("mine", full).encode("utf-8")).data) == []
 
 
 @pytest.mark.parametrize("length", ["90 mm", "500 µm", "0.09 m", "9e1 mm"])
