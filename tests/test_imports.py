@@ -54,7 +54,7 @@ PLACES = {
     "rich": ("stemcal.cli", "stemcal.report"),
     "yaml": ("stemcal.study",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.latex"),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
