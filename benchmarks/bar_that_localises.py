@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 from scipy.special import erf
 
 from stemcal.fem.kernels.block import PLASTIC_STRAIN
-from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
@@ -114,10 +114,8 @@ def pulled_here(breadth: float, size: float, law: Material = LAW) -> Pulled:
         seen.append(state.lanes.gathered(state.body.state)[:, PLASTIC_STRAIN].copy())
 
     how = Integration(outputs=OUTPUTS, safety=SAFETY)
-    model = Model(
-        mesh, law, held=held(mesh), velocity=velocity, integration=how, hourglass=Hourglass("stiffness", 0.01)
-    )
-    history = simulate(model, DURATION, lambda _time, _force, deleted, _parted: deleted > 0, look)
+    model = Model(mesh, law, held=held(mesh), velocity=velocity, integration=how, hourglass=0.01)
+    history = simulate(model, DURATION, lambda _time, _force, deleted: deleted > 0, look)
     assert history.deleted[-1] > 0, "the bar was not parted"
     return pulled(mesh, rows, seen[-2], averaged(model, seen[-2]), history.time[:-1], history.external[:-1])
 

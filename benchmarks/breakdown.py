@@ -130,7 +130,7 @@ def no_return(trial, back, strain, _factor, _material):
 
 
 @njit(forceinline=True)
-def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _material, _alive):
+def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _alive):
     """Resist no hourglass mode."""
     none = (ZERO * dt, ZERO * dt, ZERO * dt)
     return (none, none, none, none), none[0]

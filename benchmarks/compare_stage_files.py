@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-STAGES = ("screen", "climb", "rsm", "invert", "refine", "mesh", "validate")
+STAGES = ("screen", "climb", "rsm", "invert", "refine", "validate")
 TOLERANCE = 1e-12  # of the number
 SHOWN = 20
 NOT_COMPARED = {"schema_version", "naming", "inputs", "sha256", "notes"}

@@ -2,7 +2,6 @@
 
 python benchmarks/contact_energy.py            hard, soft and fine cases, and six crops
 python benchmarks/contact_energy.py sizes      centre, yield stress 60, chickpea over d/12 to d/32
-python benchmarks/contact_energy.py full       the first cases with the fully integrated element (slow)
 
 Friction and damping only take: a negative share is energy that the numbers have made. A minute on one core, `sizes`
 several.
@@ -108,18 +107,9 @@ def sizes() -> None:
             told(f"{name}, d/{divisor}", centre(divisor, **changes))
 
 
-def full() -> None:
-    for name, changes in HARD.items():
-        test = centre(**changes)
-        how = test.discretisation
-        integration = replace(how.integration, precision="double")
-        told(f"{name}, fully integrated",
-             replace(test, discretisation=replace(how, element="full", integration=integration)))  # fmt: skip
-
-
-ROWS = {"points": points, "sizes": sizes, "full": full}
+ROWS = {"points": points, "sizes": sizes}
 
 if __name__ == "__main__":
-    warm(precision="mixed")
+    warm()
     for row in sys.argv[1:] or ["points"]:
         ROWS[row]()

@@ -1,6 +1,6 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
 
-python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [mesh] [unequal] [surfaces] [fields]
+python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [unequal] [surfaces] [fields]
                                        [replicates] [priors]
 
 The first number is that of the studies of each row, 1000 by default: a share is then good to ±1.4. The second draws
@@ -15,10 +15,7 @@ variation that differ between the diameters by a factor of two. Variances, degre
 stemcal's; least misfits are found by Gauss and Newton's method from the truth, compared with stemcal's own search in
 the first studies of each row.
 
-The mesh: the study's own mesh stands at a place drawn at random, as do n others that its stage simulates. At each place
-the force differs by a part that all diameters share and a part of each diameter, both of 1 %. `mesh` takes the
-laboratory as known (30 specimens of 0.001 %), `both` has n specimens of 5 % and n places; the truth is the mean over
-all places. `rough` places the truth at three points, with quadratics that miss by 3 %. Ten minutes each.
+`rough` places the truth at three points, with quadratics that miss by 3 %. Ten minutes.
 
 `surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
 cosines, products of powers, sums of hyperbolic tangents), or rough but repeatable: how often the interval of the mean
@@ -35,13 +32,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from stemcal.doe.calibration.joint_fit import chance_of
-from stemcal.doe.calibration.mesh_scatter import scatter_of
 from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
@@ -59,7 +55,7 @@ TRUTH, SIDE, VARIATION = np.array([0.3, -0.2]), 1.68, 0.05
 SAME = np.full(len(DIAMETERS), VARIATION)
 REGION = Region(np.full(2, -SIDE), np.full(2, SIDE), None)
 NODES = 101
-SHARED, APART, KNOWN = 0.01, 0.01, 1e-5
+KNOWN = 1e-5
 
 
 @dataclass(frozen=True)
@@ -189,46 +185,16 @@ def coverage(way: str, n: int, variation: Array, error: float, studies: int) -> 
     return np.asarray(100.0 * counts / studies)
 
 
-def coverage_of_mesh(n: int, specimens: int, variation: float, studies: int) -> Array:
-    """Return shares in per cent as `coverage` does, with n places of the mesh beside the study's own."""
-    random = np.random.default_rng([SEED, n, specimens])
-    exact, d = surfaces(0.0, random), len(DIAMETERS)
-    counts = np.zeros(3)
-    for study in range(studies):
-        shared, apart = random.standard_normal(n + 1), random.standard_normal((d, n + 1))
-        factors = np.exp(SHARED * shared + APART * apart)
-        fitted = [replace(s, beta=s.beta * factors[i, 0]) for i, s in enumerate(exact)]
-        lab = laboratory(specimens, np.full(d, variation), 0.0, random)
-        scatter = scatter_of(factors[:, 0], factors[:, 1:], np.zeros((d, 0)))
-        misfit = misfit_of(observations(lab, fitted, told=True)).with_mesh(scatter, 0.0)
-        held = _by_misfit(misfit)
-        if study < COMPARED:
-            assert holds(misfit, REGION, TRUTH) == held.profile, f"stemcal's own search disagrees in study {study}"
-        counts += [*held.profile, held.rejected]
-    return np.asarray(100.0 * counts / studies)
-
-
-def mesh_rows(studies: int) -> None:
-    """Print one row per number of places, the laboratory known and not."""
-    for label, variation in (("mesh", KNOWN), ("both", VARIATION)):
-        for n in SPECIMENS:
-            shares = coverage_of_mesh(n, 30 if variation == KNOWN else n, variation, studies)
-            a, b, rejected = shares
-            print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f}   {rejected:6.1f}", flush=True)
-
-
 def main() -> None:
     """Print one row per number of specimens and way."""
     global SEED
     numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
     studies, SEED = numbers + [STUDIES, SEED][len(numbers) :]
-    wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory", "mesh"]
+    wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory"]
     print("                                              interval      misfit test")
     print("  n   standard deviations                     a      b      rejects, %")
     if "laboratory" in wanted:
         laboratory_rows(studies)
-    if "mesh" in wanted:
-        mesh_rows(studies)
     more = {"rough": rough_rows, "unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows}
     more |= {"priors": prior_rows}
     for name in wanted:

@@ -3,7 +3,7 @@
 python benchmarks/laboratory_objectivity.py [test ...]
 
 The tests of configs/three-tests.yaml and those that benchmarks/several_tests.py adds (bending, pull, squeeze, crush),
-axial compression and tension between held ends and double shear (press, clamp, shear), at the known material. For each
+axial compression and tension between held ends (press, clamp), at the known material. For each
 response a line tells, in per cent: the standard deviation over four places of the mesh (the full piece turned by
 quarters of an element), a middle between two layers of nodes against the usual one on nodes, elements of the test's own
 size against half as large ones, and the quarter against the full piece. Some minutes on one core, most of it for
@@ -31,7 +31,6 @@ TURNS = (0.0, 0.25, 0.5, 0.75)
 MORE = """
   - {name: press, kind: axial-compression, ends: held, stroke: 1 mm}
   - {name: clamp, kind: axial-tension, ends: held, stroke: 1.2 mm}
-  - {name: shear, kind: double-shear, stroke: 0.4 mm}
 """
 
 

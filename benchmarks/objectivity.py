@@ -2,7 +2,6 @@
 
 python benchmarks/objectivity.py phases        ten places of the mesh along the stem, at the centre of the design
 python benchmarks/objectivity.py edge          the edge over a row of nodes and over a row of elements
-python benchmarks/objectivity.py seeds         ten full models turned and shifted at random
 python benchmarks/objectivity.py sizes         elements of d/12 to d/40, the same lengths, three points and stems (slow)
 python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
 python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
@@ -11,8 +10,7 @@ python benchmarks/objectivity.py blades        edge angle and radius, with eleme
 python benchmarks/objectivity.py lengths       the force over edge spread and internal length
 python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
 python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
-python benchmarks/objectivity.py hourglass     hourglass forms against the fully integrated element, 17 cases (slow)
-python benchmarks/objectivity.py crops         other crops: phases, d/24, hourglass forms (slow)
+python benchmarks/objectivity.py crops         other crops: phases, d/24, hourglass stiffness (slow)
 python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
 
 Without a name all but the slow ones are run.
@@ -31,8 +29,7 @@ from contact_energy import centre as centre_of_sizes
 from contact_energy import crops as tests_of_crops
 
 from stemcal import cutting
-from stemcal.cutting import CuttingResult, ShearTest, build, in_phases, perturbed
-from stemcal.fem.material import Hourglass
+from stemcal.cutting import CuttingResult, ShearTest, build, in_phases
 from stemcal.fem.stepper import simulate
 
 CALIBRATED = Case("validate", {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}, 8.0, 169.0)
@@ -72,12 +69,6 @@ def edge() -> None:
     """Print the force with the edge over nodes and over elements."""
     for place in ("nodes", "elements"):
         print(f"edge over {place}:", told(simulate_all([mesh(test, edge_over=place) for test in centre()])), flush=True)
-
-
-def seeds() -> None:
-    """Print the scatter over ten full models turned and shifted at random."""
-    for test in centre():
-        print("ten seeds:", scatter(simulate_all([perturbed(test, 1, i) for i in range(10)])), flush=True)
 
 
 def sizes() -> None:
@@ -243,7 +234,7 @@ def even() -> None:
 
 
 def crops() -> None:
-    """Print for the middle of each crop's ranges how mesh, supports and forms of hourglass control move it."""
+    """Print for the middle of each crop's ranges how mesh, supports and hourglass stiffness move it."""
     for name, test in tests_of_crops().items():
         if "middle" not in name:
             continue
@@ -251,38 +242,25 @@ def crops() -> None:
         variants = [
             test,
             of_size(test, 24.0),
-            mesh(test, hourglass=Hourglass("stiffness", 0.02)),
-            mesh(test, element="full"),
+            mesh(test, hourglass=0.02),
             softer,
             mesh(softer, coarsening=6.0, coarsening_around=2.0),
         ]
-        here, finer, other, full, soft, shipped = (result.peak_force for result in simulate_all(variants))
+        here, finer, other, soft, shipped = (result.peak_force for result in simulate_all(variants))
         print(
-            f"{name}: {here:.1f} N, d/24 {finer / here:.3f}, coefficient 0.02 {other / here:.3f}, fully integrated "
-            f"{full / here:.3f}; penalty 0.25: {soft:.1f} N, with the shipped study's mesh {shipped:.1f} N; "
+            f"{name}: {here:.1f} N, d/24 {finer / here:.3f}, coefficient 0.02 {other / here:.3f}; "
+            f"penalty 0.25: {soft:.1f} N, with the shipped study's mesh {shipped:.1f} N; "
             f"five phases: {scatter(simulate_all(list(in_phases(test, 5))))}",
             flush=True,
         )
 
 
-def hourglass() -> None:
-    """Print how the hourglass forms follow the fully integrated element over Tables 6 and 13."""
-    tests = tests_of(paper_cases(["screen", "validate"]))
-    full = simulate_all([mesh(test, element="full") for test in tests])
-    reference = np.array([result.peak_force for result in full])
-    print("fully integrated:", " ".join(f"{force:.1f}" for force in reference), "N", flush=True)
-    for coefficient in (0.003, 0.01, 0.02, 0.037):
-        form = Hourglass("stiffness", coefficient)
-        force = np.array([r.peak_force for r in simulate_all([mesh(test, hourglass=form) for test in tests])])
-        print(f"stiffness {coefficient:g}: {agreement(force, reference)}", flush=True)
-
-
 ROWS = {
-    "phases": phases, "edge": edge, "seeds": seeds, "sizes": sizes, "grading": grading, "contact": contact,
+    "phases": phases, "edge": edge, "sizes": sizes, "grading": grading, "contact": contact,
     "choices": choices, "blades": blades, "lengths": lengths, "cut": cut, "precision": precision,
-    "hourglass": hourglass, "crops": crops, "even": even,
+    "crops": crops, "even": even,
 }  # fmt: skip
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or [row for row in ROWS if row not in ("sizes", "hourglass", "crops", "even")]:
+    for name in sys.argv[1:] or [row for row in ROWS if row not in ("sizes", "crops", "even")]:
         ROWS[name]()

@@ -344,18 +344,18 @@ def rough(seed: int) -> Row:
 
 
 def physics(seed: int) -> Row:
-    """The calibrated run alone has much hourglass energy; full integration has none."""
+    """The calibrated run alone has much hourglass energy; finer elements have less."""
     random, truth, law = drawn(seed, "physics")
     percent = random.uniform(25.0, 60.0)
     doubtful = replace(law, checks={("validate", 8.0): {"hourglass_ratio_percent": percent}})
     plant = Plant(law, truth, random)
     spec = SPEC + plant.targets() + RSM + BOTH + "solver: {kind: embedded, element_size: d/16MORE}\n"
     before = judged(doubtful, spec.replace("MORE", ""))
-    after = judged(law, spec.replace("MORE", ", element: full"))
+    after = judged(law, spec.replace("d/16MORE", "d/30, time_step: 21 us"))
     reason = before.reason(rules.SolutionDoubtful)
     return Row(
         before.is_("not_calibrated") and reason is not None and reason.at.doubt.worst == percent,
-        reason is not None and isinstance(reason.remedy, advice.IntegrateFully),
+        reason is not None and isinstance(reason.remedy, advice.FinerElements),
         not after.is_("not_calibrated") and after.reason(rules.SolutionDoubtful) is None,
         plant.off(after.results) <= plant.off(before.results) + ROOM,
     )

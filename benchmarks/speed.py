@@ -6,7 +6,7 @@ python benchmarks/speed.py scaling    cost and memory from 1,000 to 1,000,000 el
 python benchmarks/speed.py threads    two threads against one on 200,000 elements
 python benchmarks/speed.py steps      fewer steps: elements given mass, the end at the break
 python benchmarks/speed.py plan [SPEC ...]    what `check` estimates of studies, and what they then take
-python benchmarks/speed.py study      the shipped study: kernels to be compiled, compiled, and with 4 mesh phases
+python benchmarks/speed.py study      the shipped study: kernels to be compiled, compiled, and with 4 mesh positions
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from stemcal import cutting
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import LANES, states_of
 from stemcal.fem.kernels.element import add_internal_forces, element, follow_rates
-from stemcal.fem.kernels.vectors import RUN
+from stemcal.fem.kernels.precision import RUN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
@@ -240,9 +240,9 @@ def timed_steps(_: int) -> list[float]:
 
 
 def study() -> None:
-    """Print the time of the shipped study, its kernels compiled or not, and of its designs with 4 mesh phases a run.
+    """Print the time of the shipped study, its kernels compiled or not, and of its designs with 4 mesh positions.
 
-    With phases only the designs are timed: the mean over phases does not reach the measured force within the paper's
+    With replicates only the designs are timed: the mean does not reach the measured force within the paper's
     ranges, and `invert` says so.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -251,15 +251,15 @@ def study() -> None:
         warmed = study_seconds(SPEC, place / "warm", place / "cache", ["run"])
         print(f"study: {cold:.0f} s with kernels to be compiled, {warmed:.0f} s with kernels compiled", flush=True)
         one = study_seconds(SPEC, place / "one", place / "cache", ["screen", "rsm"])
-        four = study_seconds(with_phases(place), place / "four", place / "cache", ["screen", "rsm"])
-        print(f"its 26 design runs: {one:.0f} s, with 4 mesh phases (half models) {four:.0f} s, {four / one:.1f} times")
+        four = study_seconds(with_replicates(place), place / "four", place / "cache", ["screen", "rsm"])
+        print(f"its 26 design runs: {one:.0f} s, with 4 mesh positions {four:.0f} s, {four / one:.1f} times")
 
 
-def with_phases(place: Path) -> Path:
-    """Write the shipped study with 4 mesh phases, which need the half model, to a folder; return the spec."""
-    half = SPEC.read_text(encoding="utf-8").replace("symmetry: quarter", "symmetry: half")
+def with_replicates(place: Path) -> Path:
+    """Write the shipped study with 4 mesh positions, which need the half model, to a folder; return the spec."""
+    half = SPEC.read_text(encoding="utf-8")
     spec = place / "phases.yaml"
-    spec.write_text(re.sub("(?m)^solver:$", "solver:\n  phases: 4", half), encoding="utf-8")
+    spec.write_text(re.sub("(?m)^solver:$", "solver:\n  replicates: 4", half), encoding="utf-8")
     shutil.copytree(SPEC.parent / "data", place / "data")
     return spec
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from stemcal.python.study import simulate as simulate
     from stemcal.stages.climb import ClimbResult as ClimbResult
     from stemcal.stages.invert.result import InvertResult as InvertResult
-    from stemcal.stages.mesh.result import MeshResult as MeshResult
     from stemcal.stages.refine.result import RefineResult as RefineResult
     from stemcal.stages.screen import ScreenResult as ScreenResult
     from stemcal.stages.surface.result import SurfaceResult as SurfaceResult
@@ -44,7 +43,6 @@ _NAMES = {
     "ClimbResult": "stemcal.stages.climb",
     "SurfaceResult": "stemcal.stages.surface.result",
     "InvertResult": "stemcal.stages.invert.result",
-    "MeshResult": "stemcal.stages.mesh.result",
     "RefineResult": "stemcal.stages.refine.result",
     "TransferResult": "stemcal.stages.transfer.result",
     "ValidateResult": "stemcal.stages.validate.result",

@@ -22,7 +22,6 @@ from stemcal.solvers.protocol import Solver
 from stemcal.stages.climb import climb
 from stemcal.stages.fresh import make_all
 from stemcal.stages.invert.stage import invert
-from stemcal.stages.mesh.stage import mesh
 from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import read_result
 from stemcal.stages.screen import screen
@@ -38,7 +37,6 @@ __all__ = [
     "climb",
     "fit_surface",
     "invert",
-    "mesh",
     "plan",
     "refine",
     "screen",

@@ -151,61 +151,16 @@ def one_point_forces(element: OnePoint, x: Array, v: Array, dt: float, m: Any) -
     element.internal_energy += volume * (element.point.work - mean_q * np.trace(strain))
     # at least three times what a pressure takes from a cube's patterns, 48 a = p l, for amplitudes γ·v/8
     least = 64.0 * 3.0 / 48.0 * element.length * np.linalg.norm(element.point.stress) / np.sqrt(3.0)
-    stiffness = max(element.stiffness, least) if m.hourglass_memory else element.stiffness
+    stiffness = max(element.stiffness, least)
     for mode in range(4):
         gamma = GAMMA[mode] - b @ (x.T @ GAMMA[mode])
         rate = gamma @ v / 8.0
-        if m.hourglass_memory:
-            turned = R @ element.hourglass[mode]
-            force = turned + stiffness * dt * rate
-            damping = 0.25 * stiffness * dt * rate  # a quarter of a step ahead
-            felt = force + damping
-            element.hourglass_energy += dt * float((0.5 * (turned + force) + damping) @ rate)
-        else:
-            felt = force = stiffness * rate
-            element.hourglass_energy += dt * float(force @ rate)
+        turned = R @ element.hourglass[mode]
+        force = turned + stiffness * dt * rate
+        damping = 0.25 * stiffness * dt * rate  # a quarter of a step ahead
+        element.hourglass_energy += dt * float((0.5 * (turned + force) + damping) @ rate)
         element.hourglass[mode] = force
-        forces += np.outer(gamma, felt) / 8.0
-    return forces
-
-
-@dataclass
-class Full:
-    """State of a fully integrated element."""
-
-    points: list[Point]
-    length: float
-    failure_strain: float = np.inf
-    alive: bool = True
-    internal_energy: float = 0.0
-    plastic_strain: float = 0.0
-    viscous_pressure: float = 0.0  # of the last step
-
-
-def full_forces(element: Full, x: Array, v: Array, dt: float, m: Any) -> Array:
-    """Advance a mean-dilatation (B̄) element by one step and return its corner forces (8, 3).
-
-    Strain at a point is ε + ⅓(tr ε̄ − tr ε) I; its forces are Σ (dev σ + p̄ I) over the points, p̄ the volume mean.
-    """
-    mean_b, volume = mean_b_matrix(x)
-    mean = v.T @ mean_b
-    parts = [b_matrix(x, point) for point in GAUSS]
-    for point, (b, _) in zip(element.points, parts, strict=True):
-        gradient = v.T @ b
-        update_point(point, gradient + (np.trace(mean) - np.trace(gradient)) / 3.0 * IDENTITY, dt, m)
-    weights = np.array([det for _, det in parts])
-    element.plastic_strain = float(weights @ [p.plastic_strain for p in element.points] / weights.sum())
-    if element.plastic_strain >= element.failure_strain:
-        element.alive = False
-        return np.zeros((8, 3))
-    strain, _ = step_kinematics(mean, dt)
-    q = viscous_pressure(np.trace(strain), dt, element.length, m)
-    pressure = float(weights @ [np.trace(p.stress) / 3.0 for p in element.points]) / volume - q
-    mean_q, element.viscous_pressure = 0.5 * (element.viscous_pressure + q), q
-    element.internal_energy += float(weights @ [p.work for p in element.points]) - mean_q * volume * np.trace(strain)
-    forces = volume * pressure * mean_b
-    for point, (b, det) in zip(element.points, parts, strict=True):
-        forces += det * b @ deviator(point.stress)
+        forces += np.outer(gamma, force + damping) / 8.0
     return forces
 
 

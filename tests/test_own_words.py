@@ -17,9 +17,8 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.verdict.advice import FitAll
 from stemcal.stages.verdict.result import Use
-from stemcal.stages.verdict.rules import CheckMissed, verdict_of
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
@@ -198,7 +197,8 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     study, store = load_study(spec), StudyFolder(tmp_path / "out")
     calibrate(study, store, LocalExecutor(2))
     verdict = verdict_of(study, store)
-    (reason,) = [reason for reason in verdict.reasons if isinstance(reason, CheckMissed)]
-    assert reason.worst.response == "bulk" and 30.0 < reason.worst.error_percent < 40.0
-    assert reason.remedy == FitAll("responses")
-    assert verdict.use == Use(10.0, (), reason.worst)
+    (reason,) = [reason for reason in verdict.reasons if reason.kind == "validation"]
+    worst = verdict.use.worst
+    assert worst.response == "bulk" and 30.0 < worst.error_percent < 40.0
+    assert "bulk density" in reason.text and reason.remedy.edit == "invert: {responses: all}"
+    assert verdict.use == Use(10.0, (), worst)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from stemcal.cutting.result import ForceHistory
 
 Arrays = tuple[np.ndarray, ...]
-COLOURS = (BLUE, ORANGE, GREEN, INK, "#cc79a7", "#56b4e9")
-MARKS = "os^Dv<"
+COLOURS = (BLUE, ORANGE, GREEN)
+MARKS = "os^"
 
 
 def loops(found: Mapping[float, Arrays]) -> Figure:
@@ -80,9 +80,7 @@ def convergence(curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> Figure:
     with new_figure(6.4, 3.6) as figure:
         axes = figure.add_subplot()
         for (name, (counts, errors)), colour, mark in zip(curves.items(), COLOURS, MARKS, strict=True):
-            full = name.endswith("full")
-            looks = {"markerfacecolor": "none", "markersize": 9} if full else {"markersize": 5}
-            axes.loglog(counts, 100.0 * errors, marker=mark, color=colour, label=name, **looks)
+            axes.loglog(counts, 100.0 * errors, marker=mark, color=colour, label=name, markersize=5)
         guide = np.array([3.0, 32.0])
         axes.loglog(guide, 200.0 / guide**2, color=FAINT, linewidth=2.5, alpha=0.6, label="slope −2", zorder=0)
         ticks = [2, 4, 8, 16, 32]

@@ -80,8 +80,7 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield (
         "Nearest to its tolerance: the largest difference of the topic as a share of the tolerance of its number. "
         "Units are mm, tonne, s, N, MPa, mJ. "
-        "*One point* is the one-point element, its hourglass modes resisted by stiffness unless it says viscous; "
-        "*full* is the fully integrated one. The same problems are run as tests, in `tests/verification` and "
+        "The same problems are run as tests, in `tests/verification` and "
         "`tests/test_cutting.py`. How well the model agrees with measured cutting forces is another question, which "
         "the report of each study answers."
     )

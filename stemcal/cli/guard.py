@@ -72,7 +72,9 @@ def _unexpected(error: Exception) -> str:
         return f"memory has run out; take fewer workers (--workers) or coarser elements; {GO_ON}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
-        return f"{place}{error.strerror}; {GO_ON}"
+        from stemcal.files.durable import what_happened
+
+        return f"{place}{what_happened(error)}"
     line = f"{type(error).__name__}: {error}".splitlines()[0]
     if os.environ.get("STEMCAL_DEBUG", "") not in ("", "0"):
         traceback.print_exception(error)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,8 +14,6 @@ from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.stages.base import STAGES
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study
 
@@ -82,6 +80,7 @@ def compute_again(work: Session) -> None:
 def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
+    from stemcal.report.drawing import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
@@ -96,7 +95,7 @@ def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[
     work.watch.busy("drawing the report")
     results = fresh_results(work.study, work.folder, made)
     verdict = verdict_of(work.study, work.folder, results)
-    page = _draw(work, figures=True)
+    page = draw(work.study, work.folder, results, verdict)
 
     def show(as_json: bool, quiet: bool) -> None:
         show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
@@ -106,28 +105,24 @@ def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[
     return show
 
 
-def _draw(work: Session, figures: bool) -> Path:
-    """Write the page from the stages that are done."""
-    from stemcal.report.drawing import draw
-    from stemcal.stages.results import fresh_results
-    from stemcal.stages.verdict.rules import verdict_of
-
-    results = fresh_results(work.study, work.folder)
-    return draw(work.study, work.folder, results, verdict_of(work.study, work.folder, results), figures)
-
-
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
     from stemcal.cli.show import show_known
+    from stemcal.report.drawing import draw_early
     from stemcal.stages.base import stages_of
+    from stemcal.stages.fresh import finished
+    from stemcal.stages.results import fresh_results
+    from stemcal.stages.verdict.rules import verdict_of
 
-    last = stages_of(work.study)[-1].name
+    study, folder, known = work.study, work.folder, list[Any]()
+    last, before = stages_of(study)[-1].name, finished(study, folder)
 
     def show(result: StageResult) -> None:
         if tell and result.name == "screen":
             with work.watch.aside():
                 show_known(result)
-        if result.name != last:  # the whole page follows that
-            _draw(work, figures=False)
+        if result.name != last and not before:  # the whole page follows the last one
+            results = fresh_results(study, folder)
+            known[:] = draw_early(study, folder, results, verdict_of(study, folder, results), known)
 
     return show

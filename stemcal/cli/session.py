@@ -33,22 +33,18 @@ class Session:
     watch: Watcher
 
     def foresee(self, stage: str | None = None) -> None:
-        """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days.
-
-        The progress bar learns how many runs there will be.
-        """
+        """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days."""
         from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):
             return
         from stemcal.executors.local import LocalExecutor
-        from stemcal.overview.foresight import demand_of_left, left_to_run
+        from stemcal.overview.foresight import demand_of, left_to_run
 
         here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
         left = left_to_run(self.study, self.folder, solver, stage)
-        require_sense(demand_of_left(left, solver), self.executor.workers, here)
-        self.watch.expect({part.stage: (part.rows, len(part.runs)) for part in left})
+        require_sense(demand_of(left, solver), self.executor.workers, here)
 
 
 def read_study(spec: Path) -> Study:

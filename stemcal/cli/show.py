@@ -32,13 +32,13 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
+        from stemcal.stages.verdict.words import opening
         from stemcal.text.results import remarks_of, shown_remarks
-        from stemcal.text.verdict import opening
 
         for remark in shown_remarks(result, verdict.may_hold):
             note(f"note: {remark.sentence}")
         if any(remark.claims for remark in remarks_of(result)) and not verdict.holds:
-            note(f"note: {opening(verdict, Names(result.naming))}")
+            note(f"note: {opening(verdict)}")
     warn_of_runs(result, folder)
     if warn_of_failed(result):
         raise typer.Exit(SOME_RUNS_FAILED)
@@ -69,7 +69,7 @@ def show_run(
     The last part fits on a screen. With `as_json` all stages as JSON. Leaves with exit code 3 if runs failed.
     """
     if as_json:
-        from stemcal.text.verdict import verdict_json
+        from stemcal.stages.verdict.words import verdict_json
 
         stages = {result.name: result.to_json() for result in results.done()}
         judged = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
@@ -87,20 +87,18 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.stages import joint_tables, tables_of
-    from stemcal.report.tables.terminal import spoken, stage_tables
+    from stemcal.report.tables.terminal import spoken
     from stemcal.text.calibration import KNOWN
     from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
     if found is not None and found.joint is not None:
         say_tables(*joint_tables(found, Names(found.naming)))
-    if results.mesh is not None:
-        say(*stage_tables(results.mesh, verdict.holds))
     if found is not None and verdict.holds:
         say(*spoken(found))
     if results.transfer is not None:
         say_tables(*(table for table in tables_of(results.transfer) if not table.detail))
-    warnings = [] if verdict.says("physics") else warned(run_warnings(read_records(results, folder)))
+    warnings = [] if verdict.has("physics") else warned(run_warnings(read_records(results, folder)))
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
     said = [(title, remark) for title, remark in said if remark.kind != KNOWN]
     if quiet:
@@ -113,7 +111,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
     from stemcal.report.tables.terminal import final_tables
-    from stemcal.text.verdict import lines
+    from stemcal.stages.verdict.words import lines
 
     judged = lines(verdict, Names(study.naming))
     taken = sum(height(line) for line in judged) + 3  # an empty line, the page, the prompt

@@ -91,7 +91,7 @@ def simulate(
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
     require_sense(demand_of_one(alone, [at]), 1)
-    if (seconds := seconds_to_prepare(study)) != 0.0 and not quiet:
+    if (seconds := seconds_to_prepare()) != 0.0 and not quiet:
         note(compiling(seconds))
     with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
         watch = live(status, stroke)
@@ -208,7 +208,6 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     numbers.pop("peak_sd", None)
-    phases = {"phase_peaks": list(result.phase_peaks)} if result.phase_peaks else {}
     warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses
@@ -216,7 +215,7 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
         work = work_until(result.history.travel, result.history.force_filtered, result.peak_travel)
         responses = {"maximum_force": result.peak_force, "travel": result.peak_travel, "work": work}
     head = {"test": test, "responses": responses}
-    return {**head, **numbers, **phases, "warnings": warnings}
+    return {**head, **numbers, "warnings": warnings}
 
 
 def write_history(result: CuttingResult, path: Path) -> None:

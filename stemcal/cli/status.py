@@ -65,9 +65,9 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
     """Return how far every stage is, and the verdict."""
     from stemcal.files.rows import Column, Table
     from stemcal.overview.status import status as count
+    from stemcal.stages.verdict.words import verdict_json
     from stemcal.text.names import Names
     from stemcal.text.status import lines
-    from stemcal.text.verdict import verdict_json
 
     found, names = count(study, folder), Names(study.naming)
     if not as_json:

@@ -21,28 +21,23 @@ from stemcal.cutting.parts import (
     Stem,
     Supports,
     Symmetry,
-    Toughness,
     rate_filter,
 )
-from stemcal.cutting.phases import in_phases, mean_over_phases, perturbed
+from stemcal.cutting.phases import in_phases, mean_over_phases, placed
 from stemcal.cutting.result import (
-    THROUGH,
     BreakWatch,
     CuttingResult,
     ForceHistory,
     break_row,
-    cut_through,
     evaluate,
     filter_rows,
     force_history,
-    through_row,
     travel_at,
 )
 from stemcal.cutting.size import MeshSize, mesh_size
 from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [
-    "PARTING_REVISION",
     "REVISION",
     "SHARES",
     "Blade",
@@ -56,12 +51,11 @@ __all__ = [
     "Stem",
     "Supports",
     "Symmetry",
-    "Toughness",
     "build",
     "in_phases",
     "mean_over_phases",
     "mesh_size",
-    "perturbed",
+    "placed",
     "rate_filter",
     "shear",
     "stem_mesh",
@@ -69,8 +63,6 @@ __all__ = [
 
 # Raised whenever a change makes the same test give another force, so that stored runs are not taken for new ones.
 REVISION = 8
-# The same for tests in which the blade parts the stem by toughness.
-PARTING_REVISION = 2
 
 
 def shear(
@@ -96,18 +88,15 @@ def shear(
     breaking = BreakWatch(how.break_drop, filter_rows(test))
     started = time.perf_counter()
 
-    def report(t: float, forces: NDArray[np.float64], deleted: int, parted: float) -> bool:
+    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
         force = scale * float(forces[0, 2])
         if watch is not None:
             watch(travel_at(test, t), force)
-        is_broken = parted >= THROUGH if test.failure else breaking.is_past(force, deleted)
-        return how.stop_after_peak and is_broken
+        return breaking.is_past(force, deleted) and how.stop_after_peak
 
     history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
     curve = force_history(test, history, scale)
-    broken = through_row(curve) if test.failure else break_row(curve.force_filtered, curve.deleted, how.break_drop)
+    broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
-    if test.failure:
-        result = cut_through(result, broken)
     return replace(result, shape=shape_of(model, history, how.symmetry))

@@ -1,7 +1,7 @@
 """The blade and its profile."""
 
 from dataclasses import dataclass
-from math import cos, radians, sin, tan
+from math import radians, tan
 from typing import Literal
 
 
@@ -21,19 +21,6 @@ class Blade:
     edge_radius: float = 0.1
     bevel: Literal["both", "one"] = "both"
     edge_spread: float = 0.0
-
-    def rounding(self, pressure: float, friction: float) -> tuple[float, float]:
-        """Return the force per length of edge (N/mm) that pushes the rounding through, and how wide it parts (mm).
-
-        The material bears on the rounding with a constant pressure p and rubs: with half the edge angle β,
-
-            F = ∫ p (cos θ + μ sin θ) r dθ over |θ| < π/2 − β = 2 r p (cos β + μ (1 − sin β)),
-
-        which for β = 0 is the force on a wire of diameter 2r less the toughness (Kamyab, Chakrabarti and Williams,
-        J. Mater. Sci. 33, 2763-2770, 1998).
-        """
-        r, half = self.edge_radius, radians(0.5 * self.edge_angle)
-        return 2.0 * r * pressure * (cos(half) + friction * (1.0 - sin(half))), 2.0 * r * cos(half)
 
     def outline(self) -> tuple[tuple[float, float], ...]:
         """Return the polygon that, swollen by the edge radius, is the blade; its lowest line is z = 0."""

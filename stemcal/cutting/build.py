@@ -1,13 +1,11 @@
 """From a shear test to its finite element model: mesh, mirror planes, tools."""
 
-from dataclasses import replace
-from math import ceil, exp, pi
+from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.parts import Discretisation, ShearTest, Stem, Symmetry
-from stemcal.fem.cohesive import Cohesion
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder
@@ -27,19 +25,16 @@ def build(test: ShearTest) -> Model:
     """Return the finite element model of a shear test."""
     how = test.discretisation
     mesh = stem_mesh(test.stem, how, rests_at=0.5 * test.supports.clearance + test.supports.fillet_radius)
-    cohesion = _cohesion(test)
     return Model(
         mesh=mesh,
         material=test.material,
         tools=(_blade(test), *_supports(test)),
         contact=test.contact,
-        element=how.element,
         hourglass=how.hourglass,
         integration=how.integration,
-        held=mirrors(mesh, how.symmetry, cohesive=cohesion is not None),
+        held=mirrors(mesh, how.symmetry),
         ghosts=_ghosts(mesh) if how.symmetry == "quarter" else None,
         crowns=crowns(mesh),
-        cohesion=cohesion,
     )
 
 
@@ -149,13 +144,10 @@ def _resting(layers: Array, rests_at: float) -> Array:
     return moved
 
 
-def mirrors(mesh: Mesh, symmetry: Symmetry, cohesive: bool = False) -> NDArray[np.bool_]:
-    """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter).
-
-    What cohesion holds on x = 0 may open.
-    """
+def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
+    """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
     held = np.zeros(mesh.nodes.shape, dtype=bool)
-    if symmetry == "quarter" and not cohesive:
+    if symmetry == "quarter":
         held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
     if symmetry != "none":
         held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
@@ -178,15 +170,6 @@ def crowns(mesh: Mesh) -> Array:
 
 def _blade(test: ShearTest) -> Tool:
     top = 0.5 * test.stem.outer_diameter
-    if test.failure is not None:  # the rounding is in the edge's law (`Blade.rounding`)
-        return Tool(
-            corners=replace(test.blade, edge_radius=0.0).outline(),
-            radius=0.0,
-            height=top + test.loading.gap,
-            speed=-test.loading.speed,
-            edge=0.0,
-            parts=True,
-        )
     return Tool(
         corners=test.blade.outline(),
         radius=test.blade.edge_radius,
@@ -195,20 +178,6 @@ def _blade(test: ShearTest) -> Tool:
         edge=0.0,
         spread=test.blade.edge_spread,
     )
-
-
-def _cohesion(test: ShearTest) -> Cohesion | None:
-    """Return what holds the plane of the cut and what the edge meets there; None where elements fail."""
-    law, contact = test.failure, test.contact
-    if law is None:
-        return None
-    if test.discretisation.symmetry != "quarter" or test.discretisation.edge_over != "nodes":
-        raise ValueError("the plane of the cut opens in a quarter model with its edge over nodes only")
-    rubbing = contact.dynamic_friction + (contact.static_friction - contact.dynamic_friction) * exp(
-        -contact.decay * test.loading.speed
-    )
-    nose, width = test.blade.rounding(test.material.yield_stress, rubbing)
-    return Cohesion(law.strength, law.toughness, nose, width)
 
 
 def _supports(test: ShearTest) -> tuple[Tool, ...]:

@@ -5,8 +5,8 @@ from typing import Literal, Protocol
 
 from stemcal.cutting.blade import Blade
 from stemcal.fem.contact import Contact
-from stemcal.fem.material import Hourglass, Material
-from stemcal.fem.model import ElementKind, Integration
+from stemcal.fem.material import Material
+from stemcal.fem.model import Integration
 
 Symmetry = Literal["none", "half", "quarter"]
 
@@ -49,17 +49,6 @@ class Loading:
 
 
 @dataclass(frozen=True)
-class Toughness:
-    """Failure by cutting: the plane of the cut opens at `strength` (MPa), and parting it takes `toughness` (N/mm).
-
-    1 N/mm is 1 kJ/m². Elements do not fail then.
-    """
-
-    strength: float
-    toughness: float
-
-
-@dataclass(frozen=True)
 class Discretisation:
     """How the stem is meshed and integrated.
 
@@ -81,10 +70,8 @@ class Discretisation:
         Length along the stem of the outermost elements over that of those under the blade; 1 is an even mesh.
     coarsening_around : float
         Width around the stem of the elements at its bottom over that of those under the edge.
-    element : str
-        ``one_point`` or ``full``, see `fem.model.Model`.
-    hourglass, integration : Hourglass, Integration
-        Of the solver.
+    hourglass, integration : float, Integration
+        Of the solver, see `fem.model.Model`.
     filter_window : float
         Width of the moving mean over the force, s.
     break_drop : float
@@ -102,8 +89,7 @@ class Discretisation:
     shift: float = 0.0
     coarsening: float = 1.0
     coarsening_around: float = 1.0
-    element: ElementKind = "one_point"
-    hourglass: Hourglass = field(default_factory=Hourglass)
+    hourglass: float = 0.01
     integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))
     filter_window: float = 0.01
     break_drop: float = 0.5
@@ -124,7 +110,7 @@ class Moved(Protocol):
 
 @dataclass(frozen=True)
 class ShearTest:
-    """Everything that determines one virtual shear test; without `failure` elements fail by their strain."""
+    """Everything that determines one virtual shear test."""
 
     material: Material
     stem: Stem = field(default_factory=Stem)
@@ -133,4 +119,3 @@ class ShearTest:
     loading: Loading = field(default_factory=Loading)
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
     discretisation: Discretisation = field(default_factory=Discretisation)
-    failure: Toughness | None = None

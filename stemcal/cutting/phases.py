@@ -1,7 +1,6 @@
 """The same shear test with the mesh in other places, and what the mean over them says.
 
-Erosion takes away whole elements, so the force depends on where the nodes lie under the edge. Phases sample that
-evenly; a perturbation draws it at random.
+Erosion takes away whole elements, so the force depends on where the nodes lie under the edge.
 """
 
 from collections.abc import Sequence
@@ -16,22 +15,14 @@ from stemcal.cutting.result import CuttingResult
 def in_phases(test: ShearTest, count: int) -> tuple[ShearTest, ...]:
     """Return the test with the mesh shifted along the stem to `count` places; one phase is the test as it is.
 
-    A shift by s elements mirrors one by −s, so the midpoints of `count` equal parts of [0, ½] stand for all. A quarter
-    model cannot be shifted and becomes a half model.
+    A shift by s elements mirrors one by −s, so the midpoints of `count` equal parts of [0, ½] stand for all.
     """
-    if count == 1:
-        return (test,)
-    how = test.discretisation
-    symmetry = "half" if how.symmetry == "quarter" else how.symmetry
-    shifts = (np.arange(count) + 0.5) / (2 * count)
-    return tuple(replace(test, discretisation=replace(how, symmetry=symmetry, shift=float(shift))) for shift in shifts)
+    return (test,) if count == 1 else tuple(placed(test, (i + 0.5) / (2 * count)) for i in range(count))
 
 
-def perturbed(test: ShearTest, seed: int, replicate: int) -> ShearTest:
-    """Return the full model, its mesh turned and shifted by fractions of an element drawn from (seed, replicate)."""
-    turn, shift = np.random.default_rng([seed, replicate]).random(2)
-    how = replace(test.discretisation, symmetry="none", turn=float(turn), shift=float(shift))
-    return replace(test, discretisation=how)
+def placed(test: ShearTest, shift: float) -> ShearTest:
+    """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½."""
+    return replace(test, discretisation=replace(test.discretisation, symmetry="half", shift=shift))
 
 
 def mean_over_phases(results: Sequence[CuttingResult]) -> CuttingResult:

@@ -1,7 +1,7 @@
 """From a solver's history to what a shear test is made for: the force curve, its peak, and whether to trust it."""
 
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from stemcal.cutting.parts import Moved
 from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.fem.history import History
-from stemcal.fem.kernels.nodes import COHESION, EDGE, FRICTION, SURFACE
+from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 from stemcal.note import Note
 from stemcal.run_warnings import (
     MOST_DRIFT,
@@ -34,8 +34,7 @@ class ForceHistory:
 
     Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm. `force` is that on the blade,
     `supports` the filtered one on what carries the stem: they differ by its inertia. `contact` is the sum of what the
-    blade's edge, its flanks, the supports and friction hold back of the blade's work; `cohesion` is what opening the
-    plane of the cut takes, `parted` the share of that plane that is parted.
+    blade's edge, its flanks, the supports and friction hold back of the blade's work.
     """
 
     time: Array
@@ -52,11 +51,9 @@ class ForceHistory:
     contact_supports: Array
     contact_friction: Array
     supports: Array
-    cohesion: Array
     external: Array
     balance: Array
     deleted: NDArray[np.int64]
-    parted: Array
 
 
 @dataclass(frozen=True)
@@ -93,10 +90,6 @@ class CuttingResult:
     break_travel : float or None
         Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond tells of the mesh and of the
         swinging stem rather than of the material. None if it does not break.
-    work_of_cutting : float or None
-        Work of the blade until the stem is parted, or over the stroke, mJ; None where elements fail by their strain.
-    cut_area_percent : float or None
-        How much of the plane of the cut is parted at the end.
     """
 
     peak_force: float
@@ -121,8 +114,6 @@ class CuttingResult:
     break_travel: float | None = None
     stroke_end: End = "fallen"
     shape: Shape | None = None
-    work_of_cutting: float | None = None
-    cut_area_percent: float | None = None
     added_mass_percent: float = 0.0
 
 
@@ -148,17 +139,15 @@ def force_history(test: Moved, history: History, scale: float) -> ForceHistory:
         internal=scale * history.internal,
         hourglass=scale * history.hourglass,
         eroded=scale * history.eroded,
-        contact=scale * (history.contact - history.held[:, COHESION].sum(axis=1)),
+        contact=scale * history.contact,
         contact_edge=scale * history.held[:, EDGE].sum(axis=1),
         contact_flanks=scale * history.held[:, SURFACE, :1].sum(axis=1),
         contact_supports=scale * history.held[:, SURFACE, 1:].sum(axis=1),
         contact_friction=scale * history.held[:, FRICTION].sum(axis=1),
         supports=moving_mean(carried, filter_rows(test)),
-        cohesion=scale * history.held[:, COHESION].sum(axis=1),
         external=scale * history.external,
         balance=scale * history.balance,
         deleted=history.deleted,
-        parted=history.parted,
     )
 
 
@@ -199,23 +188,6 @@ def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | No
     """
     broken = is_broken(force, np.maximum.accumulate(force), deleted, drop)
     return int(np.argmax(broken)) if broken.any() else None
-
-
-# The stem is parted once so much of the plane of the cut is: the rest is a corner of a face that the edge has passed.
-THROUGH = 0.999
-
-
-def through_row(curve: ForceHistory) -> int | None:
-    """Return the first row at which the stem is parted, None if it is not."""
-    through = curve.parted >= THROUGH
-    return int(np.argmax(through)) if through.any() else None
-
-
-def cut_through(result: CuttingResult, through: int | None) -> CuttingResult:
-    """Return a result with the work until the stem is parted, at row `through` if it is, and the parted area."""
-    curve = result.history
-    work = float(curve.external[-1 if through is None else through])
-    return replace(result, work_of_cutting=work, cut_area_percent=100.0 * float(curve.parted[-1]))
 
 
 class BreakWatch:

@@ -6,10 +6,9 @@ from math import floor, inf, pi, sin
 from stemcal.cutting.build import EVEN_SHARE, around_half, pairs_along, through_wall
 from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.mesh import SQUARE, square_of_solid
-from stemcal.fem.model import ElementKind
 
 # What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
-_BYTES: dict[ElementKind, float] = {"one_point": 2900.0, "full": 3800.0}
+_BYTES = 2900.0
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
         inner = 0.25 * SQUARE * stem.outer_diameter
     outer = inner + ring
     volume = length * 0.5 * (outer * outer - inner * inner) * sin(angle)
-    return MeshSize(elements, max(volume, 0.0) ** (1.0 / 3.0), _BYTES[how.element] * elements)
+    return MeshSize(elements, max(volume, 0.0) ** (1.0 / 3.0), _BYTES * elements)
 
 
 def _sum_of_lengths(count: float, coarsening: float) -> float:

@@ -9,7 +9,10 @@ processes belong to one command: when that ends, in whatever way it can still te
 import functools
 import logging
 import pickle
+import socket
+import struct
 import threading
+import time
 import uuid
 import warnings
 from collections.abc import Callable
@@ -29,7 +32,10 @@ logger = logging.getLogger(__name__)
 P = ParamSpec("P")
 T = TypeVar("T")
 
-CONNECT_S = 10.0
+CONNECT_S = 10.0  # for the whole handshake
+USUAL_PORT, DASHBOARD_PORT = 8786, 8787
+_LENGTH = struct.Struct("<Q")
+_MOST_GREETING = 1 << 20  # bytes
 FAREWELL_S = 5.0  # for telling the workers that a command ends
 _LOUD = ("distributed", "tornado", "asyncio", "bokeh")
 _MOST_PROCESSES = 256
@@ -208,10 +214,37 @@ def _connected(address: str) -> Any:
     except ImportError:
         raise UsageError('--executor dask:// needs Dask; install it with `pip install "stemcal[dask]"`') from None
     _quiet()
+    until = time.monotonic() + CONNECT_S
     try:
-        return Client(f"{_scheme()}://{address}", timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError, TypeError, RuntimeError) as error:
+        if _scheme() == "tcp":
+            _require_greeting(address)
+        left = max(0.1, until - time.monotonic())
+        return Client(f"{_scheme()}://{address}", timeout=left, set_as_default=False)
+    except Exception as error:  # what speaks another protocol makes Dask raise all kinds
+        host, _, port = address.rpartition(":")
+        likely = (
+            f"port {DASHBOARD_PORT} is usually the dashboard: write dask://{host}:{USUAL_PORT}"
+            if port == str(DASHBOARD_PORT)
+            else f"start one with `dask scheduler`, whose usual port is {USUAL_PORT}"
+        )
         raise UsageError(
-            f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); "
-            "start one with `dask scheduler` and give its address"
+            f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); {likely}"
         ) from None
+
+
+def _require_greeting(address: str) -> None:
+    """Raise `OSError` unless something greets there as a Dask scheduler does: with the length of its message.
+
+    Dask's own client waits for minutes where a port is silent, and takes another protocol's first bytes for a length.
+    """
+    host, _, port = address.rpartition(":")
+    until = time.monotonic() + CONNECT_S
+    with socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S) as found:
+        greeting = b""
+        while len(greeting) < _LENGTH.size:
+            found.settimeout(max(0.1, until - time.monotonic()))
+            if not (part := found.recv(_LENGTH.size - len(greeting))):
+                raise ConnectionError("the connection was closed")
+            greeting += part
+    if not 0 < _LENGTH.unpack(greeting)[0] < _MOST_GREETING:
+        raise ConnectionError("another program answers")

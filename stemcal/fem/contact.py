@@ -29,8 +29,6 @@ class Tool:
     spread : float
         Distance from the tool within which its edge bears on the surface beside it, mm (`kernels.spread`); 0 leaves the
         edge a line.
-    parts : bool
-        Whether it parts the body on the plane x = 0 (`kernels.cohesive`): its sides meet nodes, its edge that plane.
     faces : bool
         Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`), or
         their nodes alone.
@@ -42,7 +40,6 @@ class Tool:
     speed: float = 0.0
     edge: float | None = None
     spread: float = 0.0
-    parts: bool = False
     faces: bool = False
 
     def __post_init__(self) -> None:
@@ -103,7 +100,6 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         height=np.array([tool.height for tool in tools], dtype=float),
         speed=np.array([tool.speed for tool in tools], dtype=float),
         edge=np.array([tool.edge or 0.0 for tool in tools], dtype=float),
-        parts=np.array([tool.parts for tool in tools], dtype=bool),
         spread=np.array([0.0 if tool.edge is None else tool.spread for tool in tools], dtype=float),
         reach=np.array(
             [_WIDEST * max(reach_beside(tool)) if tool.edge is not None else 0.0 for tool in tools], dtype=float
@@ -130,9 +126,7 @@ def edge_arrays(
 
     They lie symmetric about y = 0 and reach one element past the body.
     """
-    tool = next(
-        (t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0 and not tool.parts), -1
-    )
+    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
     spacing = size / per_face
     first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
     last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
@@ -177,9 +171,7 @@ def spread_edge(
     size : float
         Length of the smallest elements, mm.
     """
-    tool = next(
-        (t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0 and not tool.parts), -1
-    )
+    tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
     a, place = (max(reach_beside(tools[tool])), float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
     sources = np.arange(len(x), dtype=np.int32)
     sources[ghosts[:, 0]] = ghosts[:, 1]

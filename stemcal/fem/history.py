@@ -23,12 +23,9 @@ class History:
     kinetic, internal, hourglass, eroded, external : array (R,)
         Energies. `internal` and `hourglass` are of standing elements, `eroded` what eroded elements and nodes took
         with them, `external` the work of tools and loads.
-    held : array (R, 4, T)
+    held : array (R, 3, T)
         What of that work contact holds or has turned into heat: the surface of each tool by penalty springs and
-        damping, its edge, the friction of both, and the cohesion of the plane that it parts. No share of it can be
-        negative but by numerical error.
-    parted : array (R,)
-        Share of the plane of the cut that is parted.
+        damping, its edge, and the friction of both. No share of it can be negative but by numerical error.
     deleted : array (R,)
         Eroded elements.
     steps : int
@@ -52,7 +49,6 @@ class History:
     eroded: Array
     external: Array
     held: Array
-    parted: Array
     deleted: NDArray[np.int64]
     steps: int
     x: Array

@@ -6,9 +6,6 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stemcal.fem.kernels.element import MaterialNumbers
 
 RateLaw = Literal["paper", "cowper_symonds"]
@@ -16,7 +13,8 @@ RateLaw = Literal["paper", "cowper_symonds"]
 # The exponent that each law puts on ε̇/C, given the parameter P.
 RATE_EXPONENTS = {"paper": lambda p: p, "cowper_symonds": lambda p: 1.0 / p}
 
-# Stiffness against an hourglass pattern, as a share of (λ+2μ) V^⅓, at coefficient 1.
+# Stiffness a against each hourglass pattern Γ = ±1 of the corners, as a share of (λ+2μ) V^⅓, at coefficient 1: as
+# OpenRadioss takes the coefficient of LS-DYNA's types 4 and 5 (its routine s_hg5). At 0.55 it is a cube's own bending.
 HOURGLASS_SHARE = 0.038
 
 
@@ -43,8 +41,6 @@ class Material:
     rate_filter : float
         Time over which the plastic strain rate is smoothed before it enters the law, s. With 0 the rate is that of each
         step by itself, in which every vibration counts.
-    failure_length : float or None
-        Element length at which the failure strain is meant, mm; None applies it to every element as it is.
     internal_length : float
         ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the failure
         strain, mm; 0 takes each element by itself. See `kernels.erosion`.
@@ -61,21 +57,12 @@ class Material:
     failure_strain: float = inf
     rate_law: RateLaw = "cowper_symonds"
     rate_filter: float = 0.0
-    failure_length: float | None = None
     internal_length: float = 0.0
 
-    def failure_strains(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the failure strain of elements of given lengths (mm).
-
-        With a failure length l₀ it is failure_strain · l₀/l, so that a row of failing elements takes the same energy
-        per area of crack whatever their size (crack band, Bažant and Oh, Matériaux et Constructions 16, 1983).
-        With an internal length no element fails by its own strain.
-        """
-        if self.internal_length > 0.0:
-            return np.full_like(lengths, inf)
-        if self.failure_length is None:
-            return np.full_like(lengths, self.failure_strain)
-        return np.asarray(self.failure_strain * self.failure_length / lengths)
+    @property
+    def own_failure_strain(self) -> float:
+        """The strain of its own at which an element fails: none with an internal length, whose means decide."""
+        return inf if self.internal_length > 0.0 else self.failure_strain
 
     @property
     def bulk_modulus(self) -> float:
@@ -102,7 +89,7 @@ class Material:
         """Eₚ = E E_t / (E − E_t), MPa."""
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)
 
-    def numbers(self, mass_scaling: float, hourglass: Hourglass, viscosity: BulkViscosity) -> MaterialNumbers:
+    def numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> MaterialNumbers:
         """Return what the kernels need, with the density scaled."""
         density = mass_scaling * self.density
         return MaterialNumbers(
@@ -118,21 +105,7 @@ class Material:
             sound_speed=sqrt(self.p_wave_modulus / density),
             viscosity_linear=viscosity.linear,
             viscosity_quadratic=viscosity.quadratic,
-            hourglass_memory=1.0 if hourglass.form == "stiffness" else 0.0,
         )
-
-
-@dataclass(frozen=True)
-class Hourglass:
-    """Resistance to the hourglass modes: a Γ·u or a Γ·u̇ along each pattern Γ = ±1 of the corners.
-
-    ``stiffness``: a = 0.038 · coefficient · (λ+2μ) V^⅓, as OpenRadioss takes the coefficient of LS-DYNA's types 4
-    and 5 (its routine s_hg5); 0.55 is what a cube's own bending would resist with where ν = 0.
-    ``viscous``: a = coefficient · ρ c V^⅔ / 4, LS-DYNA's type 1.
-    """
-
-    form: Literal["stiffness", "viscous"] = "stiffness"
-    coefficient: float = 0.01
 
 
 @dataclass(frozen=True)

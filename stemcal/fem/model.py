@@ -6,9 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.cohesive import Cohesion
 from stemcal.fem.contact import Contact, Tool
-from stemcal.fem.material import BulkViscosity, Hourglass, Material
+from stemcal.fem.material import BulkViscosity, Material
 from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]
@@ -34,8 +33,9 @@ class Integration:
     threads : int
         Cores for this one model; worth it from some ten thousand elements on. The result does not depend on it.
     precision : str
-        ``mixed`` works out strains, stresses and hourglass forces of one-point elements in single precision, relative
-        to each element's first corner; positions, velocities, forces and sums of energy stay in double precision.
+        ``mixed`` works out strains, stresses and hourglass forces of elements in single precision, relative to each
+        element's first corner; positions, velocities, forces and sums of energy stay in double precision. ``double``
+        is for comparison with known answers; studies are always computed with ``mixed``.
     """
 
     mass_scaling: float = 1.0
@@ -44,9 +44,6 @@ class Integration:
     threads: int = 1
     time_step: float | None = None
     precision: Precision = "double"
-
-
-ElementKind = Literal["one_point", "full"]
 
 
 @dataclass(frozen=True)
@@ -59,8 +56,8 @@ class Model:
         The deformable body.
     tools, contact : tuple of Tool, Contact
         Rigid tools around it and the law between them and it.
-    element : str
-        ``one_point`` with hourglass control, or ``full``, the eight-point reference.
+    hourglass : float
+        Coefficient of the stiffness against the hourglass modes (`material.HOURGLASS_SHARE`).
     held : array of bool (N, 3), optional
         Components that do not follow forces; they move with `velocity`, or stand still.
     velocity : array (N, 3), optional
@@ -72,8 +69,6 @@ class Model:
         that holds ghosts counts half in the energies.
     crowns : array (E, 6), optional
         How far the true surface bulges over the middle of each face along a spread edge, mm.
-    cohesion : Cohesion, optional
-        What holds the plane x = 0 together, on which a tool parts the body; components along x must not be held there.
     settling : float
         Share of what velocities differ by from those at the start that is taken from them at every output, so that a
         slow loading does not swing; its energy counts as lost with eroded nodes.
@@ -83,8 +78,7 @@ class Model:
     material: Material
     tools: tuple[Tool, ...] = ()
     contact: Contact = field(default_factory=Contact)
-    element: ElementKind = "one_point"
-    hourglass: Hourglass = field(default_factory=Hourglass)
+    hourglass: float = 0.01
     viscosity: BulkViscosity = field(default_factory=BulkViscosity)
     integration: Integration = field(default_factory=Integration)
     held: NDArray[np.bool_] | None = None
@@ -92,5 +86,4 @@ class Model:
     loads: Array | None = None
     ghosts: NDArray[np.int32] | None = None
     crowns: Array | None = None
-    cohesion: Cohesion | None = None
     settling: float = 0.0

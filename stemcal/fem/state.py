@@ -9,20 +9,17 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.fem.averaging import exchange
-from stemcal.fem.cohesive import cut_plane
 from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
-from stemcal.fem.kernels.cohesive import CutPlane
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
 from stemcal.fem.kernels.erosion import Exchange
-from stemcal.fem.kernels.full import POINT_RATE_FACTOR, POINT_ROWS
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
+from stemcal.fem.kernels.precision import RUN
 from stemcal.fem.kernels.search import Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
-from stemcal.fem.kernels.vectors import RUN
 from stemcal.fem.lanes import Lanes, lay_out, nodal, nodal_zeros
 from stemcal.fem.material import HOURGLASS_SHARE
 from stemcal.fem.mesh import Mesh
@@ -47,7 +44,6 @@ class State:
     tools: ToolArrays
     edge: EdgeArrays
     spread: SpreadEdge
-    cut: CutPlane
     candidates: Candidates
     exchange: Exchange
     lanes: Lanes
@@ -61,8 +57,8 @@ class State:
     def parts(self) -> tuple[Any, ...]:
         """Return the arguments of `kernels.march.march` after the time."""
         return (
-            self.body, self.topology, self.tools, self.edge, self.spread, self.cut, self.candidates, self.exchange,
-            self.clock, self.ledger, self.material, self.friction, self.settings,
+            self.body, self.topology, self.tools, self.edge, self.spread, self.candidates, self.exchange, self.clock,
+            self.ledger, self.material, self.friction, self.settings,
         )  # fmt: skip
 
 
@@ -70,15 +66,13 @@ def start(model: Model) -> State:
     """Return the state of a model at time 0."""
     lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes))
     topology = model.mesh.topology(model.crowns, lanes.slots)
-    numbers = model.material.numbers(model.integration.mass_scaling, model.hourglass, model.viscosity)
+    numbers = model.material.numbers(model.integration.mass_scaling, model.viscosity)
     material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
     volumes, shares = model.mesh.volumes(), element_shares(model)
     body = _body(model, material, lanes, topology, volumes)
     tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
     size = float(np.cbrt(np.median(volumes)))
-    first, _, volume = stable_step(
-        body, topology.slots, model.material.lame_modulus, model.material.shear_modulus, material.hourglass_memory
-    )
+    first, _, volume = stable_step(body, topology.slots, model.material.lame_modulus, model.material.shear_modulus)
     if not volume > 0.0:
         raise SimulationFailed("inverted", "the mesh has an element without volume at the start")
     return State(
@@ -87,7 +81,6 @@ def start(model: Model) -> State:
         tools=tools,
         edge=edge_arrays(model.tools, body.x, size),
         spread=spread_edge(model.tools, body.x, body.ghosts, model.mesh.hexes, float(np.cbrt(volumes.min()))),
-        cut=cut_plane(model.cohesion, model.tools, model.mesh, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes), len(tools.skin)),
         exchange=exchange(
             model.mesh,
@@ -135,9 +128,8 @@ def scratch_like(state: Array) -> Array:
 
 
 def _precision(model: Model) -> np.dtype[Any]:
-    """Return the precision of the elements' state; fully integrated ones have no other than double."""
-    single = model.integration.precision == "mixed" and model.element == "one_point"
-    return np.dtype(np.float32 if single else np.float64)
+    """Return the precision of the elements' state."""
+    return np.dtype(np.float32 if model.integration.precision == "mixed" else np.float64)
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
@@ -186,7 +178,6 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         scratch=scratch_like(element_state),
         element_mass=element_mass,
         ghosts=ghosts,
-        points=_points(model),
     )
     see(body)
     return body
@@ -218,9 +209,7 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array, topol
     if how.time_step is None:
         return mass
     law = model.material
-    steps = how.safety * element_steps(
-        topology, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus, material.hourglass_memory
-    )
+    steps = how.safety * element_steps(topology, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus)
     return np.asarray(mass * np.maximum(1.0, how.time_step / steps) ** 2)
 
 
@@ -230,8 +219,8 @@ def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volume
     state[:, block.ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, block.RATE_FACTOR] = 1.0
     state[:, block.VISCOUS_LENGTH] = lanes.spread(length, 1.0)
-    state[:, block.FAILURE_STRAIN] = lanes.spread(model.material.failure_strains(length), 1.0)
-    state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, material, length), 0.0)
+    state[:, block.FAILURE_STRAIN] = lanes.spread(np.full_like(length, model.material.own_failure_strain), 1.0)
+    state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, length), 0.0)
     return state
 
 
@@ -246,21 +235,9 @@ def element_shares(model: Model) -> Array:
     return np.where(ghost[model.mesh.hexes].any(axis=1), 0.5, 1.0)
 
 
-def _points(model: Model) -> Array:
-    """Return the state of the integration points of fully integrated elements, none for one-point ones."""
-    count = len(model.mesh.hexes) if model.element == "full" else 0
-    points = np.zeros((count, 8, POINT_ROWS))
-    points[:, :, POINT_RATE_FACTOR] = 1.0
-    return points
-
-
-def hourglass_stiffness(model: Model, material: MaterialNumbers, length: Array) -> Array:
-    """Return the resistance a of elements to a modal sum Γ·u (see `Hourglass`): N/mm, or N s/mm if viscous."""
-    if model.hourglass.form == "viscous":
-        a = material.density * material.sound_speed * length**2 / 4.0
-    else:
-        a = HOURGLASS_SHARE * model.material.p_wave_modulus * length
-    return np.asarray(model.hourglass.coefficient * a)
+def hourglass_stiffness(model: Model, length: Array) -> Array:
+    """Return the resistance a of elements to a modal sum Γ·u, N/mm: a = 0.038 · hourglass · (λ+2μ) V^⅓."""
+    return np.asarray(model.hourglass * (HOURGLASS_SHARE * model.material.p_wave_modulus * length))
 
 
 def _candidates(tools: int, nodes: int, elements: int, skin: int) -> Candidates:

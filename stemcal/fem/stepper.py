@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
-from stemcal.fem.cohesive import parted_share
 from stemcal.fem.history import History
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, INVERTED, NOT_FINITE, REACHED
@@ -18,7 +17,7 @@ from stemcal.fem.state import State, element_shares, start
 from stemcal.fem.threads import March, Marching
 
 Array = NDArray[np.float64]
-Watch = Callable[[float, Array, int, float], bool | None]
+Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
 _STRIDE = 1_000_000  # steps times elements between two looks at what else is asked of this process
 _LEAST = 1e-300  # s, until the first step is known
@@ -30,8 +29,8 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
     Parameters
     ----------
     watch : callable, optional
-        Called after every output with the time, the mean tool forces (T, 3) of the interval, the number of eroded
-        elements and the parted share of the plane of the cut; the simulation ends there if it returns True.
+        Called after every output with the time, the mean tool forces (T, 3) of the interval and the number of eroded
+        elements; the simulation ends there if it returns True.
     inspect : callable, optional
         Called at the start and after every output with the time and the whole state, to look at, not to change:
         `frames.FrameWriter` is one.
@@ -46,12 +45,12 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
     rows = [_row(state, np.zeros_like(state.ledger.impulse), np.inf)]
     if inspect is not None:
         inspect(0.0, state)
-    with _march_of(model, state) as advance:
+    with Marching(state, model.integration.threads) as advance:
         for row in _rows(state, _in_strides(advance, state), outputs):
             rows.append(row)
             if inspect is not None:
                 inspect(row["time"], state)
-            if watch is not None and watch(row["time"], row["force"], row["deleted"], row["parted"]):
+            if watch is not None and watch(row["time"], row["force"], row["deleted"]):
                 break
             if model.settling > 0.0:
                 _settle(model, state)
@@ -69,7 +68,7 @@ def pace(model: Model, seconds: float) -> tuple[float, float]:
         As `simulate` does.
     """
     state = start(model)
-    with _march_of(model, state) as advance:
+    with Marching(state, model.integration.threads) as advance:
         _check(advance(_LEAST, state), state)  # the first step lists what may meet the tools, few others do
         begun, spent, many = time.process_time(), 0.0, max(1, _STRIDE // len(state.topology.hexes))
         ends = time.perf_counter() + 4.0 * seconds
@@ -77,11 +76,6 @@ def pace(model: Model, seconds: float) -> tuple[float, float]:
             _check(advance(float(state.clock.time[0] + many * state.clock.step[0]), state), state)
             spent = time.process_time() - begun
     return spent / model.integration.threads / (int(state.clock.steps[0]) - 1), float(state.clock.step[0])
-
-
-def _march_of(model: Model, state: State) -> Marching:
-    """Return what advances the state; fully integrated elements are for one thread."""
-    return Marching(state, 1 if model.element == "full" else model.integration.threads)
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:
@@ -157,7 +151,6 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
         "eroded": float(internal[~alive].sum() + hourglass[~alive].sum() + ledger.lost_kinetic[0]),
         "external": float(ledger.external_work[0]),
         "held": ledger.held.reshape(KINDS, -1).copy(),
-        "parted": parted_share(state.cut),
         "deleted": int((~state.topology.standing).sum()),
     }
 

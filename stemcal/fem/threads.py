@@ -17,7 +17,6 @@ import numpy as np
 
 from stemcal.fem.kernels.march import GOING_ON, Share, Team, march
 from stemcal.fem.kernels.nodes import CHUNK
-from stemcal.fem.kernels.vectors import PLAIN
 from stemcal.fem.state import State, scratch_like
 
 March = Callable[[float, State], int]
@@ -27,7 +26,6 @@ class Marching:
     """Marches a state with `count` threads; a context manager."""
 
     def __init__(self, state: State, count: int) -> None:
-        count = 1 if PLAIN else count
         self._team, self._shares = team_of(count), shares_of(state, count)
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
         self._begin = Barrier(count)

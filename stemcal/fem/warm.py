@@ -24,7 +24,7 @@ from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.kernels.nodes import kick_and_drift
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
-from stemcal.fem.model import Integration, Model, Precision
+from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 from stemcal.fem.threads import shares_of
@@ -39,23 +39,23 @@ _TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has starte
 
 
 @functools.cache
-def warm(precision: Precision = "double") -> None:
+def warm() -> None:
     """Load every kernel of a simulation, compiled before if no cache has it; once in a process.
 
     A damaged cache entry makes numba raise all kinds of exceptions, so any failure empties the cache and tries once
     more; the second failure is real.
     """
-    compile_once(precision)
+    compile_once()
     try:
-        _load(precision)
+        _load()
     except Exception:
         _empty_cache()
-        compile_once(precision)
-        _load(precision)
+        compile_once()
+        _load()
     sweep(CACHE)
 
 
-def compile_once(precision: Precision = "double") -> None:
+def compile_once() -> None:
     """Compile every kernel of a simulation into the cache, if it is not there.
 
     Of several processes with one cache, the first compiles and the others wait for it. It does so in a process of its
@@ -63,17 +63,17 @@ def compile_once(precision: Precision = "double") -> None:
     done here, and interrupts wait.
     """
     _tell_of_spare()
-    with _one_at_a_time(_mark(precision)):
-        if is_compiled(precision) or _compiled_elsewhere(precision):
+    with _one_at_a_time(_mark()):
+        if is_compiled() or _compiled_elsewhere():
             return
         _empty_cache()  # there may be damaged entries of a compilation that was broken off
-        if not _compiled_elsewhere(precision):
-            _load(precision)
+        if not _compiled_elsewhere():
+            _load()
 
 
-def _load(precision: Precision) -> None:
+def _load() -> None:
     with put_off():  # in the middle of LLVM's code an exception may have memory freed twice
-        _smallest_simulation(precision)
+        _smallest_simulation()
 
 
 def _empty_cache() -> None:
@@ -117,9 +117,9 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
         lock.release()
 
 
-def is_compiled(precision: Precision = "double") -> bool:
+def is_compiled() -> bool:
     """Tell whether the cache has every kernel for this machine, as far as one can tell without loading them."""
-    return _mark(precision).exists()
+    return _mark().exists()
 
 
 def seconds_to_compile() -> float | None:
@@ -131,8 +131,8 @@ def seconds_to_compile() -> float | None:
     return max(known)[1] if known else None
 
 
-def _mark(precision: Precision) -> Path:
-    return CACHE / f"complete-{_machine()}-{precision}"
+def _mark() -> Path:
+    return CACHE / f"complete-{_machine()}"
 
 
 def _machine() -> str:
@@ -149,10 +149,10 @@ def sweep(cache: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _compiled_elsewhere(precision: Precision) -> bool:
+def _compiled_elsewhere() -> bool:
     """Compile in a process of its own; tell whether that came to its end."""
     try:
-        with _calling(compile_all, precision):
+        with _calling(compile_all):
             pass
     except Exception as error:
         logger.debug("compiling in another process failed", exc_info=error)
@@ -161,11 +161,11 @@ def _compiled_elsewhere(precision: Precision) -> bool:
 
 
 @contextmanager
-def _calling(function: Callable[[Precision], None], precision: Precision) -> Iterator[None]:
+def _calling(function: Callable[[], None]) -> Iterator[None]:
     """Have a function called by a process of its own and wait for it at the end of the block."""
     child = Child()
     try:
-        child.tell(pickle.dumps((function, (precision,), {})))
+        child.tell(pickle.dumps((function, (), {})))
         yield
         _, error = child.answer()
         if error is not None:
@@ -175,25 +175,25 @@ def _calling(function: Callable[[Precision], None], precision: Precision) -> Ite
         child.kill()
 
 
-def compile_all(precision: Precision) -> None:
+def compile_all() -> None:
     """Compile what a step calls, contact in a second process beside this one, and then what calls all that."""
-    with _calling(compile_contact, precision):
-        state = start(_smallest_model(precision))
+    with _calling(compile_contact):
+        state = start(smallest_model())
         body, topology, clock = state.body, state.topology, state.clock
-        _compile(march.add_forces_inside, shares_of(state, 1)[0], body, topology, clock, state.material)
+        _compile(march.add_forces_inside, shares_of(state, 1)[0], body, clock, state.material)
         _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
-        _compile(march.renew_time_step, body, topology, clock, state.material, state.settings)
+        _compile(march.renew_time_step, body, topology, clock, state.settings)
         _compile(march.kick_by_contact, 0.0, body, state.tools, clock, state.ledger)
         _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
         _compile(march.finish_step, body, state.tools, clock, state.ledger)
-    _smallest_simulation(precision)
+    _smallest_simulation()
 
 
-def compile_contact(precision: Precision) -> None:
+def compile_contact() -> None:
     """Compile what meets the tools."""
-    state = start(_smallest_model(precision))
+    state = start(smallest_model())
     _compile(
-        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread, state.cut,
+        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread,
         state.candidates, state.clock, state.ledger, state.friction, state.settings,
     )  # fmt: skip
 
@@ -203,17 +203,17 @@ def _compile(kernel: Any, *arguments: Any) -> None:
     kernel.compile(tuple(map(typeof, arguments)))
 
 
-def _smallest_simulation(precision: Precision) -> None:
+def _smallest_simulation() -> None:
     """Take a few steps of the smallest model."""
-    simulate(_smallest_model(precision), 1.0e-6)
+    simulate(smallest_model(), 1.0e-6)
 
 
-def _smallest_model(precision: Precision) -> Model:
+def smallest_model() -> Model:
     """Return one element with an edge pressed into it."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     return Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
-        integration=Integration(outputs=1, precision=precision),
+        integration=Integration(outputs=1, precision="mixed"),
     )

@@ -29,23 +29,40 @@ def write_durably(path: Path, text: str) -> None:
     Raises
     ------
     StemcalError
-        If the disk is full or fails; the file that was there before is then untouched.
+        If it cannot be written; a file that was there before is then unchanged.
     """
     temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_counter)}.tmp")
     try:
         with temporary.open("xb") as file:
-            file.write(text.encode("utf-8"))
+            file.write(text.encode("utf-8", "surrogateescape"))  # names of files that are not UTF-8
             file.flush()
             os.fsync(file.fileno())
         _replace(temporary, path)
         _flush_folder(path.parent)
     except OSError as error:
-        raise StemcalError(
-            f"{path}: {error.strerror or error}; nothing is lost, make room or mend the disk and run again"
-        ) from error
+        raise StemcalError(f"{path}: {what_happened(error)}") from error
     finally:
         with suppress(OSError):
             temporary.unlink()  # gone already unless something failed
+
+
+_REMEDIES = {
+    errno.ENOSPC: "make room; the same command then resumes with the finished runs",
+    getattr(errno, "EDQUOT", errno.ENOSPC): "make room; the same command then resumes with the finished runs",
+    errno.EROFS: "make it writable or choose another place with --out",
+    errno.EACCES: "make it writable or choose another place with --out",
+    errno.ENOENT: "its folder was deleted or moved, and what was in it is not there; the same command makes it again",
+}
+
+
+def what_happened(error: OSError) -> str:
+    """Return what the system reports, and what to do.
+
+    >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
+    'Read-only file system; make it writable or choose another place with --out'
+    """
+    remedy = _REMEDIES.get(error.errno or 0, "correct that; the same command then resumes with the finished runs")
+    return f"{error.strerror or error}; {remedy}"
 
 
 def remove_leftovers(*folders: Path) -> None:

@@ -277,7 +277,7 @@ class StudyFolder:
     def remembered_spec(self) -> Path | None:
         """Return the place of the spec, None if it is unknown."""
         try:
-            return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode().strip())
+            return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode("utf-8", "surrogateescape").strip())
         except OSError:
             return None
 

@@ -1,16 +1,16 @@
-"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests, shear.
+"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests.
 
 Each kind has its own module; mesh, contact, integration, curve and doubts are those of the virtual shear test.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting import ShearTest, mean_over_phases, shear
+from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
 from stemcal.cutting.result import (
@@ -27,7 +27,6 @@ from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import build, rounded
-from stemcal.laboratory.double_shear import DoubleShear
 from stemcal.laboratory.parts import Kind, LaboratoryTest
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.laboratory.result import Gauges, LaboratoryResult, curve_responses, responses_of, secant
@@ -38,7 +37,6 @@ from stemcal.run_warnings import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maxim
 __all__ = [
     "REVISION",
     "Axial",
-    "DoubleShear",
     "Kind",
     "LaboratoryResult",
     "LaboratoryTest",
@@ -72,7 +70,7 @@ def perform(
         if inspect is not None:
             inspect(t, state)
 
-    def report(t: float, forces: NDArray[np.float64], deleted: int, _parted: float) -> bool:
+    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
         step = test.loading.duration / how.integration.outputs
         driven = (worked[-1] - worked[-2]) / (test.loading.speed * step)
         force = scale * (float(forces[0, 2]) if len(forces) else driven)
@@ -84,10 +82,9 @@ def perform(
     wall = time.perf_counter() - started
     curve = force_history(test, history, scale)
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
-    deflection = np.array(gauges.deflection) if gauges.deflection else None
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
-    responses, r2 = responses_of(test, curve, deflection, result, broken)
+    responses, r2 = responses_of(curve, result, broken)
     shape = shape_of(model, history, how.symmetry)
     warnings = _of_tests(result) + _buckling(gauges, curve)
     more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}
@@ -102,17 +99,15 @@ def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[Note, ...]:
 
 
 def cut(
-    tests: Sequence[ShearTest], watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
+    test: ShearTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
 ) -> LaboratoryResult:
-    """Run a virtual shear test in each of its mesh phases as one of the laboratory's; the rest as in `perform`.
+    """Run a virtual shear test as one of the laboratory's; the rest as in `perform`.
 
-    Its responses, means over the phases, are those that the give of the contact, a matter of the mesh, does not decide.
+    Its responses are those that the give of the contact, a matter of the mesh, does not decide.
     """
-    results = [shear(tests[0], watch, inspect), *(shear(test, watch) for test in tests[1:])]
-    result = mean_over_phases(results)
-    ends = [(one.history, one.history.travel < (one.break_travel or np.inf)) for one in results]
-    each = [curve_responses(curve.travel[whole], curve.force_filtered[whole], None) for curve, whole in ends]
-    responses = {name: float(np.mean([told[name] for told in each])) for name in each[0]}
+    result = shear(test, watch, inspect)
+    curve, whole = result.history, result.history.travel < (result.break_travel or np.inf)
+    responses = curve_responses(curve.travel[whole], curve.force_filtered[whole], None)
     return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result)})
 
 

@@ -64,6 +64,3 @@ class Axial:
         rate = loading.speed / stem.length * (1.0 if self.sense == "tension" else -1.0)
         across = -poisson_ratio if self.ends == "lubricated" else 0.0
         return np.asarray(rate * mesh.nodes * [1.0, across, across])
-
-    def deflection_layers(self, stem: Stem) -> None:
-        """Return None: the axis stays straight."""

@@ -36,7 +36,6 @@ def build(test: LaboratoryTest) -> Model:
         material=test.material,
         tools=test.kind.tools(stem, test.loading, both_sides=how.symmetry != "quarter"),
         contact=replace(test.contact, penalty=max(_PENALTY, test.contact.penalty)),
-        element=how.element,
         hourglass=how.hourglass,
         integration=integration(test),
         held=held,
@@ -50,17 +49,13 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     """Return the test with its stem so much wider that the mesh has the section of the round one.
 
     A polygon in the circle has less, and one point in the centre of an element misses how zᵐ varies over it: with
-    elements of d/12 an area is 0.5 % short, a second moment 1.4 %. Full elements have points at 1/√3 of the way to
-    their corners.
+    elements of d/12 an area is 0.5 % short, a second moment 1.4 %.
     """
     moment, how, stem = test.kind.MOMENT, test.discretisation, test.stem
     if moment is None:
         return thickened(test)
     mesh = test.kind.mesh(stem, how)
-    corners = mesh.nodes[mesh.hexes][:, :, 2]
-    away = 0.0 if how.element == "one_point" else 3.0**-0.5
-    points = _centres(mesh)[:, None] + away * (corners - corners.mean(axis=1, keepdims=True))
-    meshed = float(mesh.volumes() @ (points**moment).mean(axis=1)) / (SHARES[how.symmetry] * stem.length)
+    meshed = float(mesh.volumes() @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     whole = pi * (outer ** (moment + 2) - inner ** (moment + 2)) / (1.0 if moment == 0 else 4.0)
     wider = (whole / meshed) ** (1.0 / (moment + 2))
@@ -84,7 +79,7 @@ def thickened(test: LaboratoryTest) -> LaboratoryTest:
     """
     how, stem = test.discretisation, test.stem
     layers = through_wall(stem, how)
-    if how.element != "one_point" or stem.diameter_ratio == 0.0 or layers < _FEWEST_LAYERS:
+    if stem.diameter_ratio == 0.0 or layers < _FEWEST_LAYERS:
         return test
     middle = 0.5 * (1.0 + stem.diameter_ratio)
     half_wall = (1.0 - middle) * (1.0 - layers**-2.0) ** (-1.0 / 3.0)

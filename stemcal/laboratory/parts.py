@@ -47,9 +47,6 @@ class Kind(Protocol):
         They are those of the slow motion to come, so that nothing swings.
         """
 
-    def deflection_layers(self, stem: Stem) -> tuple[float, float] | None:
-        """Return x of the sections whose difference in height is the deflection of the axis; None if it has none."""
-
 
 @dataclass(frozen=True)
 class LaboratoryTest:
@@ -59,10 +56,6 @@ class LaboratoryTest:
     ----------
     kind : Kind
         What is done to the piece.
-    secant : tuple of float
-        Shares of the maximum force between which the slope is taken.
-    deflection : float or None
-        Travel at which the force is asked for, mm.
     """
 
     kind: Kind
@@ -71,14 +64,12 @@ class LaboratoryTest:
     loading: Loading
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
     discretisation: Discretisation = field(default_factory=lambda: Discretisation(edge_over="nodes"))
-    secant: tuple[float, float] = (0.2, 0.5)
-    deflection: float | None = None
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
     """Return the discretisation with three elements at least through a wall, unless it says how many.
 
-    With one, thin walls wrinkled at three quarters of the travel, and in double shear were softer by 30 %.
+    With one, thin walls wrinkled at three quarters of the travel.
     """
     if how.through_wall or not stem.diameter_ratio:
         return how

@@ -57,6 +57,3 @@ class RadialCompression:
         """Return the velocities of an even squeeze, the lower plate at rest: ż = −v (z + R)/2R."""
         down = 0.5 + mesh.nodes[:, 2] / stem.outer_diameter
         return np.asarray(-loading.speed * down[:, None] * [0.0, 0.0, 1.0])
-
-    def deflection_layers(self, stem: Stem) -> None:
-        """Return None: there is no axis that bends."""

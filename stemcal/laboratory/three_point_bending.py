@@ -55,7 +55,3 @@ class ThreePointBending:
         down = 1.0 - 0.5 * (3.0 * inside**2 - inside**3) - 1.5 * (xi - inside)
         slope = np.sign(x) * (-0.5 * (6.0 * inside - 3.0 * inside**2)) / half
         return loading.speed * np.stack([z * slope, np.zeros_like(x), -down], axis=1)
-
-    def deflection_layers(self, stem: Stem) -> tuple[float, float]:
-        """Return the middle and a support."""
-        return 0.0, 0.5 * self.span

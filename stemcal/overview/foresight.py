@@ -23,37 +23,23 @@ class Demand:
     memory: float
 
 
-@dataclass(frozen=True)
-class Left:
-    """What a stage has still to compute: of so many rows of its design these runs, as far as is known now."""
-
-    stage: str
-    rows: int
-    runs: tuple[Request, ...]
-
-
-def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> list[Left]:
-    """Return what is left of all stages or of one; one that decides its runs one by one counts with one of them."""
+def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> list[Request]:
+    """Return the runs left of all stages or of one; one that decides its runs one by one counts with one of them."""
     wanted = [part for part in asked(study, solver, folder) if stage in (None, part.stage)]
     if stage is not None and not wanted:
-        return [Left(stage, 1, (Request(stage, 0, study.midlevels(), study.targets.calibrate_at),))]
-    return [Left(part.stage, len(part.requests), tuple(missing(part, study, solver, folder))) for part in wanted]
+        return [Request(stage, 0, study.midlevels(), study.targets.calibrate_at)]
+    return [run for part in wanted for run in missing(part, study, solver, folder)]
 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
     if not isinstance(study.solver, EmbeddedSolver):
         return Demand(0, 0.0, 0.0)
-    each = [_demand([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
+    each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
 
 
-def demand_of_left(left: Iterable[Left], solver: Solver) -> Demand:
-    """Return what all that is left of some stages takes."""
-    return _demand([run for part in left for run in part.runs], solver)
-
-
-def _demand(requests: Iterable[Request], solver: Solver) -> Demand:
+def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
     """Return what these runs take; nothing where the solver cannot say."""
     if isinstance(solver, Immediate) or not isinstance(solver, Estimating | Weighing):
         return Demand(0, 0.0, 0.0)

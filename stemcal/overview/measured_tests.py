@@ -94,7 +94,7 @@ def _folder_of(name: str, folders: Sequence[Path]) -> Path | None:
 
 def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:
     """Return the mean of each response that the test's targets have, else of what such a test usually tells."""
-    wanted = test.measured or (*test.told, *(["force_at_deflection"] if test.deflection else []))
+    wanted = test.measured or test.told
     found = []
     for grade in read.grades:
         pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]
@@ -110,7 +110,7 @@ def _responses(test: LaboratorySection, piece: TestedSpecimen, drop: float) -> d
     """Return what the curve of one piece tells until it breaks."""
     end = break_at(piece.curve.force, drop)
     travel, force = piece.curve.travel[:end], piece.curve.force[:end]
-    return curve_responses(travel, force, secant(travel, force, test.secant), test.deflection)
+    return curve_responses(travel, force, secant(travel, force))
 
 
 def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:

@@ -80,14 +80,6 @@ class InAnotherProgram(Note):
     seconds: float | None = None
 
 
-class OtherMeshes(Note):
-    """The solution is simulated at so many places of the mesh, with so many element sizes, at so many conditions."""
-
-    places: int
-    sizes: int
-    conditions: int
-
-
 class CannotEstimate(Note):
     """The runs of a design cannot estimate these terms of its model."""
 
@@ -180,8 +172,7 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
     each = [cost(Request("refine", 0, study.midlevels(), condition, True)) for condition in conditions]
     climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
     refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine is not None else []
-    places = [each * (study.mesh.phases + 2 * len(study.mesh.sizes))] if study.mesh is not None else []
-    return [*climbs, *refinements, *places]
+    return [*climbs, *refinements]
 
 
 def _decided_later(study: Study) -> Iterator[Note]:
@@ -190,8 +181,6 @@ def _decided_later(study: Study) -> Iterator[Note]:
         yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
     if study.refine is not None:
         yield DecidedLater("refine", study.refine.budget)
-    if study.mesh is not None:
-        yield OtherMeshes(study.mesh.phases, len(study.mesh.sizes), max(len(study.joint_targets), 1))
 
 
 @dataclass(frozen=True)

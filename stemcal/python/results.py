@@ -25,7 +25,6 @@ from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.invert.joint import misfit_of_study
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -35,10 +34,10 @@ from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.words import lines
 from stemcal.study.model import Study
 from stemcal.study.reading.checked import checked_number
 from stemcal.text.names import Names
-from stemcal.text.verdict import lines
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
@@ -238,11 +237,6 @@ class StudyResults:
         """The calibrated parameters and how well they are known."""
         found, surface = self._there(self._results.inversion, "invert"), self._there(self._results.surface, "rsm")
         return _plotted(Inversion, found, InversionPlots(found, surface), _study=self.study, _surface=surface)
-
-    @property
-    def mesh(self) -> MeshResult:
-        """The solution on other meshes, and the error budget."""
-        return self._there(self._results.mesh, "mesh")
 
     @property
     def refinement(self) -> RefineResult:

@@ -15,7 +15,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder, default_place
-from stemcal.overview.foresight import Demand, demand_of_left, demand_of_one, left_to_run
+from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run
 from stemcal.python.by_hand import ByHand
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
@@ -77,7 +77,7 @@ def calibrate(
     folder = StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
     with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
-        demand = demand_of_left(left_to_run(study, folder, solver), solver)
+        demand = demand_of(left_to_run(study, folder, solver), solver)
         _warn_before(demand, executor.workers)
         workflow.calibrate(study, folder, executor, watch)
     folder.remember_spec(study.source)

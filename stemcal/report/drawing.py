@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.records import spec_hash
 
 if TYPE_CHECKING:
+    from stemcal.report.figures.gallery import Plot
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
@@ -46,6 +49,21 @@ def draw(
     if figures and plots:
         write_figures(plots, folder.path / "figures")
     return write_page(study, folder, what, f"{made_of} -->\n")
+
+
+def draw_early(
+    study: Study, folder: StudyFolder, results: Results, verdict: Verdict, known: Sequence[Plot] = ()
+) -> Sequence[Plot]:
+    """Write the page of the stages that are done, with the screening's figures alone, and return these.
+
+    Given again as `known`, they are not drawn again: the pages of a run cost little.
+    """
+    from stemcal.report.page.render import shown, write_page
+
+    what = shown(study, folder, results, verdict)
+    plots = known or [plot for plot in what.plots if plot.section == "screen" and plot.on_page]
+    write_page(study, folder, replace(what, plots=list(plots)))
+    return plots
 
 
 def _last_line(page: Path) -> str:

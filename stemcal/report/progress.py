@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 from stemcal.naming import CUTTING, FORCE, Naming
-from stemcal.numbers import duration, significant
+from stemcal.numbers import significant
 from stemcal.stages.base import STAGES
 from stemcal.text.language import say
 from stemcal.text.runs import compiling
@@ -19,12 +18,12 @@ from stemcal.words import counted
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as Bars
+    from rich.progress import TaskID
 
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
 TITLES = {stage.name: stage.title for stage in STAGES} | {"regularise": line("regularisation")}
-_ENOUGH = 2  # runs from which their mean time tells how long the others take
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
@@ -90,9 +89,6 @@ class Watcher:
     def __call__(self, progress: Progress) -> None:
         """Take a progress report."""
 
-    def expect(self, stages: Mapping[str, tuple[int, int]]) -> None:
-        """Take what is to come: the rows of each stage and how many of them are to be computed."""
-
     def busy(self, what: str) -> None:
         """Take what is done now that the runs are."""
 
@@ -120,54 +116,14 @@ class Lines(Watcher):
             self.stage, self.done, self.last_line, self.last_time = progress.stage, progress.done, line, self.clock()
 
 
-@dataclass
-class _Course:
-    """How far the stages are, and how long the rest will take at the pace of the runs so far."""
-
-    rows: dict[str, int] = field(default_factory=dict)
-    missing: dict[str, int] = field(default_factory=dict)
-    done: dict[str, int] = field(default_factory=dict)
-    computed: dict[str, int] = field(default_factory=dict)
-    rounds: dict[str, Progress] = field(default_factory=dict)  # the last report of each stage
-    began: float | None = None
-
-    def add(self, progress: Progress) -> None:
-        """Count a report. A stage that decides its runs one by one begins anew each time: its rounds add up."""
-        stage, before = progress.stage, self.rounds.get(progress.stage)
-        anew = before is not None and progress.done < before.done
-        base = self.done.get(stage, 0) if anew or before is None else self.done[stage] - before.done
-        made = self.computed.get(stage, 0) if anew or before is None else self.computed[stage] - _made(before)
-        self.done[stage], self.computed[stage] = base + progress.done, made + _made(progress)
-        self.rows[stage] = base + progress.total
-        self.missing[stage] = self.computed[stage] + progress.total - progress.done
-        self.rounds[stage] = progress
-
-    def left(self, now: float) -> str:
-        """Say how long the runs that are still to be computed will take; nothing as long as too few are done."""
-        made = sum(self.computed.values())
-        if made < _ENOUGH or self.began is None:
-            return ""
-        rest = sum(self.missing.values()) - made
-        return f"{duration((now - self.began) / made * rest)} left" if rest > 0 else ""
-
-
-def _made(progress: Progress) -> int:
-    return progress.done - progress.cached
-
-
 class Bar(Watcher):
-    """One bar for the whole command: its stage, runs done of all, time left to the end, failures, the last answer.
+    """A bar for each stage: runs done, time, time left, failures, the last response."""
 
-    A stage that is done leaves a line behind.
-    """
-
-    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
-        self.console, self.clock, self.naming = console, clock, naming
-        self.bars = _bars(console, self._waited)
-        self.task = self.bars.add_task("", total=None, runs="", tail="")
-        self.course, self.stage, self.since = _Course(), "", 0.0
-        self.waiting_since: float | None = None
-        self.reached = 0.0  # of the bar: more runs may be decided on, and it goes back for none of them
+    def __init__(self, console: Console, naming: Naming = CUTTING) -> None:
+        self.naming, self.bars = naming, _bars(console)
+        self.tasks: dict[str, TaskID] = {}
+        self.last: dict[str, Progress] = {}
+        self.before: dict[str, int] = {}  # runs of earlier rounds of a stage that decides its runs one by one
 
     def __enter__(self) -> Self:
         self.bars.start()
@@ -175,92 +131,57 @@ class Bar(Watcher):
 
     def __exit__(self, *_: object) -> None:
         self.bars.stop()
-        self._leave_line()
 
     def __call__(self, progress: Progress) -> None:
-        """Move the bar."""
-        if progress.stage != self.stage:
-            self._leave_line()
-            self.stage, self.since = progress.stage, self.clock()
-        course = self.course
-        course.add(progress)
-        if course.began is None or progress.preparing != 0.0 or not sum(course.computed.values()):
-            course.began = self.clock()  # neither compiling nor reading records tells how long a run takes
-        if progress.preparing == 0.0:
-            self.waiting_since = None
-        elif self.waiting_since is None:
-            self.waiting_since = self.clock()
-        done, total = sum(course.done.values()), sum(course.rows.values())
-        self.reached = max(self.reached, done / total if total else 0.0)
+        """Move the bar of the stage."""
+        stage, last = progress.stage, self.last.get(progress.stage)
+        if stage not in self.tasks:
+            self.tasks[stage] = self.bars.add_task(TITLES.get(stage, stage), total=None, runs="", tail="")
+        if last is not None and progress.done < last.done:
+            self.before[stage] = self.before.get(stage, 0) + last.done
+        self.last[stage] = progress
+        done, total = (self.before.get(stage, 0) + count for count in (progress.done, progress.total))
+        preparing = progress.preparing != 0.0
         self.bars.update(
-            self.task,
-            description=TITLES.get(progress.stage, progress.stage),
-            completed=self.reached * total,
-            total=None if progress.preparing != 0.0 else total,  # without a total the bar pulses
+            self.tasks[stage],
+            completed=done,
+            total=None if preparing else total,  # without a total the bar pulses
             runs=f"{done}/{total}" if progress.counts == "run" else _stand(progress),
-            tail=say("compiling, once") if progress.preparing != 0.0 else self._tail(progress),
+            tail=say("compiling, once") if preparing else self._tail(progress),
         )
 
-    def expect(self, stages: Mapping[str, tuple[int, int]]) -> None:
-        """Take the rows of the stages to come into the bar."""
-        self.course.rows |= {name: rows for name, (rows, _) in stages.items()}
-        self.course.missing |= {name: missing for name, (_, missing) in stages.items()}
-
     def busy(self, what: str) -> None:
-        """Leave the last stage's line and show what is done now."""
-        self._leave_line()
-        self.bars.update(self.task, description=what, total=None, completed=0, runs="", tail="")
+        """Show what is done now."""
+        self.bars.add_task(what, total=None, runs="", tail="")
 
     @contextmanager
     def aside(self) -> Iterator[None]:
-        """Take the bar away within this block."""
+        """Leave the bars so far above what is printed within this block."""
         self.bars.stop()
-        self._leave_line()
+        for task in self.bars.task_ids:
+            self.bars.update(task, visible=False)
         try:
             yield
         finally:
             self.bars.start()
 
-    def _waited(self) -> str:
-        """Say how long the present wait has lasted, if there is one."""
-        return "" if self.waiting_since is None else f"({duration(self.clock() - self.waiting_since)})"
-
     def _tail(self, progress: Progress) -> str:
+        cached = f"{progress.cached} from earlier" if progress.cached else ""
         failed = f"{progress.failed} failed" if progress.failed else ""
         last = _response(progress, self.naming) if progress.last_response is not None else ""
-        return ", ".join(part for part in (self.course.left(self.clock()), failed, last) if part)
-
-    def _leave_line(self) -> None:
-        """Say what became of the stage so far, once."""
-        last = self.course.rounds.get(self.stage)
-        if last is None:
-            return
-        done, total = self.course.done[self.stage], self.course.rows[self.stage]
-        cached = done - self.course.computed[self.stage]
-        runs = counted(done, last.counts) if done == total else f"{done} of {total} {last.counts}s"
-        parts = [f"{TITLES.get(self.stage, self.stage)}: {runs}"]
-        parts += [f"{cached} from earlier"] if cached else []
-        parts += [f"{last.failed} failed"] if last.failed else []
-        self.console.print(f"{', '.join(parts)}, {duration(self.clock() - self.since)}", soft_wrap=True)
-        self.stage = ""
+        return ", ".join(part for part in (cached, failed, last) if part)
 
 
-def _bars(console: Console, waited: Callable[[], str]) -> Bars:
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
-    from rich.text import Text
-
-    class Waited(ProgressColumn):
-        """Tells how long is waited, anew each time that it is drawn."""
-
-        def render(self, task: Task) -> Text:
-            return Text(waited())
+def _bars(console: Console) -> Bars:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=12),
         TextColumn("{task.fields[runs]}", markup=False),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(compact=True),
         TextColumn("{task.fields[tail]}", markup=False),
-        Waited(),
         console=console,
-        transient=True,
+        redirect_stdout=False,  # data for stdout would go to stderr
     )

@@ -31,12 +31,11 @@ class Command(OneCommand):
 
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
-        chance = {"drawn_from": options.seed} if options.by_chance else {}
         drawn = {"seed": self._seed(request)} if request.replicate else {}
         if options.result is not None:
-            return {"result": options.result.model_dump(mode="json"), **chance, **drawn}
+            return {"result": options.result.model_dump(mode="json"), **drawn}
         readers = {name: reader.model_dump(mode="json") for name, reader in options.results.items()}
-        return {"results": readers, **chance, **drawn}
+        return {"results": readers, **drawn}
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
         self.inputs.write(folder, self._values(request))
@@ -46,7 +45,7 @@ class Command(OneCommand):
         return values_of(request, self._seed(request), self.study.naming)
 
     def _seed(self, request: Request) -> int:
-        return seed_of(request, self.options.seed)
+        return seed_of(request)
 
     def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
         found, naming = self._numbers(folder), self.study.naming

@@ -15,8 +15,8 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem import stepper
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
-from stemcal.fem.material import Hourglass, Material
-from stemcal.fem.model import Integration, Precision
+from stemcal.fem.material import Material
+from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory import LaboratoryResult, LaboratoryTest
@@ -26,7 +26,6 @@ from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
-    cutting_revision,
     determining,
     distrusted,
     doubts,
@@ -38,6 +37,7 @@ from stemcal.solvers.laboratory_runs import (
     seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
+from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.lengths import Length
@@ -79,22 +79,22 @@ class Embedded(OfSpecAlone):
         """
         for _, program in self.programs:
             program.prepare()
-        compile_once(_precision(self.study))
+        compile_once()
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""
-        warm(_precision(self.study))
+        warm()
 
     def preparing(self) -> float | None:
         """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-        return seconds_to_prepare(self.study)
+        return seconds_to_prepare()
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
         tests = self._tests(request)
         return {
             "solver": "embedded",
-            **cutting_revision(tests[0]),
+            "revision": cutting.REVISION,
             "tests": [determining(test) for test in tests],
             **({"laboratory": beside} if (beside := self._identities(request)) else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
@@ -139,30 +139,21 @@ class Embedded(OfSpecAlone):
         None as long as the kernels are not compiled, or if no such run is small enough to be tried.
         """
         test = _small_enough(self._tests(request)[0])
-        if test is None or not is_compiled(_precision(self.study)):
+        if test is None or not is_compiled():
             return None
-        warm(_precision(self.study))
+        warm()
         seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
         return test.loading.duration / step * seconds * _share(test) / _seconds(test)
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
-        cuts = [test for _, test in self._beside(request) if isinstance(test, tuple)]
-        meshes = [
-            cutting.mesh_size(one.stem, one.discretisation) for tests in (self._tests(request), *cuts) for one in tests
-        ]
+        cuts = [test for _, test in self._beside(request) if isinstance(test, cutting.ShearTest)]
+        meshes = [cutting.mesh_size(one.stem, one.discretisation) for one in (*self._tests(request), *cuts)]
         return _PROCESS + max(mesh.memory for mesh in meshes)
-
-    @property
-    def phases(self) -> int:
-        """Over how many places of the mesh its answers are means."""
-        return _options(self.study).phases
 
     def belongings(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
         study, options = self.study, _options(self.study)
-        if study.failure.kind == "toughness":
-            return {"element_size": _told(options.element_size, diameter)}
         lengths = {
             "element_size": options.element_size,
             "edge_spread": study.blade.edge_spread,
@@ -171,6 +162,8 @@ class Embedded(OfSpecAlone):
         found = {name: _told(length, diameter) for name, length in lengths.items()}
         if options.elements_through_wall is not None:
             found["elements_through_wall"] = f"{options.elements_through_wall}"
+        if options.replicates is not None:
+            found["replicates"] = f"{options.replicates}"
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
@@ -181,9 +174,12 @@ class Embedded(OfSpecAlone):
         return self.study.naming
 
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
-        """Return the laboratory tests that a run does beside cutting; their own meshes stay as they are."""
+        """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = [test for test in measured_at(self.study, request.condition) if test.solver is None]
-        return [(one, _test_of(self.study, one, request.levels, request.condition, request.row)) for one in wanted]
+        each = [(one, _test_of(self.study, one, request.levels, request.condition)) for one in wanted]
+        return [
+            (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
+        ]
 
     def _programs(self, request: Request) -> list[tuple[LaboratorySection, TestProgram]]:
         """Return the tests of a run that programs do."""
@@ -199,7 +195,17 @@ class Embedded(OfSpecAlone):
         return [*simulated, *done]
 
     def _tests(self, request: Request) -> tuple[cutting.ShearTest, ...]:
-        return shear_tests(meshed_as(self.study, request), request.levels, request.condition, request.row)
+        test = shear_test(meshed_as(self.study, request), request.levels, request.condition)
+        if request.phases is not None:
+            return cutting.in_phases(test, request.phases)
+        return (self._placed(test, request),)
+
+    def _placed(self, test: cutting.ShearTest, request: Request) -> cutting.ShearTest:
+        """Return the test with its mesh where a replicate has it."""
+        if not request.replicate:
+            return test
+        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED
+        return cutting.placed(test, (request.replicate - 1 + drawn) / (2 * self.study.replicates))
 
 
 def meshed_as(study: Study, request: Request) -> Study:
@@ -209,30 +215,26 @@ def meshed_as(study: Study, request: Request) -> Study:
     through the wall.
     """
     options, diameter, changes = _options(study), study.targets.calibrate_at, dict[str, object]()
-    if request.phases is not None:
-        changes |= {"phases": request.phases, "perturb": None}
     if request.element_size is not None:
         size = Length.of(request.element_size)
         ratio, through = size.at(diameter) / options.element_size.at(diameter), options.elements_through_wall
         changes |= {
             "element_size": size,
-            "phases": request.phases or 1,
             "time_step": None if options.time_step is None else options.time_step * ratio,
             "elements_through_wall": None if through is None else max(1, round(through / ratio)),
         }
     return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
 
 
-def seconds_to_prepare(study: Study) -> float | None:
+def seconds_to_prepare() -> float | None:
     """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-    return 0.0 if is_compiled(_precision(study)) else seconds_to_compile()
+    return 0.0 if is_compiled() else seconds_to_compile()
 
 
 def simulate(
     study: Study,
     levels: Mapping[str, float],
     diameter: float | None = None,
-    symmetry: cutting.Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> cutting.CuttingResult:
@@ -244,20 +246,15 @@ def simulate(
         Values of factors in the units of the spec; the others stand at mid-level.
     diameter : float, optional
         Outer diameter of the stem in mm; that of the specimen by default.
-    symmetry : str, optional
-        ``none``, ``half`` or ``quarter`` in place of the spec's.
     watch : callable, optional
         Called as the test goes on with travel (mm) and force (N).
     frames : path, optional
         Folder for about 50 frames to be looked at in ParaView.
     """
-    warm(_precision(study))
-    tests = shear_tests(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
-    if symmetry is not None:
-        tests = tuple(replace(t, discretisation=replace(t.discretisation, symmetry=symmetry)) for t in tests)
-    inspect = None if frames is None else FrameWriter(frames, max(1, tests[0].discretisation.integration.outputs // 50))
-    first = cutting.shear(tests[0], watch, inspect)
-    return cutting.mean_over_phases([first, *(cutting.shear(test, watch) for test in tests[1:])])
+    warm()
+    test = shear_test(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
+    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
+    return cutting.shear(test, watch, inspect)
 
 
 def simulate_test(
@@ -265,7 +262,6 @@ def simulate_test(
     name: str,
     levels: Mapping[str, float],
     diameter: float,
-    symmetry: cutting.Symmetry | None = None,
     watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> LaboratoryResult:
@@ -273,49 +269,32 @@ def simulate_test(
 
     Its warnings are those that concern what was measured in it, all where nothing was.
     """
-    warm(_precision(study))
+    warm()
     section = next(section for section in study.tests if section.name == name)
-    if symmetry is not None:
-        section = section.model_copy(update={"symmetry": symmetry})
     test = _test_of(study, section, levels, diameter)
-    how = test.discretisation if isinstance(test, LaboratoryTest) else test[0].discretisation
-    inspect = None if frames is None else FrameWriter(frames, max(1, how.integration.outputs // 50))
+    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
     result = perform(test, watch, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
-def _test_of(
-    study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float, replicate: int = 0
-) -> AnyTest:
+def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
     if section.is_further_cut:
-        return shear_tests(study.cut_as(section, diameter), levels, diameter, replicate)
+        return shear_test(study.cut_as(section, diameter), levels, diameter)
     return laboratory_test(section, shear_test(study, levels, diameter))
-
-
-def shear_tests(
-    study: Study, levels: Mapping[str, float], diameter: float, replicate: int = 0
-) -> tuple[cutting.ShearTest, ...]:
-    """Return the shear tests whose mean answers: one, or one for each mesh phase the study asks for."""
-    test = shear_test(study, levels, diameter)
-    solver = _options(study)
-    if solver.perturb is not None:
-        return (cutting.perturbed(test, solver.perturb, replicate),)
-    return cutting.in_phases(test, solver.phases)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
-    solver, discretisation = _options(study), _discretisation(study, diameter)
+    solver = _options(study)
     study = study.at(levels)
-    blade, contact, failure = study.blade, study.contact, _toughness(study)
+    blade, contact = study.blade, study.contact
     return cutting.ShearTest(
         material=Material(
             **study.parameters(levels, diameter),
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             rate_filter=cutting.rate_filter(diameter, study.loading.speed),
-            failure_length=solver.failure_length,
-            internal_length=0.0 if failure else study.material.internal_length.at(diameter),
+            internal_length=study.material.internal_length.at(diameter),
         ),
         stem=cutting.Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
         blade=cutting.Blade(
@@ -331,15 +310,8 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
         contact=Contact(
             contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
         ),
-        discretisation=discretisation,
-        failure=failure,
+        discretisation=_discretisation(study, diameter),
     )
-
-
-def _toughness(study: Study) -> cutting.Toughness | None:
-    """Return what the plane of the cut opposes to the blade, None where elements fail by their strain."""
-    law = study.failure
-    return cutting.Toughness(law.strength or 0.0, law.toughness or 0.0) if law.kind == "toughness" else None
 
 
 def _options(study: Study) -> EmbeddedSolver:
@@ -364,7 +336,7 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     Else the number would jump from one level to the next, and the force with it.
     """
     solver = _options(study)
-    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter)
+    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, _symmetry(study))
     if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
         return how
     thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
@@ -373,22 +345,26 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     )
 
 
-def _as_in_spec(solver: EmbeddedSolver, diameter: float) -> cutting.Discretisation:
+def _symmetry(study: Study) -> cutting.Symmetry:
+    """Return which part of the stem is computed: a quarter, or half where the blade is ground on one side."""
+    return "quarter" if study.blade.bevel == "both" else "half"
+
+
+def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symmetry) -> cutting.Discretisation:
     """Return mesh and integration as the options have them."""
     return cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry=solver.symmetry,
+        symmetry=symmetry,
         edge_over=solver.edge_over,
-        element=solver.element,
-        hourglass=Hourglass(solver.hourglass.form, solver.hourglass.coefficient),
+        hourglass=solver.hourglass,
         integration=Integration(
             solver.mass_scaling,
             solver.time_step_safety,
             solver.outputs,
             solver.threads,
             solver.time_step,
-            solver.precision,
+            "mixed",
         ),
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
@@ -405,18 +381,10 @@ def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) 
     return {name: float(np.mean([scores[name] for scores in each])) for name in each[0]}
 
 
-def _precision(study: Study) -> Precision:
-    """Return of which precision a study's kernels are; fully integrated elements have no other than double."""
-    solver = study.solver
-    return solver.precision if isinstance(solver, EmbeddedSolver) and solver.element == "one_point" else "double"
-
-
-def _seconds(test: AnyTest | cutting.ShearTest) -> float:
+def _seconds(test: AnyTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
     if isinstance(test, LaboratoryTest):
         return seconds(test, _STEP, _ELEMENT)
-    if isinstance(test, tuple):
-        return sum(map(_seconds, test))
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5

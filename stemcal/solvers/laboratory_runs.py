@@ -12,12 +12,11 @@ import numpy as np
 from stemcal import cutting, laboratory
 from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
 from stemcal.errors import SimulationFailed
-from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.material import Material
 from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import (
     Axial,
-    DoubleShear,
     Kind,
     LaboratoryResult,
     LaboratoryTest,
@@ -41,7 +40,7 @@ _WORST_DRIFT = 5.0
 # Nor is one whose contact has created more than this share of the tool's work, percent (`CuttingResult`).
 _LEAST_CONTACT = -1.0
 
-AnyTest = LaboratoryTest | tuple[ShearTest, ...]  # a cut in each of its mesh phases
+AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
@@ -68,10 +67,9 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
         discretisation=Discretisation(
             element_size=section.size().at(diameter),
             through_wall=section.elements_through_wall or (_THROUGH_RING if ring else None),
-            symmetry=section.symmetry,
+            symmetry="quarter",
             edge_over="nodes",
-            element=how.element,
-            hourglass=Hourglass("stiffness", section.hourglass),
+            hourglass=section.hourglass,
             integration=replace(how.integration, outputs=_OUTPUTS, time_step=None, mass_scaling=1.0),
             filter_window=_SMOOTHED * duration,
             coarsening=_LONGER if section.kind == "three-point-bending" else 1.0,
@@ -79,8 +77,6 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
             break_drop=how.break_drop,
             stop_after_peak=how.stop_after_peak,
         ),
-        secant=section.secant,
-        deflection=section.deflection,
     )
 
 
@@ -89,8 +85,6 @@ def _kind(section: LaboratorySection, diameter: float) -> Kind:
         return ThreePointBending(section.span.at(diameter), section.nose_radius, section.support_radius)
     if section.kind == "radial-compression":
         return RadialCompression()
-    if section.kind == "double-shear":
-        return DoubleShear(section.plate.at(diameter), section.gap.at(diameter))
     return Axial("tension" if section.kind == "axial-tension" else "compression", section.ends)
 
 
@@ -99,7 +93,7 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
     if isinstance(test, LaboratoryTest):
         return {**known, **determining(test)}
-    return {**known, "cutting": cutting_revision(test[0]), "tests": [determining(one) for one in test]}
+    return {**known, "cutting": cutting.REVISION, **determining(test)}
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
@@ -107,12 +101,6 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
     return plain
-
-
-def cutting_revision(test: ShearTest) -> dict[str, int]:
-    """Return the revisions of the code that decides a shear test's force."""
-    parting = {"parting": cutting.PARTING_REVISION} if test.failure else {}
-    return {"revision": cutting.REVISION, **parting}
 
 
 @dataclass(frozen=True)
@@ -176,7 +164,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
             if name not in result.responses:
-                message = f"{section.name}: the curve has no {name}; change stroke or secant"
+                message = f"{section.name}: the curve has no {name}; lengthen the stroke"
                 raise SimulationFailed("no_response", message)
             responses[section.called(name)] = result.responses[name]
         warnings += doubts(result, section.measured)

@@ -28,9 +28,9 @@ class Request:
     pictured : bool
         Whether the answer is to tell what pictures of the run are made from, if the solver can.
     phases : int, optional
-        Asked of a `Meshed` solver: the mean over so many places of its mesh, in place of its own.
+        Asked of the embedded solver: the mean over so many places of its mesh, in place of its own.
     element_size : str, optional
-        Asked of a `Meshed` solver: elements of this size, as in a spec, at the place where its mesh stands.
+        Asked of the embedded solver: elements of this size, as in a spec, at the place where its mesh stands.
     replicate : int
         Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
         by chance: its answer belongs to its stage and row too.
@@ -80,7 +80,7 @@ class Answer:
 class Solver(Protocol):
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Meshed`, `Belonging`,
+    A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Belonging`,
     `Immediate`, `ByHand`, `OfSpecAlone`.
     """
 
@@ -138,18 +138,6 @@ class Readied(Protocol):
 
     def get_ready(self) -> None:
         """Make this process ready."""
-
-
-@runtime_checkable
-class Meshed(Protocol):
-    """A solver that heeds `phases` and `element_size` of a request: it can mesh otherwise.
-
-    The details' `phase_peaks` tell the force at each place of the mesh.
-    """
-
-    @property
-    def phases(self) -> int:
-        """Over how many places of the mesh its answers are means."""
 
 
 @runtime_checkable

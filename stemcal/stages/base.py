@@ -60,8 +60,6 @@ def _before_surface(study: Study) -> str | None:
 
 def _before_validation(study: Study) -> str:
     """The last stage at the solution that the study asks for."""
-    if study.mesh is not None:
-        return "mesh"
     return "invert" if study.refine is None else "refine"
 
 
@@ -124,21 +122,6 @@ STAGES: tuple[Stage, ...] = (
         """,
         lambda study: study.refine is not None,
         pictured=True,
-    ),
-    Stage(
-        "mesh",
-        "Mesh",
-        "stemcal.stages.mesh.stage.mesh",
-        "stemcal.stages.mesh.result.MeshResult",
-        ("mesh", "invert", "targets"),
-        lambda study: "invert" if study.refine is None else "refine",
-        """Simulate the solution with the mesh at other places and elements of other sizes, and put their scatter into
-        every interval.
-
-        mesh.phases places along the stem, at each diameter that was fitted; mesh.sizes tell what the element size does,
-        to which the calibrated values belong. With a section mesh in the spec it is part of `stemcal run`.
-        """,
-        lambda study: study.mesh is not None,
     ),
     Stage(
         "validate",

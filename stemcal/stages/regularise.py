@@ -95,7 +95,7 @@ def without_lengths(study: Study) -> Study:
     if STRAIN not in study.names:
         raise UsageError(f"export material adjusts {STRAIN}, which is no factor of this study")
     sections = {
-        "solver": solver.model_copy(update={"failure_length": None, "perturb": None}),
+        "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
         "blade": study.blade.model_copy(update={"edge_spread": Length(0.0)}),
         "loading": study.loading.model_copy(update={"duration": _STROKE * study.loading.duration}),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
@@ -19,7 +19,6 @@ from stemcal.study.model import Study
 if TYPE_CHECKING:
     from stemcal.stages.climb import ClimbResult
     from stemcal.stages.invert.result import InvertResult
-    from stemcal.stages.mesh.result import MeshResult
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.screen import ScreenResult
     from stemcal.stages.surface.result import SurfaceResult
@@ -27,23 +26,19 @@ if TYPE_CHECKING:
     from stemcal.stages.validate.result import ValidateResult
 
 _FIELDS = {"screen": "screen", "climb": "climb", "rsm": "surface", "invert": "inversion", "refine": "refinement",
-           "mesh": "mesh", "validate": "validation", "transfer": "transfer"}  # fmt: skip
+           "validate": "validation", "transfer": "transfer"}  # fmt: skip
 """Of each stage, where its result stands."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """The result of every stage that is done; None of one that is not. `stale` says why others are left out.
-
-    Where the mesh's scatter is known the inversion has it in its intervals.
-    """
+    """The result of every stage that is done; None of one that is not. `stale` says why others are left out."""
 
     screen: ScreenResult | None = None
     climb: ClimbResult | None = None
     surface: SurfaceResult | None = None
     inversion: InvertResult | None = None
     refinement: RefineResult | None = None
-    mesh: MeshResult | None = None
     validation: ValidateResult | None = None
     transfer: TransferResult | None = None
     stale: tuple[str, ...] = ()
@@ -88,7 +83,4 @@ def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult]
             return None
 
     found: dict[str, Any] = {field: read(stage_called(name)) for name, field in _FIELDS.items()}
-    results = Results(**found, stale=tuple(dict.fromkeys(reasons)))
-    if results.mesh is None or results.inversion is None:
-        return results
-    return replace(results, inversion=results.mesh.widened(results.inversion))
+    return Results(**found, stale=tuple(dict.fromkeys(reasons)))

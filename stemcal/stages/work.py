@@ -168,8 +168,8 @@ def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[A
 
 
 _REMEDIES = {
-    "command": "Write deterministic: false, so that every run is simulated anew and its scatter counts, and {{seed}} "
-    "where the program takes one",
+    "command": "Write replicates: 5 under solver, so that each point is simulated five times and its scatter counts, "
+    "and {{seed}} where the program takes one",
     "lsdyna": "Let it sum in the same order always: a negative number of processors (ncpu=-4) in its command",
     "openradioss": "Let it sum in the same order always: /PARITH/ON in the starter's deck",
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
@@ -20,14 +19,10 @@ from stemcal.stages.invert.result import (
     MachineFound,
     PriorRow,
     PriorUnused,
-    UnequalScatter,
 )
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, states
-
-if TYPE_CHECKING:
-    from stemcal.stages.mesh.result import MeshResult
 
 KNOWN = "known"
 """The kind of the remarks that say how well the parameters are known."""
@@ -83,7 +78,7 @@ def _prediction(expected: tuple[float, float] | None, names: Names) -> str:
     return names.say(template, expected=expected)
 
 
-def source(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> str:
+def source(part: Certainty, stage: InvertResult, names: Names) -> str:
     """Name the measurements that intervals come from, as a heading of two lines at most."""
     labels = {
         "joint": "joint fit",
@@ -109,7 +104,7 @@ _LEAVES = {
 }
 
 
-def known(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> list[str]:
+def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     """Say which factors measurements fix, within which interval, which they leave free, and what that assumes."""
     between = "{factor:factor} between {low} and {high} ({share:.0f} % of its range)"
     kept = [
@@ -146,7 +141,7 @@ _UNSEEN = {
 }
 
 
-def unseen_changes(part: Certainty, stage: InvertResult | MeshResult, names: Names) -> list[str]:
+def unseen_changes(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     """Say what changes, together where it is several, without what was fitted changing."""
     fields = {"response": names.response.long, "condition": stage.condition}
     each = [
@@ -192,12 +187,15 @@ def valid_for(stage: InvertResult) -> list[str]:
     return [say("These values hold for {settings:all}: cite them together.", settings=settings)] if settings else []
 
 
-def assumptions(stage: InvertResult, meshed: bool) -> list[str]:
-    """Say what the 95 % ranges assume; `meshed` tells whether the scatter over meshes is in them."""
+def assumptions(stage: InvertResult) -> list[str]:
+    """Say what the 95 % ranges assume."""
     if stage.certainty is None:
         return []
-    fixed_mesh = "The ranges assume that the mesh stays in its place; a section `mesh` shows what that is worth."
-    return [*assumption(stage.certainty), *([say(fixed_mesh)] if stage.belongs_to and not meshed else [])]
+    one_mesh = (
+        "The intervals do not include the scatter over mesh positions; `replicates: 5` under `solver` includes it."
+    )
+    fixed = stage.belongs_to is not None and "replicates" not in stage.belongs_to
+    return [*assumption(stage.certainty), *([say(one_mesh)] if fixed else [])]
 
 
 def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
@@ -233,9 +231,6 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:
         )
         text = names.say(one_of_many, response=names.response.long, factors=len(point.solution))
         yield Remark(text, Weight.TRUST, "one_of_many")
-    if stage.share is not None:
-        share = "The 95 % prediction interval holds the target in {percent:.0f} % of the region."
-        yield Remark(say(share, percent=100.0 * stage.share), Weight.ASIDE, "share_of_region")
     if not point.inside:
         outside = (
             "The solution lies {distance:.2f} coded units from the centre, outside the region that the design supports "
@@ -381,11 +376,6 @@ states(
     },
     by=_machine_told,
     given=_given_range,
-)
-states(
-    UnequalScatter,
-    "The measured means do not scatter alike (Bartlett's test, p {p:p}): the weights of the fit stay those of one "
-    "coefficient of variation, and the intervals rest on each mean's own standard deviation.",
 )
 states(
     FreeFactors,

@@ -158,11 +158,6 @@ GLOSSARY: tuple[Entry, ...] = (
           ("wall thickness", "diameter_ratio")),
     Entry("failure_strain", "Effective plastic strain at which an element is taken out.", _BELY,
           ("failure strain", "erosion")),
-    Entry("strength", "Stress at which the plane of the cut begins to open, MPa; with `failure: {kind: toughness}`.",
-          "G. T. Camacho, M. Ortiz, Int. J. Solids Struct. 33 (1996) 2899", ("cohesive strength",)),
-    Entry("toughness", "Energy that parting the plane of the cut takes, per area, kJ/m².",
-          "A. G. Atkins, The Science and Engineering of Cutting, Butterworth-Heinemann 2009",
-          ("fracture toughness", "work_of_cutting")),
     Entry("plastic strain", "Effective plastic strain: √(2/3) times the length of the path of plastic straining.",
           _BELY),
     # ---- solver
@@ -183,8 +178,8 @@ GLOSSARY: tuple[Entry, ...] = (
     Entry("quorum", "Share of a stage's runs that must succeed for its statistics to be made.", _MONT),
     Entry("penalty contact", "Pushes a node back in proportion to how deep it lies in a tool.", _BELY,
           ("penalty", "contact")),
-    Entry("symmetry", "half cuts the stem lengthwise, quarter also across; forces are those of the whole stem.",
-          _BELY),
+    Entry("symmetry", "A quarter of the stem is computed, half where the blade has one bevel; forces are those of the "
+          "whole stem.", _BELY),
 )  # fmt: skip
 
 

@@ -90,13 +90,6 @@ states(
     otherwise="{here} runs here, at most {there} in {solver:program} (transfer).",
     by=lambda note: note.seconds is not None,
 )
-states(
-    plan.OtherMeshes,
-    "mesh simulates the solution at {places} places of the mesh and with other elements (sizes: {sizes}; conditions: "
-    "{conditions}).",
-    otherwise="mesh simulates the solution at {places} places of the mesh (conditions: {conditions}).",
-    by="sizes",
-)
 
 
 states(

@@ -18,12 +18,12 @@ MOST = 5
 
 
 _TOPICS = {"screen": "screening", "climb": "climb", "rsm": "surface", "invert": "calibration", "refine": "refinement",
-           "mesh": "mesh", "validate": "validation", "transfer": "transfer"}  # fmt: skip
+           "validate": "validation", "transfer": "transfer"}  # fmt: skip
 """The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
 TOPICS = (runs,)
 """What gives notes of several stages their sentences."""
 _AGREEING = ("refine", "validate", "transfer")
-_CLAIMING = ("invert", "mesh", *_AGREEING)
+_CLAIMING = ("invert", *_AGREEING)
 
 
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:

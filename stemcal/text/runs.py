@@ -54,8 +54,8 @@ def warned_of(warnings: Mapping[str, Note], count: int) -> str:
 
 def compiling(seconds: float | None) -> str:
     """Say that kernels are compiled, and how many seconds that took the last time."""
-    last = "" if seconds is None else f"; {seconds:.0f} s last time"
-    return f"compiling the solver for this machine, once for all studies of this precision{last}"
+    last = "about half a minute" if seconds is None else f"{seconds:.0f} s last time"
+    return f"compiling the solver for this machine ({last}, once for all studies)"
 
 
 # ---- runs that failed

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from stemcal.folder.study_folder import Holder
 from stemcal.overview.status import StageStatus, Status
-from stemcal.text import verdict
+from stemcal.stages.verdict.words import in_full
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.runs import counted_reasons
@@ -16,7 +16,7 @@ def lines(found: Status, names: Names) -> list[str]:
     awaited = "Results are awaited: fill in {sheet}, or the workbook beside it, then `stemcal enter SPEC {sheet}`."
     if found.sheet is not None:
         stages.append(say(awaited, sheet=found.sheet))
-    return [_worker(found.working), *stages, *verdict.in_full(found.verdict, names)]
+    return [_worker(found.working), *stages, *in_full(found.verdict, names)]
 
 
 def _worker(working: Holder | None) -> str:

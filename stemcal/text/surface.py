@@ -8,7 +8,7 @@ from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.notes import Weight
 from stemcal.stages.design import FewSignificant, ManySignificant, StrongestAsked, TableVaries
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfPlaces, ScatterOfSeeds, UnequalRepeats
+from stemcal.stages.surface.runs import EqualRepeats, EqualSeeds, ScatterOfSeeds, UnequalRepeats
 from stemcal.text.language import say
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark, sentence, states
@@ -141,7 +141,6 @@ states(
     "Without run {run} ({value:response g}) lack of fit has p {without:p}, with it p {p:p}: whether the surface "
     "fits rests on one run.",
 )
-states(ScatterOfPlaces, "Every run is the mean over {places} places of the mesh; their scatter is the pure error.")
 states(EqualRepeats, "Repeated runs agree exactly: the solver is deterministic, and there is no pure error.")
 states(
     ScatterOfSeeds,
@@ -150,8 +149,8 @@ states(
 )
 states(
     EqualSeeds,
-    "Runs with different seeds agree exactly: the program has no chance in it (write deterministic: true), or does not "
-    "take {{{{seed}}}}.",
+    "Runs with different seeds agree exactly: the program has no chance in it (leave replicates out), or does not take "
+    "{{{{seed}}}}.",
 )
 states(
     UnequalRepeats,
@@ -162,22 +161,6 @@ states(
     TableVaries,
     "The table varies {columns:factors}; the screening would have chosen {chosen:factors}.",
 )
-
-
-@sentence.register
-def _(note: surface_notes.ScatterOverMeshes, names: Names) -> str:
-    within = (
-        "Pure error is the scatter within the runs over mesh phases: {scatter:response} for the mean of a run, with "
-        "{df} df. It is what the mesh leaves open, not the scatter of an experiment, and stands beside the residual, "
-        "which already contains it."
-    )
-    common = (
-        "What a place of the mesh does to all runs alike (standard deviation {common:response}) is taken out of it: "
-        "that shifts the whole surface and is in no interval."
-    )
-    larger = "It is larger than the residual: intervals are made from it, F tests from the residual."
-    parts = [within, *([] if note.common is None else [common]), *([larger] if note.largest else [])]
-    return " ".join(names.say(part, **vars(note)) for part in parts)
 
 
 @sentence.register

@@ -50,17 +50,6 @@ LINES = {
     "beyond": "The best point is not within {tolerance:g} %, after {runs} of {budget} runs.",
     "predicted then": "Surface: as it was then. Interval: whether the simulated {response} lies inside or outside its "
     "95 % prediction interval.",
-    # meshes
-    "meshes": "The solution on other meshes",
-    "scatter": "Standard deviation over {places} places {sd:.2f} %.",
-    "shared scatter": "Standard deviation over {places} places {sd:.2f} % ({common:.2f} % shared by all diameters).",
-    "own": "the study's own",
-    "phases": "mean of {count} places",
-    "size": "elements of {size}",
-    "budget": "What the error of the {response} is made of",
-    "sources": "Laboratory: of the measured mean. Surface: of one more simulation. Mesh: of its place along the stem.",
-    "at any place": "At the solution of the surface a simulation with the mesh at any place gives {one:responses} (95 "
-    "%).",
     # responses, measured beside simulated
     "error": "Error = 100·(measured − simulated)/measured.",
     "scores": "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the "
@@ -71,8 +60,6 @@ LINES = {
     "smaller": "Not shown, of smaller error: {count}; see the report.",
     "further": "Beside the {response}",
     "of stems": "Travel and work of the blade from first touch to the maximum force.",
-    "other place": "With the mesh at another place the {response} at {at:condition} lies within {range:responses} (95 "
-    "%).",
     # a transfer to another program
     "transferred": "Parameters for {there}",
     "alone": "What is not named stays as calibrated. The search ends at the first values within its tolerance; "
@@ -131,7 +118,6 @@ LINES = {
     "grown": "The material of each stem, calibrated",
     "by grade": "{values} at {diameters} mm, linear between",
     "friction": "{static_friction:g} at rest, {dynamic_friction:g} sliding",
-    "whole": "whole stem; elements of {size}",
     "half": "half, mirrored; elements of {size}",
     "quarter": "quarter, mirrored; elements of {size}",
     # captions and notes of published tables

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend
+from stemcal.doe.validation.comparison import ErrorTrend
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.notes import Weight
 from stemcal.numbers import interval, significant
@@ -70,8 +70,8 @@ def _independent(stage: ValidateResult, names: Names) -> Iterator[str]:
         len(errors),
         places=[row.condition for row in stage.independent],
         worst=max(errors),
-        good=sum(error <= stage.equivalent_within_percent for error in errors),
-        within=stage.equivalent_within_percent,
+        good=sum(error <= stage.tolerance_percent for error in errors),
+        within=stage.tolerance_percent,
     )
 
 
@@ -155,16 +155,6 @@ states(
     ErrorTrend,
     "The error changes by {slope:+.1f} % per mm of diameter: it is a trend, which no common factor on the force "
     "removes.",
-)
-states(
-    BetterCurve,
-    {
-        "power_law": "Over the diameters a power law describes the measured force better than a straight line (AICc "
-        "lower by {gain:.1f}).",
-        "straight_line": "Over the diameters a straight line describes the measured force better than a power law "
-        "(AICc lower by {gain:.1f}).",
-    },
-    by="curve",
 )
 states(
     FromTable,

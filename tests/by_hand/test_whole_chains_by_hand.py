@@ -16,7 +16,6 @@ import stemcal
 from stemcal.by_hand.refusals import OtherStudy
 from stemcal.cli.app import app
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.stages.verdict.advice import EnterResults
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -143,7 +142,7 @@ def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
     study, folder = begun(tmp_path, "by-hand/heap.yaml"), StudyFolder(tmp_path / "out")
     awaited(study, folder)
     (unfinished,) = [reason for reason in verdict_of(study, folder).reasons if reason.kind == "unfinished"]
-    assert unfinished.remedy == EnterResults()
+    assert "stemcal enter SPEC SHEET" in unfinished.remedy.text
     said = CliRunner().invoke(app, ["status", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]).stdout
     assert "stemcal enter SPEC SHEET" in " ".join(said.split())
 

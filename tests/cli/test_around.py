@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from commanding import COMMANDS, REPLAY, ROOT, SMOKE, command, undrawn
 
-from stemcal.study.reading import load_study
 from stemcal.study.reading.json_schema import meanings
 from stemcal.text.glossary import look_up
 
@@ -120,7 +119,7 @@ def test_explain() -> None:
     assert wrong.exit_code == 2
     assert "did you mean Lenth's method?" in wrong.stderr
     assert "rsm.alpha" in command("explain", "alpha").stdout
-    assert "crack-band" in command("explain", "solver.failure_length").stdout.lower()
+    assert "low-pass filter" in command("explain", "solver.filter_window").stdout.lower()
     assert json.loads(command("explain", "PRESS", "--json").stdout)["result"]["terms"][0]["term"] == "PRESS"
 
 
@@ -156,14 +155,6 @@ def test_doctor_solves_its_known_answers() -> None:
     assert "exact 0.03685" in rows["known answer: solver"]["found"]
     assert rows["known answer: surface"]["ok"]
     assert command("doctor").stdout.count("known answer") == 2
-
-
-def test_doctor_compiles_what_studies_need(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Kernels of another precision would be compiled in vain, and those of the first study after them."""
-    compiled: list[str] = []
-    monkeypatch.setattr("stemcal.fem.warm.warm", compiled.append)
-    assert command("doctor").exit_code == 0
-    assert compiled == [load_study(SMOKE).solver.precision]
 
 
 def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:

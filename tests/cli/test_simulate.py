@@ -35,11 +35,9 @@ def known_result() -> CuttingResult:
         "contact_supports",
         "contact_friction",
         "supports",
-        "cohesion",
         "external",
         "balance",
         "deleted",
-        "parted",
     )
     history = ForceHistory(time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros))
     return CuttingResult(
@@ -153,17 +151,6 @@ def test_refused_before_the_computation(calls: list[Any], tmp_path: Path) -> Non
     assert calls == []
 
 
-def test_a_cut_tells_its_work_and_area() -> None:
-    """Where elements fail by their strain there is neither."""
-    from dataclasses import replace
-
-    from stemcal.cli.simulate import summary
-
-    cut = replace(known_result(), work_of_cutting=752.1, cut_area_percent=100.0)
-    assert summary(cut).items() >= {("work_of_cutting", 752.1), ("cut_area_percent", 100.0)}  # type: ignore[attr-defined]
-    assert not {"work_of_cutting", "cut_area_percent"} & set(summary(known_result()))  # type: ignore[call-overload]
-
-
 @pytest.fixture
 def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put a known bending test, which ends before its maximum, in place of the solver."""
@@ -176,7 +163,7 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     curve = replace(
         known_result(), stroke_was_enough=False, warnings=(maximum_not_passed(0.83), inertia_in_force(6.25, 0.5))
     )
-    responses = {"slope": 41.5, "axis_slope": 50.0, "maximum_force": 120.0, "travel": 0.6, "work": 60.0}
+    responses = {"slope": 41.5, "maximum_force": 120.0, "travel": 0.6, "work": 60.0}
     monkeypatch.setattr(embedded, "perform", lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses}))
     monkeypatch.setattr(embedded, "warm", lambda *_: None)
 
@@ -185,10 +172,9 @@ def test_a_test_shows_its_responses_beside_what_was_measured(bent: None) -> None
     """Of the bending only the slope is measured, at 8 mm: that its maximum was not passed is no matter."""
     shown = command("simulate", THREE, "--test", "bending")
     assert shown.exit_code == 0, shown.stderr
-    rows = [line.strip() for line in shown.stdout.splitlines()[:5]]
+    rows = [line.strip() for line in shown.stdout.splitlines()[:4]]
     assert [" ".join(row.split()) for row in rows] == [
         "Slope 41.50 N/mm, measured 48.7 ± 2.9 N/mm",
-        "Slope of the axis 50.00 N/mm",
         "Maximum force at least 120.0 N",
         "Travel at least 0.6000 mm",
         "Work at least 60.00 mJ",

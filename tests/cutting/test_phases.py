@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stemcal.cutting import ShearTest, in_phases, mean_over_phases, perturbed, shear, stem_mesh
+from stemcal.cutting import ShearTest, in_phases, mean_over_phases, shear, stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.cutting.result import BreakWatch, break_row, moving_mean
 from stemcal.fem.material import Material
@@ -54,14 +54,6 @@ def test_the_mean_over_phases_keeps_the_scatter() -> None:
     assert mean.peak_sd == pytest.approx(abs(peaks[0] - peaks[1]) / np.sqrt(2.0), rel=1e-12)
     assert mean.phase_peaks == tuple(peaks)
     assert mean.energy_drift_percent == max(result.energy_drift_percent for result in results)
-
-
-def test_a_perturbation_is_drawn_from_seed_and_replicate() -> None:
-    drawn = [perturbed(TEST, 7, replicate).discretisation for replicate in (0, 1, 0)]
-    assert drawn[0] == drawn[2] != drawn[1]
-    assert drawn[0].symmetry == "none"
-    turn, shift = np.random.default_rng([7, 1]).random(2)
-    assert (drawn[1].turn, drawn[1].shift) == (turn, shift)
 
 
 def test_coarsening_keeps_the_cut_and_the_length() -> None:

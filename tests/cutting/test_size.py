@@ -50,9 +50,8 @@ def test_a_solid_stem_has_the_elements_that_are_told(symmetry: str, divisor: flo
     assert told.smallest == pytest.approx(float(np.cbrt(mesh.volumes().min())), rel=0.1)
 
 
-@pytest.mark.parametrize("element", ["one_point", "full"])
-def test_the_memory_is_what_building_a_model_takes(element: str) -> None:
-    how = Discretisation(0.3, element=element, coarsening=3.0, coarsening_around=3.0)
+def test_the_memory_is_what_building_a_model_takes() -> None:
+    how = Discretisation(0.3, coarsening=3.0, coarsening_around=3.0)
     test = replace(ShearTest(replace(MATERIAL, internal_length=1.8)), discretisation=how)
     start(build(test))  # what is loaded and compiled once is not the mesh's
     tracemalloc.start()

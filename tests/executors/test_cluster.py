@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -193,6 +194,27 @@ def test_a_lost_scheduler_ends_the_study_but_fails_no_run(tmp_path: Path) -> Non
     assert kept and all(record is not None and record["status"] == "ok" for record in kept)
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert tables(folder) == unbroken(tmp_path)
+
+
+@pytest.mark.parametrize("greeting", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"SSH-2.0-OpenSSH_9.6\r\n", bytes(16)])
+def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A silent port, a web server, SSH and zeros: one message within the limit of the handshake."""
+    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        answering = threading.Thread(target=lambda: kept.append(server.accept()[0]) or kept[0].sendall(greeting))
+        kept: list[socket.socket] = []
+        answering.start()
+        began = time.monotonic()
+        with pytest.raises(UsageError, match=r"no Dask scheduler answers there .* usual port is 8786"):
+            DaskExecutor(f"127.0.0.1:{server.getsockname()[1]}")
+        answering.join()
+        assert time.monotonic() - began < 5.0
+        kept[0].close()
+
+
+def test_the_port_of_the_dashboard_is_named() -> None:
+    with pytest.raises(UsageError, match=r"8787 is usually the dashboard: write dask://127\.0\.0\.1:8786"):
+        DaskExecutor("127.0.0.1:8787")
 
 
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:

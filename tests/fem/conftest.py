@@ -1,12 +1,11 @@
-"""Have the kernels compiled before the first test here: of several test processes one compiles, the others wait."""
+"""Have the kernels compiled before the first test here."""
 
 from __future__ import annotations
 
 import pytest
-
-from stemcal.fem.warm import warm
+from double_precision import warm_double
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _kernels() -> None:
-    warm()
+    warm_double()

@@ -146,6 +146,6 @@ def test_no_length_leaves_each_element_to_itself() -> None:
     alone, one = np.full((1, 6), -1, dtype=np.int32), np.ones(1)
     spread = exchange(brick((1.0, 1.0, 1.0), (1, 1, 1)), alone, one, 0.1, 0.0, states(one)[:, PLASTIC_STRAIN])
     assert spread.passes == 0
-    assert Material(1e-9, 1000.0, 0.3, failure_strain=0.1).failure_strains(np.ones(1))[0] == 0.1
+    assert Material(1e-9, 1000.0, 0.3, failure_strain=0.1).own_failure_strain == 0.1
     nonlocal_ = Material(1e-9, 1000.0, 0.3, failure_strain=0.1, internal_length=1.0)
-    assert nonlocal_.failure_strains(np.ones(1))[0] == np.inf
+    assert nonlocal_.own_failure_strain == np.inf

@@ -11,7 +11,7 @@ from called import called
 from stemcal.fem.kernels import erosion
 from stemcal.fem.kernels.block import ALIVE
 from stemcal.fem.kernels.search import FACES
-from stemcal.fem.material import BulkViscosity, Hourglass, Material
+from stemcal.fem.material import BulkViscosity, Material
 from stemcal.fem.mesh import brick, hollow_cylinder, solid_cylinder, square_of_solid
 from stemcal.fem.model import Model
 from stemcal.fem.state import start
@@ -116,15 +116,6 @@ def test_material_constants() -> None:
     np.testing.assert_allclose((3 * K - 2 * G) / (6 * K + 2 * G), 0.35)
     assert material.plastic_modulus == pytest.approx(100.0)
     assert material.p_wave_modulus == pytest.approx(900.0 * 0.65 / (1.35 * 0.3))
-    numbers = material.numbers(100.0, Hourglass(), BulkViscosity())
+    numbers = material.numbers(100.0, BulkViscosity())
     assert numbers.density == pytest.approx(1e-7)
     assert numbers.sound_speed == pytest.approx(np.sqrt((K + 4 * G / 3) / 1e-7))
-
-
-def test_failure_strain_by_the_crack_band() -> None:
-    """Bažant and Oh (1983): fs l = fs₀ l₀, so that σ fs l, the energy per area of crack, is that of the length l₀."""
-    lengths = np.array([0.5, 1.0, 2.0])
-    plain = Material(1e-9, 900.0, 0.35, failure_strain=0.03)
-    np.testing.assert_allclose(plain.failure_strains(lengths), 0.03)
-    banded = Material(1e-9, 900.0, 0.35, failure_strain=0.03, failure_length=1.0)
-    np.testing.assert_allclose(banded.failure_strains(lengths) * lengths, 0.03)

@@ -1,24 +1,18 @@
-"""What is spelled out for LLVM does what plain loops do."""
+"""What is spelled out for LLVM does what plain loops would."""
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numba import njit
 
-from stemcal.fem.kernels import llvm, plain
+from stemcal.fem.kernels import llvm as words
 from stemcal.fem.kernels.precision import RUN
 from stemcal.fem.lanes import nodal_zeros
 
 STRIDE = 32
-BOTH = pytest.mark.parametrize("words", [llvm, plain], ids=["llvm", "plain"])
 Kinds = tuple[type, type]
 
 
@@ -30,9 +24,8 @@ def nodes(kind: Any, count: int = 60) -> Any:
     return values
 
 
-@BOTH
 @pytest.mark.parametrize("kinds", [(np.int32, np.float32), (np.float32, np.float32), (np.float64, np.float64)])
-def test_corners_are_read_relative_to_the_first(words: Any, kinds: Kinds) -> None:
+def test_corners_are_read_relative_to_the_first(kinds: Kinds) -> None:
     read_corners = words.read_corners
 
     @njit
@@ -54,9 +47,8 @@ def test_corners_are_read_relative_to_the_first(words: Any, kinds: Kinds) -> Non
     assert not values[:3].any() and not found[:, 0].any()
 
 
-@BOTH
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
-def test_forces_of_a_run_are_subtracted(words: Any, kind: Any) -> None:
+def test_forces_of_a_run_are_subtracted(kind: Any) -> None:
     subtract_run = words.subtract_run
 
     @njit
@@ -71,9 +63,8 @@ def test_forces_of_a_run_are_subtracted(words: Any, kind: Any) -> None:
     np.testing.assert_array_equal(nodal, expected)
 
 
-@BOTH
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
-def test_signs_are_counted(words: Any, kind: Any) -> None:
+def test_signs_are_counted(kind: Any) -> None:
     positive, negative = words.counting(">", 32), words.counting("<", 32)
 
     @njit
@@ -84,8 +75,7 @@ def test_signs_are_counted(words: Any, kind: Any) -> None:
     assert count(values) == (16, 4)
 
 
-@BOTH
-def test_places_are_seen_in_whole_units(words: Any) -> None:
+def test_places_are_seen_in_whole_units() -> None:
     """Halves go to the even number; what is left of the last 32 bits is what differences need."""
     see_place, see_velocity = words.see_place, words.see_velocity
 
@@ -106,8 +96,7 @@ def test_places_are_seen_in_whole_units(words: Any) -> None:
     np.testing.assert_array_equal(same, x)
 
 
-@BOTH
-def test_the_larger_number_or_none(words: Any) -> None:
+def test_the_larger_number_or_none() -> None:
     maximum = words.maximum
 
     @njit
@@ -116,16 +105,3 @@ def test_the_larger_number_or_none(words: Any) -> None:
 
     assert (larger(1.0, 2.0), larger(2.0, 1.0), larger(-np.inf, -1.0)) == (2.0, 2.0, -1.0)
     assert np.isnan([larger(np.nan, 1.0), larger(1.0, np.nan)]).all()
-
-
-@pytest.mark.slow
-def test_a_run_without_llvms_words_gives_the_same_force() -> None:
-    """The whole path, compiled anew; where a compiler may contract a multiply-add is not told, so not to the bit."""
-    root = Path(__file__).parents[2]
-    forces = []
-    for plainly in ("0", "1"):
-        environment = {**os.environ, "STEMCAL_PLAIN_KERNELS": plainly, "PYTHONPATH": str(root)}
-        command = [sys.executable, "-m", "stemcal", "simulate", "configs/smoke.yaml", "--json"]
-        ran = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=True)
-        forces.append(json.loads(ran.stdout)["result"]["peak_force"])
-    assert forces[1] == pytest.approx(forces[0], rel=1e-6)

@@ -140,18 +140,18 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
 
 
 def test_what_cannot_be_compiled_elsewhere_is_compiled_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    here: list[str] = []
+    here: list[bool] = []
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    monkeypatch.setattr(module, "_smallest_simulation", here.append)
+    monkeypatch.setattr(module, "_smallest_simulation", lambda: here.append(True))
     for executable in (str(tmp_path / "nowhere"), sys.executable):
         monkeypatch.setattr(sys, "executable", executable)
         monkeypatch.setattr(module, "compile_all", die)  # the second child dies over it
-        module.compile_once("mixed")
-        module._mark("mixed").unlink()
-    assert here == ["mixed"] * 2
+        module.compile_once()
+        module._mark().unlink()
+    assert here == [True, True]
 
 
-def die(_precision: str) -> None:
+def die() -> None:
     os._exit(3)
 
 
@@ -169,8 +169,8 @@ def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_lef
 
     monkeypatch.setattr(module, "CACHE", tmp_path)
     monkeypatch.setattr(module, "_compiled_elsewhere", compiling)
-    module.compile_once("mixed")
-    assert found == [True, False] and module.is_compiled("mixed")
+    module.compile_once()
+    assert found == [True, False] and module.is_compiled()
 
 
 def test_one_who_waited_keeps_what_the_first_took(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact
-from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.laboratory import Kind, LaboratoryTest
 
@@ -23,13 +23,12 @@ def piece(
     kind: Kind, of: Material, length: float, travel: float, size: float, ratio: float = RATIO, **how: Any
 ) -> LaboratoryTest:
     """Return a test without friction that takes a second."""
-    secant = how.pop("secant", (0.2, 0.5))
     mesh = Discretisation(
         size,
         edge_over="nodes",
-        hourglass=Hourglass("stiffness", 0.03),
+        hourglass=0.03,
         integration=Integration(outputs=400),
         filter_window=0.01,
         **how,
     )
-    return LaboratoryTest(kind, of, Stem(8.0, ratio, length), Loading(travel, 1.0, 0.0), Contact(), mesh, secant=secant)
+    return LaboratoryTest(kind, of, Stem(8.0, ratio, length), Loading(travel, 1.0, 0.0), Contact(), mesh)

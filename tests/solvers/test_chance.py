@@ -64,9 +64,9 @@ def study_of(folder: Path, said: str, program: str = NOISY, template: str = TEMP
 
 def test_a_deterministic_program_is_asked_as_ever(tmp_path):
     """Neither the number of a replicate nor a seed is in the identity that names its records."""
-    study = study_of(tmp_path, "deterministic: true", template=TEMPLATE.replace("{{seed}}", "7"))
+    study = study_of(tmp_path, "", template=TEMPLATE.replace("{{seed}}", "7"))
     identity = Command(study).identity(Request("screen", 3, LEVELS, 8.0))
-    assert not {"replicate", "seed", "drawn_from"} & set(identity)
+    assert not {"replicate", "seed"} & set(identity)
     assert study.replicates == 0
     assert {request.replicate for request in screening_design(study, make_solver(study)).requests(8.0)} == {0}
 
@@ -74,7 +74,7 @@ def test_a_deterministic_program_is_asked_as_ever(tmp_path):
 def test_replicates_imply_chance_and_repeat_the_whole_design(tmp_path):
     study = study_of(tmp_path, "replicates: 3")
     solver = make_solver(study)
-    once = surface_design(study_of(tmp_path / "once", "deterministic: false"), solver, ["a", "b"])
+    once = surface_design(study_of(tmp_path / "once", "replicates: 1"), solver, ["a", "b"])
     design = surface_design(study, solver, ["a", "b"])
     assert np.array_equal(design.coded, np.tile(once.coded, (3, 1)))
     assert [request.replicate for request in design.requests(8.0)] == [1] * 12 + [2] * 12 + [3] * 12
@@ -93,10 +93,9 @@ def test_every_run_has_a_seed_and_a_record_of_its_own(tmp_path):
 def test_seeds_stay_when_more_replicates_are_asked_for(tmp_path):
     """So that the records of before answer still."""
     two, three = (study_of(tmp_path / str(n), f"replicates: {n}") for n in (2, 3))
-    before = [seed_of(r, 0) for r in screening_design(two, make_solver(two)).requests(8.0)]
-    after = [seed_of(r, 0) for r in screening_design(three, make_solver(three)).requests(8.0)]
+    before = [seed_of(r) for r in screening_design(two, make_solver(two)).requests(8.0)]
+    after = [seed_of(r) for r in screening_design(three, make_solver(three)).requests(8.0)]
     assert after[: len(before)] == before
-    assert seed_of(Request("screen", 0, LEVELS, 8.0, replicate=1), 1) != before[0]
 
 
 def test_template_gets_seed_and_replicate(tmp_path):
@@ -106,7 +105,7 @@ def test_template_gets_seed_and_replicate(tmp_path):
     (tmp_path / "run").mkdir()
     solver._write(tmp_path / "run", request)
     first, second = (tmp_path / "run" / "in.json").read_text(encoding="utf-8").splitlines()
-    assert json.loads(first)["seed"] == seed_of(request, 0)
+    assert json.loads(first)["seed"] == seed_of(request)
     assert second == "2"
 
 
@@ -144,13 +143,12 @@ def test_seedless_runs_that_agree_are_said(tmp_path):
 UNSEEDED = NOISY.replace('random.Random(given["seed"])', "random")
 
 
-@pytest.mark.parametrize("said", ["deterministic: true", "time_limit: 9 s"])
-def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path, said):
-    """Said to be deterministic or not said at all: two answers to the same levels tell."""
+def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path):
+    """Two answers to the same levels show it."""
     template = TEMPLATE.replace("{{seed}}", "7")
-    study = study_of(tmp_path, said, UNSEEDED, template)
+    study = study_of(tmp_path, "", UNSEEDED, template)
     folder = StudyFolder(tmp_path / "runs")
-    with pytest.raises(UsageError, match=r"there is chance in it\. Write deterministic: false"):
+    with pytest.raises(UsageError, match=r"there is chance in it\. Write replicates: 5"):
         fit_response_surface(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 2
 
@@ -158,23 +156,13 @@ def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path, said):
 def test_a_deterministic_program_is_run_once_more_and_goes_on(tmp_path):
     program = NOISY.replace('random.Random(given["seed"]).gauss(0, 0.4)', "0.0")
     template = TEMPLATE.replace("{{seed}}", "7")
-    study = study_of(tmp_path, "deterministic: true", program, template)
+    study = study_of(tmp_path, "", program, template)
     folder = StudyFolder(tmp_path / "runs")
     surface = fit_response_surface(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 9 + 1  # 8 points and the centre, and one of them again
     assert surface.pure_error == EqualRepeats()
 
 
-@pytest.mark.parametrize(
-    ("said", "template", "complaint"),
-    [
-        ("{deterministic: true, replicates: 2}", "", "a deterministic program gives 2 times the same answer"),
-        ("", TEMPLATE, "{{seed}} is for a program with chance in it"),
-        ("deterministic: true", TEMPLATE, "write deterministic: false under solver"),
-    ],
-)
-def test_contradictions_are_told_with_their_remedy(tmp_path, said, template, complaint):
-    said = said.strip("{}").replace(", ", "\n  ")
-    with pytest.raises(SpecError) as caught:
-        study_of(tmp_path, said, template=template or TEMPLATE.replace("{{seed}}", "7"))
-    assert complaint in str(caught.value)
+def test_a_seed_without_replicates_is_refused(tmp_path):
+    with pytest.raises(SpecError, match="is for a program with chance in it; write replicates: 1 under solver"):
+        study_of(tmp_path, "")

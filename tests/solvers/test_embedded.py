@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
 from stemcal.cutting import mesh_size
 from stemcal.fem.kernels.plasticity import rate_factor
+from stemcal.files.durable import digest
 from stemcal.solvers import make_solver
-from stemcal.solvers.embedded import _small_enough, shear_test
-from stemcal.solvers.protocol import Belonging
+from stemcal.solvers.embedded import Embedded, _small_enough, shear_test
+from stemcal.solvers.protocol import Belonging, Request
 from stemcal.study.reading import load_study
 from stemcal.study.rules.factors import wrong_levels
 
@@ -81,11 +80,20 @@ def test_a_solid_stem_has_no_wall_that_could_be_too_thick() -> None:
     assert list(wrong_levels(study, study.midlevels())) == []
 
 
-def test_kernels_are_compiled_before_that_the_elements_take(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`full` elements compute in double precision whatever is asked for: else each worker compiles for itself."""
-    compiled: list[str] = []
-    monkeypatch.setattr("stemcal.solvers.embedded.compile_once", compiled.append)
-    study = load_study(CONFIGS / "smoke.yaml")
-    for changes in ({}, {"precision": "double"}, {"element": "full"}):
-        make_solver(study.with_(solver=changes)).prepare()
-    assert compiled == ["mixed", "double", "double"]
+def test_replicates_move_the_mesh_along_the_stem() -> None:
+    """One position in each n-th of half an element, drawn from levels and diameter: equal runs stay one record."""
+    study = load_study(CONFIGS / "smoke.yaml").with_(solver={"replicates": 4})
+    solver, levels = Embedded(study), study.midlevels()
+
+    def shifts(stage: str = "rsm", **changed: float) -> list[float]:
+        runs = [Request(stage, 0, levels | changed, 8.0, replicate=r) for r in (1, 2, 3, 4)]
+        meshes = [solver._tests(run)[0].discretisation for run in runs]
+        assert {mesh.symmetry for mesh in meshes} == {"half"}
+        return [mesh.shift for mesh in meshes]
+
+    found = shifts()
+    assert [int(8.0 * shift) for shift in found] == [0, 1, 2, 3]
+    assert shifts("validate") == found
+    assert shifts(yield_stress=12.0) != found
+    assert len({digest(solver.identity(Request("rsm", 0, levels, 8.0, replicate=r))) for r in (0, 1, 2, 3, 4)}) == 5
+    assert study.replicates == 4 and solver.belongings(8.0)["replicates"] == "4"

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from stemcal import cutting, laboratory
+from stemcal.cutting import ShearTest
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import cut
 from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
@@ -56,20 +57,21 @@ def test_a_blade_of_another_angle_gives_what_a_spec_with_that_blade_gives(tmp_pa
     assert set(found) == {"again_maximum_force", "again_work"}
 
 
-def test_its_mesh_has_the_phases_of_the_first(tmp_path: Path) -> None:
-    study = _study(tmp_path, "", solver="  phases: 2\n")
-    levels = study.midlevels()
-    first, again = simulate(study, levels), simulate_test(study, "again", levels, 8.0)
-    assert first.phase_peaks[0] != first.phase_peaks[1]
-    assert again.responses["maximum_force"] == first.peak_force == pytest.approx(sum(first.phase_peaks) / 2.0)
+def test_its_mesh_is_where_that_of_the_first_is(tmp_path: Path) -> None:
+    study = _study(tmp_path, "", solver="  replicates: 2\n")
+    request = Request("rsm", 0, study.midlevels(), 8.0, replicate=2)
+    solver = Embedded(study)
+    ((_, again),), (first,) = solver._beside(request), solver._tests(request)
+    assert isinstance(again, ShearTest)
+    assert again.discretisation == first.discretisation and 0.25 <= first.discretisation.shift < 0.5
 
 
 def test_what_is_not_given_is_the_spec_s(tmp_path: Path) -> None:
-    study = _study(tmp_path, "supports: {clearance: 12 mm}, speed: 400 mm/min, stroke: 1 mm, symmetry: half, ")
+    study = _study(tmp_path, "supports: {clearance: 12 mm}, speed: 400 mm/min, stroke: 1 mm, blade: {bevel: one}, ")
     (section,), own = study.tests, shear_test(study, study.midlevels(), 8.0)
     test = shear_test(study.cut_as(section, 8.0), study.midlevels(), 8.0)
     assert test.supports == replace(own.supports, clearance=12.0)
-    assert test.blade == own.blade
+    assert test.blade == replace(own.blade, bevel="one")
     assert test.discretisation.symmetry == "half"
     assert test.loading.speed == pytest.approx(400.0 / 60.0)
     assert test.loading.speed * test.loading.duration == pytest.approx(1.0 + own.loading.gap)

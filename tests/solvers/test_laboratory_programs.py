@@ -124,9 +124,9 @@ def test_one_test_is_shown_beside_what_was_measured(study: Study) -> None:
     told = json.loads(command("simulate", study.source, "--test", "torsion", "--json").stdout)["result"]
     assert told["test"] == "torsion"
     assert told["responses"]["maximum_force"] == pytest.approx(force(15.0, 4.0))
-    refused = command("simulate", study.source, "--test", "torsion", "--symmetry", "half")
+    refused = command("simulate", study.source, "--test", "torsion", "--frames", "frames")
     assert refused.exit_code == 2
-    assert "--symmetry" in refused.stderr
+    assert "--frames" in refused.stderr
 
 
 def test_a_result_of_an_earlier_run_is_not_put_beside_the_program(tmp_path: Path) -> None:

@@ -218,7 +218,7 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
     assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("travel,force")
     told = json.loads(command("simulate", spec, *levels, "--json").stdout)["result"]
     assert (told["status"], told["response"]) == ("ok", pytest.approx(125.9459, abs=1e-4))
-    assert command("simulate", spec, "--symmetry", "half").exit_code == 2
+    assert command("simulate", spec, "--frames", tmp_path / "frames").exit_code == 2
     other = command("simulate", spec, "--set", "yield_stress=17")
     assert (other.exit_code, "not_as_written" in other.stderr) == (3, True)
     (tmp_path / "openradioss" / "hm_cfg_files").rmdir()

@@ -41,7 +41,7 @@ targets:
 """
 
 
-def study_of(folder: Path, more: str, names: str = "abcde", says: str = "deterministic: false") -> Study:
+def study_of(folder: Path, more: str, names: str = "abcde", says: str = "replicates: 1") -> Study:
     factors = ", ".join(f"{{name: {name}, low: 0, high: 1}}" for name in names)
     spec = folder / "chain.yaml"
     text = SPEC % (factors, ", ".join(f'"{{{{{name}}}}}"' for name in names), more)

@@ -21,9 +21,8 @@ from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import FlatDirection
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.verdict.advice import FitFewer, WidenRange
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import Conflict, TargetMissed, verdict_of
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 SPECIMENS, SEEDS = 8, (1, 2, 3)
@@ -108,8 +107,9 @@ def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     return judged
 
 
-def widened(verdict: Verdict) -> list[WidenRange]:
-    return [reason.remedy for reason in verdict.reasons if isinstance(reason.remedy, WidenRange)]
+def widened(verdict: Verdict) -> list[str]:
+    edits = [reason.remedy.edit or "" for reason in verdict.reasons if reason.remedy]
+    return [edit for edit in edits if edit.startswith("factors:")]
 
 
 ALIKE = Plant(Law(), (0.3, -0.25))
@@ -127,7 +127,7 @@ def test_a_ridge_gives_one_point_whatever_the_seed(judge) -> None:
         (note,) = (note for note in each.results.inversion.notes if isinstance(note, FlatDirection))
         rise, fall = note.changes["yield_stress"] / HALF[0], note.changes["failure_strain"] / HALF[1]
         assert rise / fall == pytest.approx(-16.0 / 20.0, abs=0.12)
-        assert each.verdict.says("not_identified") and widened(each.verdict) == []
+        assert each.verdict.has("not_identified") and widened(each.verdict) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -136,7 +136,7 @@ def test_a_ridge_at_the_end_of_the_ranges_is_not_told_to_widen_them(judge, seed:
     before = judge(Plant(Law(), (0.75, 0.6)), (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")
     assert not before.results.inversion.joint.separated
     assert widened(before.verdict) == []
-    assert before.verdict.says("not_identified")
+    assert before.verdict.has("not_identified")
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -144,7 +144,7 @@ def test_after_a_further_response_the_ridge_is_gone(judge, seed: int) -> None:
     """Travel sees b alone: fitted with the force it separates the two, and the truth is nearer."""
     before = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")
     after = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all, responses: [force, travel]}\n")
-    assert after.results.inversion.joint.separated and not after.verdict.says("not_identified")
+    assert after.results.inversion.joint.separated and not after.verdict.has("not_identified")
     assert ALIKE.off(after.results) < max(ALIKE.off(before.results), 0.15)
     assert widened(after.verdict) == []
 
@@ -156,14 +156,14 @@ CONFLICT = Plant(Law(p=0.2, q=0.14), (0.2, -0.1), scatter=0.03, travel_off=0.15)
 def test_two_responses_in_conflict_where_nothing_is_left_to_test(judge, seed: int) -> None:
     """Force and travel rise in nearly one direction, and the travel is measured 15 % too long: no point has both."""
     before = judge(CONFLICT, (8.0,), seed, "invert: {responses: [force, travel]}\n")
-    (reason,) = (reason for reason in before.verdict.reasons if isinstance(reason, Conflict))
+    (reason,) = (reason for reason in before.verdict.reasons if reason.kind == "conflict")
     assert before.verdict.verdict == "not_calibrated" and before.verdict.reasons[0] is reason
-    found = reason.contradiction
+    found = before.results.inversion.joint.contradiction
     assert found is not None and found.standard_errors > 4.0 and found.p < 0.001
     assert not found.low <= found.measured <= found.high
-    assert reason.remedy == FitFewer("responses") and widened(before.verdict) == []
+    assert "`invert.responses`" in reason.remedy.text and widened(before.verdict) == []
     after = judge(CONFLICT, (8.0,), seed, "")
-    assert not after.verdict.says("conflict")
+    assert not after.verdict.has("conflict")
     assert CONFLICT.force_off(after.results) < min(CONFLICT.force_off(before.results), 3.0)
     assert CONFLICT.off(after.results) <= CONFLICT.off(before.results) + 0.05
 
@@ -171,7 +171,7 @@ def test_two_responses_in_conflict_where_nothing_is_left_to_test(judge, seed: in
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_same_responses_without_the_mistake_agree(judge, seed: int) -> None:
     right = Plant(CONFLICT.law, CONFLICT.truth, CONFLICT.scatter)
-    assert not judge(right, (8.0,), seed, "invert: {responses: [force, travel]}\n").verdict.says("conflict")
+    assert not judge(right, (8.0,), seed, "invert: {responses: [force, travel]}\n").verdict.has("conflict")
 
 
 def test_one_verdict_never_asks_for_both_ends(judge) -> None:
@@ -180,9 +180,9 @@ def test_one_verdict_never_asks_for_both_ends(judge) -> None:
     asked = 0
     for seed, (off, truth) in enumerate(planted):
         found = judge(Plant(CONFLICT.law, truth, 0.03, off), (8.0,), seed, "invert: {responses: [force, travel]}\n")
-        assert found.verdict.says("conflict") and len(widened(found.verdict)) <= 1
-        assert not found.verdict.says("on_the_edge")
-        missed = [reason for reason in found.verdict.reasons if isinstance(reason, TargetMissed)]
-        assert all(reason.remedy == FitFewer("responses") for reason in missed)  # refining reconciles nothing
+        assert found.verdict.has("conflict") and len(widened(found.verdict)) <= 1
+        assert not found.verdict.has("on_the_edge")
+        missed = [reason for reason in found.verdict.reasons if reason.kind == "target_missed"]
+        assert all("`invert.responses`" in reason.remedy.text for reason in missed)  # refining reconciles nothing
         asked += len(missed)
     assert asked > 0

@@ -12,13 +12,12 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult, PriorUnused
 from stemcal.stages.results import Results
-from stemcal.stages.verdict.rules import Misfit, verdict_of
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.calibration import certainty
 from stemcal.text.names import Names
 from stemcal.text.results import shown_remarks
-from stemcal.text.verdict import sentence
 
 FORCES = """\
 targets:
@@ -79,11 +78,9 @@ def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
     assert found.joint is not None and found.joint.df == 1 and found.joint.p is not None and found.joint.p < 0.001
     assert [row.factor for row in found.priors] == ["yield_stress", "failure_strain"]
     verdict = verdict_of(study, place, Results(inversion=found))
-    (reason,) = (reason for reason in verdict.reasons if isinstance(reason, Misfit))
-    assert reason.weight == "not_calibrated" and verdict.verdict == "not_calibrated"
-    assert sentence(reason, Names(study.naming)).startswith("The misfit is ")
-    remedy = sentence(reason.remedy, Names(study.naming))
-    assert remedy.startswith("Check the prior of yield_stress against its source (compression, Li 2019)")
+    (reason,) = (reason for reason in verdict.reasons if reason.kind == "misfit")
+    assert reason.severity == "error" and verdict.verdict == "not_calibrated"
+    assert "prior of yield_stress" in reason.remedy.text and "compression, Li 2019" in reason.remedy.text
 
 
 def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:

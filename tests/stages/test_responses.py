@@ -148,7 +148,7 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
     for new, old in (("edge_spread: d/5", "edge_spread: 0 mm"), ("internal_length: d/5", "internal_length: 0 mm")):
         text = text.replace(new, old)
     local = "element_size: 1.5 mm, coarsening: 1, coarsening_around: 1, edge_over: elements, mass_scaling: 1e5"
-    solver = f"solver: {{kind: embedded, {local}, hourglass: {{coefficient: 0.037}}, time_step: null, outputs: 200}}\n"
+    solver = f"solver: {{kind: embedded, {local}, hourglass: 0.037, time_step: null, outputs: 200}}\n"
     text = text.split("solver:")[0] + solver
     text = text.replace("low: 0.01, high: 0.05", "low: 0.05, high: 0.15").replace("duration: 0.8 s", "duration: 1.2 s")
     text += "rsm: {factors: [yield_stress, failure_strain], centre_points: 1}\n"

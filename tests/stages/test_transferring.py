@@ -151,7 +151,7 @@ def test_a_spent_budget_is_told(tmp_path: Path) -> None:
     assert not stage["converged"] and stage["stopped"] == "budget" and len(stage["runs"]) == 2
     study = load_study(tmp_path / "study.yaml")
     verdict = stemcal.open_results(tmp_path / "out", study).verdict
-    assert verdict.says("transfer_missed") and verdict.there is not None and verdict.there.solver == "command"
+    assert verdict.has("transfer_missed") and verdict.there is not None and verdict.there.solver == "command"
 
 
 def test_within_the_ranges_it_may_be_out_of_reach(tmp_path: Path) -> None:

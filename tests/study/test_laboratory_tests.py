@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.laboratory import Axial, DoubleShear, RadialCompression, ThreePointBending
+from stemcal.laboratory import Axial, RadialCompression, ThreePointBending
 from stemcal.run_warnings import buckles, hourglass_energy
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.laboratory_runs import laboratory_test, measured_at
@@ -66,10 +66,6 @@ def test_a_piece_is_of_the_stem_that_is_cut(study: Study) -> None:
     found = laboratory_test(ring, shear_test(study, levels, 9.6))
     assert found.kind == RadialCompression()
     assert (found.discretisation.element_size, found.discretisation.through_wall) == (pytest.approx(0.15), 8)
-    plates = ring.model_copy(update={"kind": "double-shear"})
-    found = laboratory_test(plates, shear_test(study, levels, 10.0))
-    assert found.kind == DoubleShear(plate=10.0, gap=1.0)
-    assert found.stem.length == 30.0
 
 
 def test_a_run_does_the_tests_that_are_measured_at_its_diameter(study: Study) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from stemcal.naming import CUTTING, Named, Naming
+from stemcal.naming import Named, Naming
 from stemcal.text import tables
 from stemcal.text.names import Names
 from stemcal.text.tables import LINES, failed, line
@@ -25,9 +25,6 @@ def test_a_line_speaks_of_the_studys_response() -> None:
     assert line("effects", ANGLE) == "Effects on the angle of repose"
     target = line("target at", Names(ANGLE), target=32.6, at=12.0)
     assert target == "Target 32.6° at moisture 12 %."
-    assert line("other place", CUTTING, at=8.0, range=(1.0, 2.5)) == (
-        "With the mesh at another place the maximum force at 8 mm lies within 1.000 to 2.500 N (95 %)."
-    )
 
 
 def test_a_growth_law_with_and_without_its_interval() -> None:

@@ -159,7 +159,6 @@ def test_formulas_weigh_by_who_predicts_better(
 def test_remarks_on_one_force(results: Any) -> None:
     told = said(results.inversion)
     assert told["one_of_many"].startswith("One measured maximum force cannot fix 3 factors: ")
-    assert told["share_of_region"] == "The 95 % prediction interval holds the target in 19 % of the region."
     point = replace(results.inversion.point, inside=False, coded_radius=2.0)
     outside = said(replace(results.inversion, point=point))["solution_outside"]
     assert outside.startswith("The solution lies 2.00 coded units from the centre") and "(radius 1.68)" in outside
@@ -198,9 +197,10 @@ def test_what_values_hold_for_and_ranges_assume(results: Any) -> None:
         "These values hold for element_size 0.5 mm and edge_spread 1 mm: cite them together."
     ]
     assert calibration.valid_for(results.inversion) == []
-    exact, fixed_mesh = calibration.assumptions(stage, meshed=False)
-    assert exact.startswith("The measured value is treated as exact") and "the mesh stays in its place" in fixed_mesh
-    assert calibration.assumptions(stage, meshed=True) == [exact]
+    exact, fixed_mesh = calibration.assumptions(stage)
+    assert exact.startswith("The measured value is treated as exact") and "do not include the scatter" in fixed_mesh
+    scattered = replace(stage, belongs_to={"element_size": "0.5 mm", "replicates": "5"})
+    assert calibration.assumptions(scattered) == [exact]
 
 
 def test_the_range_to_cite_is_explained_for_one_force_only(results: Any, joint: InvertResult) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from stemcal.doe.regression.surface_notes import ScatterOverMeshes
 from stemcal.stages.design import FewSignificant, StrongestAsked
 from stemcal.stages.surface.runs import EqualSeeds
 from stemcal.text import surface
@@ -34,12 +33,6 @@ def test_the_remarks_of_the_published_surface(results: Any) -> None:
     assert said["verdict_on_one_run"].startswith("Without run 3 (112 N) lack of fit has p = 0.0173, with it p = 0.3189")
     assert said["unequal_repeats"].startswith("6 runs at the same levels gave 112 N to 124 N.")
     assert said["shape"].startswith("The stationary point (saddle) has")
-
-
-def test_a_scatter_over_meshes_says_what_is_in_no_interval() -> None:
-    said = sentence(ScatterOverMeshes(1.5, 24, 5.2, True), NAMES)
-    assert "1.5 N for the mean of a run, with 24 df" in said and "(standard deviation 5.2 N)" in said
-    assert said.endswith("It is larger than the residual: intervals are made from it, F tests from the residual.")
 
 
 def test_how_factors_were_chosen() -> None:

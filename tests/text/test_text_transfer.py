@@ -23,13 +23,10 @@ from stemcal.stages.transfer.result import (
     TransferRow,
     TransferRun,
 )
-from stemcal.stages.verdict import advice, rules
-from stemcal.stages.verdict.result import Judged, Use, UseThere
 from stemcal.text import transfer
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
 from stemcal.text.plan import sentences
-from stemcal.text.verdict import use_there
 
 STEM = Names()
 HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
@@ -131,25 +128,7 @@ def test_where_it_ended() -> None:
     assert "no step is left between the runs: it jumps there, or does not follow strain and stress" in said["settled"]
 
 
-def test_the_verdict_and_the_plan_name_the_program() -> None:
-    where = UseThere("openradioss", Use(10.0, (7.0, 8.0, 9.0), Judged("force", 11.0, 45.2, fitted=False)))
-    assert use_there(where, STEM) == (
-        "Good in OpenRadioss (within 10 %) at 7, 8 and 9 mm. Worst there: 45 % low at 11 mm."
-    )
-    nowhere = UseThere("manual", Use(10.0, (), Judged("angle", 0.0, 45.2, fitted=True)))
-    assert use_there(nowhere, HEAP) == "In the other program not within 10 %. Worst there: 45 % low."
-    missed = rules.TransferMissed(
-        weight="with_reservations",
-        remedy=advice.MendTransfer("budget", ("strain",), 16),
-        solver="lsdyna",
-        missed_percent=36.7,
-    )
-    assert sentence(missed, STEM) == "In LS-DYNA the maximum force is 36.7 % from the measured one."
-    assert sentence(missed.remedy, STEM) == (
-        "Raise `budget` under `transfer` to 16, or give strain a wider range under `adjust` there."
-    )
-    joint = replace(missed, aims_at="study")
-    assert sentence(joint, STEM) == "In LS-DYNA the maximum force is 36.7 % from that of the study's own solver."
+def test_the_plan_names_the_program() -> None:
     assert sentences([InAnotherProgram("embedded", 26, 6, 90.0)])[0].startswith(
         "26 runs here, at most 6 in the other model (transfer). Those take at most "
     )

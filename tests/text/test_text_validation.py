@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from stemcal.doe.validation.comparison import BetterCurve
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
@@ -16,7 +15,7 @@ from stemcal.stages.validate.result import (
 )
 from stemcal.text import validation
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark, sentence
+from stemcal.text.notes import Remark
 from stemcal.text.results import remarks_of
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
@@ -60,7 +59,7 @@ def test_a_small_error_is_not_none(results: Any) -> None:
 
 
 def test_the_spec_says_what_counts_as_equal(results: Any) -> None:
-    checked = validation.certainty(replace(results.validation, equivalent_within_percent=6.0), NAMES)[0]
+    checked = validation.certainty(replace(results.validation, tolerance_percent=6.0), NAMES)[0]
     assert checked.endswith("1 of 4 are within 6 %.")
 
 
@@ -86,15 +85,11 @@ def test_remarks_of_the_published_forces(results: Any) -> None:
         "growth": Weight.ASIDE,
         "beside_formula": Weight.USE,
         "error_trend": Weight.USE,
-        "better_curve": Weight.ASIDE,
         "from_table": Weight.USE,
     }
     assert found["fitted"].sentence == "The parameters were fitted at 8 mm: an error there is not an independent check."
     assert found["growth"].sentence == "The measured force grows as d^2.59, the simulated as d^2.20."
     assert found["error_trend"].sentence.startswith("The error changes by +4.3 % per mm of diameter")
-    assert sentence(BetterCurve("straight_line", 3.21), NAMES).endswith(
-        "a straight line describes the measured force better than a power law (AICc lower by 3.2)."
-    )
 
 
 def test_a_machines_travel_is_compared_with_the_simulated(results: Any) -> None:

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import STRESS
 from stemcal.fem.kernels.element import add_internal_forces
-from stemcal.fem.kernels.full import POINT_STRESS, add_full_internal_forces
 from stemcal.fem.kernels.march import REACHED
 from stemcal.fem.kernels.nodes import see
-from stemcal.fem.material import BulkViscosity, Hourglass
+from stemcal.fem.material import BulkViscosity
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
@@ -21,12 +20,6 @@ from stemcal.fem.threads import march_to
 Array = NDArray[np.float64]
 
 NO_VISCOSITY = BulkViscosity(0.0, 0.0)
-# Each element with each way to resist its hourglass modes.
-ELEMENTS = {
-    "one point, stiffness": {"element": "one_point", "hourglass": Hourglass("stiffness", 0.1)},
-    "one point, viscous": {"element": "one_point", "hourglass": Hourglass("viscous", 0.1)},
-    "full": {"element": "full"},
-}
 
 
 def distorted(counts: tuple[int, int, int], by: float, seed: int = 0) -> Mesh:
@@ -41,19 +34,13 @@ def advance(state: State, x: Array, dt: float = 1.0e-3) -> Array:
     body.v[:] = (x - body.x) / dt
     body.x[:] = x
     body.f[:] = 0.0
-    if body.points.shape[0] > 0:
-        add_full_internal_forces(state.topology, body.points, body.x, body.v, body.state, body.f, dt,
-                                 state.material)  # fmt: skip
-    else:
-        see(body)
-        add_internal_forces(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, dt, state.material)
+    see(body)
+    add_internal_forces(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, dt, state.material)
     return body.f[: len(x)].copy()
 
 
 def stresses(state: State) -> Array:
     """Return the stress (xx, yy, zz, xy, yz, zx) of every integration point."""
-    if state.body.points.shape[0] > 0:
-        return state.body.points[:, :, POINT_STRESS].reshape(-1, 6).copy()
     return row(state, slice(STRESS, STRESS + 6))
 
 

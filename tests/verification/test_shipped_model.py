@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from stemcal.cutting import Blade, CuttingResult, Discretisation, Loading, ShearTest, Stem, Supports, build, shear
-from stemcal.fem.material import Hourglass, Material
+from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
@@ -26,7 +26,7 @@ SHIPPED = ShearTest(
         edge_over="nodes",
         coarsening=6.0,
         coarsening_around=2.0,
-        hourglass=Hourglass("stiffness", 0.01),
+        hourglass=0.01,
         integration=Integration(1.0e4, outputs=600, time_step=53.0e-6),
     ),
 )

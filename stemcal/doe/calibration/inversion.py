@@ -16,7 +16,6 @@ from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.notes import Note, Weight
 
 Interval = tuple[float, float]
-_SHARE_POINTS = 13  # 2^13 points give the share to about half a per cent
 
 
 class FreeFactors(Note, weight=Weight.USE):
@@ -45,8 +44,7 @@ class Assessment:
 class Calibration:
     """The solution a rule selects, and the whole set it was selected from.
 
-    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target};
-    `share` is the part of the region whose 95 % prediction interval holds the target.
+    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target}.
     """
 
     target: float
@@ -54,7 +52,6 @@ class Calibration:
     ranges: tuple[Interval, ...]
     reachable: Interval
     rule: str
-    share: float | None
     radius: float | None
     notes: tuple[Note, ...]
 
@@ -104,7 +101,6 @@ def solve_target(
         ranges=ranges,
         reachable=(bottom, top),
         rule=rule,
-        share=_share(found),
         radius=radius,
         notes=(*_free_factors(found, ranges), *_second_solution(solutions)),
     )
@@ -139,14 +135,6 @@ def assess_point(
 
 def _interval(ends: Array) -> Interval | None:
     return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
-
-
-def _share(solutions: SolutionSet) -> float | None:
-    """Part of the region whose 95 % prediction interval holds the target."""
-    if solutions.surface.mean_square is None:
-        return None
-    low, high = solutions.surface.prediction_interval(solutions.region.spread(_SHARE_POINTS)).T
-    return float(np.mean((low <= solutions.target) & (solutions.target <= high)))
 
 
 def _free_factors(solutions: SolutionSet, ranges: Sequence[Interval]) -> list[Note]:

@@ -26,9 +26,8 @@ tested together too: five tests by themselves would find one where there is none
 Several responses of the same specimens have one covariance matrix, told by these: it stands for its p variances, with
 the degrees of freedom of all together, and the residuals tell by how much its weights are off (`Misfit.freedom`).
 
-Some errors move many observations together, each by its own amount u: the place of the mesh all forces, all travels and
-all works (`Misfit.with_mesh`, which adds to each a variance of its own too); the testing machine's stiffness, and where
-its curves begin, the scores of curves at all diameters. So D = rᵀV⁻¹r with V = diag(v) + UᵀU, a row of U for each, by
+Some errors move many observations together, each by its own amount u: the testing machine's stiffness, and where its
+curves begin, the scores of curves at all diameters. So D = rᵀV⁻¹r with V = diag(v) + UᵀU, a row of U for each, by
 Woodbury's formula. What is shared is not averaged away over the diameters; each factor's degrees of freedom know of it.
 What the observations tell of such an error is `Misfit.told_of`.
 """
@@ -44,7 +43,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.levelset import Objective, optimise
-from stemcal.doe.calibration.mesh_scatter import MeshScatter
 from stemcal.doe.calibration.prior import Prior
 from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.regression.least_squares import Array, f_test
@@ -58,8 +56,6 @@ Scatter = Literal["measured", "pooled", "misfit", "surface", "joint"]
 # No force is known better than this part of itself: keeps the misfit of an exact surface finite.
 _FINEST = 1e-4
 _CLOUD = 11
-UNEQUAL = 0.05
-"""Level of the test that all diameters scatter alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +90,7 @@ class Observation:
 class VarianceSource:
     """One source of error: its variance at each observation, and the degrees of freedom behind it.
 
-    One with a `loading`, u, moves all observations together, each by its own standard deviation with its sign; the
-    mesh's, of one `kind`, was told by a mean square over so many diameters, less the part of each by itself. Where
+    One with a `loading`, u, moves all observations together, each by its own standard deviation with its sign. Where
     `variance` is pooled, `apart` is what each observation by itself says of it, with its own degrees of freedom
     `apart_df`. A `matrix` is the estimated covariance of several responses of the same specimens.
     """
@@ -104,16 +99,14 @@ class VarianceSource:
     variance: Array
     df: float
     loading: Array | None = None
-    conditions: int = 1
-    kind: str = FIRST
     apart: Array | None = None
     apart_df: Array | None = None
     matrix: bool = False
 
     @classmethod
-    def moving(cls, name: str, loading: Array, df: float, conditions: int = 1, kind: str = FIRST) -> VarianceSource:
+    def moving(cls, name: str, loading: Array, df: float) -> VarianceSource:
         """Return what moves observations together."""
-        return cls(name, loading**2, df, loading, conditions, kind)
+        return cls(name, loading**2, df, loading)
 
     def only(self, kept: Sequence[int]) -> VarianceSource:
         """Keep some of the observations; a matrix of fewer responses is known better."""
@@ -170,17 +163,6 @@ class Misfit:
     def tests_priors(self) -> bool:
         """Whether the least misfit tests the priors alone: the data have told their own scatter."""
         return self.scatter == "joint" and bool(self.priors) and np.isfinite(self.scale_df)
-
-    @property
-    def unequal(self) -> bool:
-        """Whether the diameters scatter by different coefficients of variation."""
-        p = self.equal_scatter_p
-        return p is not None and p < UNEQUAL
-
-    @property
-    def meshed(self) -> bool:
-        """Whether the scatter over the places of the mesh is among its sources."""
-        return any(source.name.startswith("mesh") for source in self.sources)
 
     @cached_property
     def measured(self) -> Array:
@@ -345,32 +327,6 @@ class Misfit:
             sources=(VarianceSource("misfit", variance, self.df),),
         )
 
-    def with_mesh(self, mesh: MeshScatter, least: float, further: Mapping[str, MeshScatter] | None = None) -> Misfit:
-        """Return it with the scatter of the forces over the places of the mesh; `least` is its least misfit.
-
-        `further` has the scatter of travel and work. A scatter that the misfit has told holds what each diameter has by
-        itself, not what all share.
-        """
-        known = self if self.scale_known else self.scaled(least)
-        scatter = {FIRST: mesh, **(further or {})}
-        added = [source for kind, found in scatter.items() for source in known._of_mesh(kind, found)]
-        kept = [source for source in added if source.loading is not None or self.scale_known]
-        return known.of_sources([*known.sources, *kept])
-
-    def _of_mesh(self, kind: str, mesh: MeshScatter) -> list[VarianceSource]:
-        """Return what the place of the mesh adds to the observations of a kind: by itself, and shared by them."""
-        mine = np.array([observation.kind == kind for observation in self.observations])
-        size = np.where(mine, self.measured, 0.0)
-        own = VarianceSource("mesh", size**2 * mesh.own, mesh.own_df, kind=kind)
-        if mesh.common <= 0.0:
-            return [own]
-        loading = size * np.sqrt(mesh.common)
-        return [own, VarianceSource.moving("mesh, all alike", loading, mesh.common_df, mesh.conditions, kind)]
-
-    def own_part(self, shared: VarianceSource) -> int | None:
-        """Return which source is the mesh's own part beside what the observations of its kind share."""
-        return next((i for i, s in enumerate(self.sources) if s.name == "mesh" and s.kind == shared.kind), None)
-
     def of_sources(self, sources: Sequence[VarianceSource]) -> Misfit:
         """Return it with these sources of error alone."""
         own = sum((s.variance for s in sources if s.loading is None), start=np.zeros_like(self.variance))
@@ -394,7 +350,6 @@ class Misfit:
         covariance = np.linalg.pinv(self.information(x))
         g, by_priors = weighed @ covariance, ((self.told(x) @ covariance) ** 2).sum(axis=0)
         found = [source.parts(g) for source in self.sources]
-        self._as_mean_squares(found, g)
         self._of_matrices(found, x, (slopes * g).sum(axis=1))
         variance = sum((part for part, _ in found), start=by_priors)
         doubt = sum((part for _, part in found), start=np.zeros(self.k))
@@ -471,38 +426,6 @@ class Misfit:
         squared = np.trace(spread @ spread) + np.trace(alone @ alone) + 2.0 * np.sum(across * (omega @ across))
         return expected, expected**2 / float(squared), expected**2 / max(doubt, 1e-300)
 
-    @property
-    def equal_scatter_p(self) -> float | None:
-        """Bartlett's test that each kind has one coefficient of variation at all diameters; None where none is told.
-
-        −Σ νᵢ·ln(sᵢ²/s²)/C over the observations follows χ²(m − 1), C = 1 + (Σ 1/νᵢ − 1/Σνᵢ)/(3(m − 1)); kinds add up.
-        Source: M. S. Bartlett, Proc. R. Soc. A 160 (1937) 268.
-        """
-        from scipy.special import chdtrc
-
-        statistic, df = 0.0, 0
-        for source in self.sources:
-            if source.name != "laboratory" or source.apart is None or source.apart_df is None:
-                continue
-            if not np.isfinite(source.df):
-                continue
-            told = (source.apart > 0.0) & (source.apart_df < source.df)
-            if (m := int(told.sum())) < 2:
-                continue
-            own, ratio = source.apart_df[told], source.apart[told] / source.variance[told]
-            correction = 1.0 + (float(np.sum(1.0 / own)) - 1.0 / float(own.sum())) / (3.0 * (m - 1))
-            statistic, df = statistic - float(own @ np.log(ratio)) / correction, df + m - 1
-        return float(chdtrc(df, statistic)) if df else None
-
-    def _as_mean_squares(self, found: list[tuple[Array, Array]], g: Array) -> None:
-        """Move s²/D from the mesh's own part to the shared one: with c² = (MS − s²)/D, MS and s² are independent."""
-        for i, source in enumerate(self.sources):
-            if source.loading is not None and (own := self.own_part(source)) is not None:
-                moved = (np.sqrt(self.sources[own].variance) @ g) ** 2 / source.conditions
-                shared, alone = found[i][0] + moved, np.maximum(found[own][0] - moved, 0.0)
-                found[i] = shared, shared**2 / source.df
-                found[own] = alone, alone**2 / self.sources[own].df
-
 
 def misfit_of(observations: Sequence[Observation], region: Region | None = None) -> Misfit:
     """Weigh the observations by what is known of their scatter (see the head of this module).
@@ -578,7 +501,7 @@ def _weighed_at(observations: Sequence[Observation], point: Array | None) -> Mis
         for kind, df in freedom.items()
         if not np.all(together[kinds == kind] > 0.0)
     ]
-    sources += [*matrices, *(VarianceSource.moving(name, u, np.inf, kind="") for name, u in loadings.items())]
+    sources += [*matrices, *(VarianceSource.moving(name, u, np.inf) for name, u in loadings.items())]
     sources += [
         VarianceSource(
             "surface",

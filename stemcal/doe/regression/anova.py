@@ -7,7 +7,6 @@ import numpy as np
 
 from stemcal.doe.regression.copies import same_points
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, Array, LeastSquares, f_test, stars
-from stemcal.doe.regression.within import Pooled, Within
 
 
 @dataclass(frozen=True)
@@ -25,10 +24,7 @@ class AnovaRow:
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """The residual split into what replicates scatter (pure error) and what the quadratic misses.
-
-    With scatter known within the runs (`within_df` > 0) that is the pure error; it lies outside the residual then.
-    """
+    """The residual split into what replicates scatter (pure error) and what the quadratic misses."""
 
     sum_of_squares: float
     df: int
@@ -37,8 +33,6 @@ class LackOfFit:
     f: float | None
     p: float | None
     deterministic: bool
-    within_df: int = 0
-    within_common: float | None = None
 
     @property
     def testable(self) -> bool:
@@ -46,11 +40,10 @@ class LackOfFit:
         return self.f is not None
 
 
-def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -> LackOfFit:
+def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
     """Split the residual over exactly repeated design points.
 
-    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test, unless the
-    scatter `within` the runs is known.
+    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test.
     """
     group = same_points(coded)
     counts = np.bincount(group)
@@ -61,12 +54,9 @@ def lack_of_fit(coded: Array, fit: LeastSquares, within: Within | None = None) -
     pure = 0.0 if deterministic else pure
     df = fit.df - pure_df
     lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
-    inner = within.pooled(coded) if within is not None else Pooled(0.0, 0, None)
-    if inner.df:
-        pure, pure_df = pure + inner.sum_of_squares, inner.df + (0 if deterministic else pure_df)
     test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
     f, p = test if test else (None, None)
-    return LackOfFit(lof, df, pure, pure_df, f, p, deterministic, inner.df, inner.common)
+    return LackOfFit(lof, df, pure, pure_df, f, p, deterministic)
 
 
 def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from stemcal.doe.regression.anova import LackOfFit, lack_of_fit
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, not_estimable
-from stemcal.doe.regression.within import Within
 
 # A run of leverage 1 is fitted exactly whatever it says: it has no residual to judge.
 _FULL_LEVERAGE = 1.0 - 1e-9
@@ -36,11 +35,11 @@ class RunDiagnostics:
 
 
 def run_diagnostics(
-    coded: Array, fit: LeastSquares, rows: Sequence[int], split: LackOfFit, within: Within | None = None
+    coded: Array, fit: LeastSquares, rows: Sequence[int], split: LackOfFit
 ) -> tuple[RunDiagnostics, ...]:
     """Diagnose each run; `rows` are the run numbers of the fitted rows."""
     studentised, cooks = _studentised(fit), _cooks_distance(fit)
-    without = [_lack_of_fit_without(i, coded, fit, within) if split.testable else None for i in range(len(rows))]
+    without = [_lack_of_fit_without(i, coded, fit) if split.testable else None for i in range(len(rows))]
     fitted = fit.response - fit.residuals
     return tuple(
         RunDiagnostics(
@@ -104,10 +103,10 @@ def variance_inflation(fit: LeastSquares) -> Array:
     return np.asarray((spread * np.diag(fit.unscaled_covariance))[1:])
 
 
-def _lack_of_fit_without(i: int, coded: Array, fit: LeastSquares, within: Within | None) -> float | None:
+def _lack_of_fit_without(i: int, coded: Array, fit: LeastSquares) -> float | None:
     keep = np.arange(len(coded)) != i
     matrix = fit.matrix[keep]
     if not_estimable(matrix, [str(j) for j in range(matrix.shape[1])]):
         return None
     refit = fit_least_squares(matrix, fit.response[keep])
-    return lack_of_fit(coded[keep], refit, None if within is None else within.at(keep)).p
+    return lack_of_fit(coded[keep], refit).p

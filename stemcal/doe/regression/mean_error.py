@@ -43,9 +43,7 @@ def mean_error_of(coded: Array, fit: LeastSquares, split: LackOfFit, mean_square
 
 
 def _runs_of_a_point(coded: Array, fit: LeastSquares, split: LackOfFit) -> float:
-    """Return r; 1 where the scatter is known within the runs, which are means then."""
-    if split.within_df:
-        return 1.0
+    """Return r, the runs of a point."""
     group = same_points(coded)
     z = np.eye(group.max() + 1)[group]
     m = z.T @ fit.matrix

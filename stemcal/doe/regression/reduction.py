@@ -14,7 +14,6 @@ from stemcal.doe.regression.copies import copies_of
 from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.doe.regression.within import Within
 from stemcal.errors import UsageError
 
 
@@ -31,7 +30,6 @@ def reduce_surface(
     response: ArrayLike,
     names: Sequence[str],
     alpha: float = 0.1,
-    within: Within | None = None,
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
     """Remove the weakest term of a surface while its p exceeds alpha; returns the surface and the terms removed.
 
@@ -56,7 +54,7 @@ def reduce_surface(
         place = removable[weakest]
         steps.append(ReductionStep(chosen.pop(place), ps[weakest]))
         columns = np.delete(columns, place, axis=1)
-    return fit_surface(coded, response, names, chosen, within), tuple(steps)
+    return fit_surface(coded, response, names, chosen), tuple(steps)
 
 
 def _removable(chosen: Sequence[str]) -> list[int]:

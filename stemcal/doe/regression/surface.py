@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.regression.anova import AnovaRow, LackOfFit, anova_table, lack_of_fit
+from stemcal.doe.regression.anova import AnovaRow, anova_table, lack_of_fit
 from stemcal.doe.regression.copies import copies_of
 from stemcal.doe.regression.fit_statistics import (
     Coefficient,
@@ -22,11 +22,9 @@ from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_
 from stemcal.doe.regression.mean_error import MeanError, mean_error_of
 from stemcal.doe.regression.surface_notes import surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
-from stemcal.doe.regression.within import Within
 from stemcal.errors import UsageError
 from stemcal.notes import Note
 
-ErrorSource = Literal["residual", "within"]
 ROUGH_PERCENT = 3.0
 """Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
 
@@ -37,8 +35,7 @@ class Surface:
 
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
     such term.
-    `mean_square` with `df` is the error behind every interval: the residual's, or that `within` the runs where this
-    is larger. `copies` is how many runs only repeat
+    `mean_square` with `df`, the residual's, is the error behind every interval. `copies` is how many runs only repeat
     others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic` tells
     that such a solver gave the runs. `mean_error` is what the mean response may be off by; None of a saturated fit.
     """
@@ -62,7 +59,6 @@ class Surface:
     mean_square: float | None
     df: int
     response: Array
-    error_source: ErrorSource = "residual"
     copies: int = 0
     deterministic: bool = False
     mean_error: MeanError | None = None
@@ -147,8 +143,6 @@ def fit_surface(
     response: ArrayLike,
     names: Sequence[str],
     terms: Sequence[str] | None = None,
-    within: Within | None = None,
-    each_once: bool = True,
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -161,10 +155,6 @@ def fit_surface(
     names : sequence of k strings
     terms : sequence of strings, optional
         The terms to fit, as `term_names` calls them; the mean is always there.
-    within : Within, optional
-        The scatter known within each run: a pure error.
-    each_once : bool
-        Count copies of a deterministic run once; False counts each, as published tables do.
 
     Raises
     ------
@@ -172,14 +162,14 @@ def fit_surface(
         If the runs at hand, or the design, cannot estimate every term.
     """
     points, y = _checked_points(coded, response, names)
-    copies = copies_of(points, y) if each_once else np.zeros(y.size, dtype=bool)
+    copies = copies_of(points, y)
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     kept, every = _kept(names, terms), term_names(names)
     matrix = term_columns(points)[present][:, kept]
     require_estimable(matrix, [every[i] for i in kept], n_failed, "response surface")
     fit = fit_least_squares(matrix, y[present])
-    rows, scatter = (np.flatnonzero(present) + 1).tolist(), None if within is None else within.at(present)
-    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, scatter, n_failed, int(copies.sum())))
+    rows = (np.flatnonzero(present) + 1).tolist()
+    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, n_failed, int(copies.sum())))
 
 
 def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
@@ -210,7 +200,6 @@ class _Runs:
     rows: list[int]
     names: tuple[str, ...]
     kept: list[int]
-    within: Within | None
     failed: int
     copies: int
 
@@ -218,10 +207,10 @@ class _Runs:
 def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
     every, kept = term_names(runs.names), runs.kept
     terms = [every[i] for i in kept]
-    split = lack_of_fit(runs.design, fit, runs.within)
-    diagnostics = run_diagnostics(runs.design, fit, runs.rows, split, runs.within)
+    split = lack_of_fit(runs.design, fit)
+    diagnostics = run_diagnostics(runs.design, fit, runs.rows, split)
     missed, precision = press(fit), adequate_precision(fit)
-    mean_square, df, source = _error(fit, split)
+    mean_square, df = fit.mean_square, fit.df
     coefficients = coefficients_of(fit, terms, mean_square, df)
     inflation = [c.vif for c in coefficients if c.vif is not None]
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
@@ -247,17 +236,7 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         mean_square=mean_square,
         df=df,
         response=fit.response,
-        error_source=source,
         copies=runs.copies,
-        deterministic=runs.copies > 0 and not split.within_df,
+        deterministic=runs.copies > 0,
         mean_error=None if mean_square is None else mean_error_of(runs.design, fit, split, mean_square, df),
     )
-
-
-def _error(fit: LeastSquares, split: LackOfFit) -> tuple[float | None, int, ErrorSource]:
-    """Return the error of intervals: the residual, or the scatter within the runs where that is larger."""
-    if split.within_df:
-        within = split.pure_sum_of_squares / split.pure_df
-        if fit.mean_square is None or within > fit.mean_square:
-            return within, split.pure_df, "within"
-    return fit.mean_square, fit.df, "residual"

@@ -45,19 +45,6 @@ class MostlyNoise(Note, weight=Weight.NUMBERS):
     precision: float
 
 
-class ScatterOverMeshes(Note):
-    """Pure error is the scatter within the runs over mesh phases.
-
-    `common` is the standard deviation of what a phase does to all runs alike, taken out of it; `largest` tells whether
-    the scatter is larger than the residual, so that intervals are made from it.
-    """
-
-    scatter: float
-    df: int
-    common: float | None
-    largest: bool
-
-
 class CopiesOnly(Note, weight=Weight.ASIDE):
     """So many runs repeat others exactly: the solver is deterministic, and every point counts once."""
 
@@ -113,16 +100,10 @@ def surface_notes(
         yield ExactSurface()
     if copies:
         yield CopiesOnly(copies, fit.df)
-    yield from _within_notes(fit, split) if split.within_df else _lack_of_fit_notes(split)
+    yield from _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
         yield MostlyNoise(precision)
     yield from _influence_notes(split, diagnostics)
-
-
-def _within_notes(fit: LeastSquares, split: LackOfFit) -> Iterator[Note]:
-    scatter = (split.pure_sum_of_squares / split.pure_df) ** 0.5
-    largest = fit.mean_square is None or scatter**2 > fit.mean_square
-    yield ScatterOverMeshes(scatter, split.pure_df, split.within_common, largest)
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:

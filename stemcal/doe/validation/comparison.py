@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -21,26 +20,15 @@ class ErrorTrend(Note, weight=Weight.USE):
     slope: float
 
 
-class BetterCurve(Note, weight=Weight.ASIDE):
-    """Which curve describes the measured forces over the diameters better, and by how much lower an AICc."""
-
-    curve: Literal["power_law", "straight_line"]
-    gain: float
-
-
 @dataclass(frozen=True)
 class ValidationRow:
-    """One diameter, or other condition; simulated and error are None where the run failed.
-
-    `simulation_error_percent` is 100·(simulated − measured)/measured, the other sign convention.
-    """
+    """One diameter, or other condition; simulated and error are None where the run failed."""
 
     condition: float
     measured: float
     simulated: float | None
     error_percent: float | None
     role: str
-    simulation_error_percent: float | None = None
     sd: float | None = None
     n: int | None = None
 
@@ -70,7 +58,6 @@ class Validation:
     max_abs_error_percent: float | None
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None
-    best_scaled_max_error_percent: float | None
     error_slope_percent_per_unit: float | None
     measured_exponent: Exponent | None
     simulated_exponent: Exponent | None
@@ -115,11 +102,10 @@ def compare_conditions(
         max_abs_error_percent=max(sizes, default=None),
         mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
         max_abs_error_percent_independent=max(independent, default=None),
-        best_scaled_max_error_percent=_best_scaled_error(done),
         error_slope_percent_per_unit=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=tuple(_growth_notes(rows, slope)) if naming.is_force_on_stems else (),
+        notes=(ErrorTrend(slope),) if slope is not None and _is_trend(done, slope) else (),
     )
 
 
@@ -156,9 +142,9 @@ def _row(
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role = "calibration" if fitted else "validation"
     if simulated is None or not np.isfinite(simulated):
-        return ValidationRow(condition, measured, None, None, role, None, sd, n)
+        return ValidationRow(condition, measured, None, None, role, sd, n)
     error = 100.0 * (measured - float(simulated)) / measured
-    return ValidationRow(condition, measured, float(simulated), error, role, -error, sd, n)
+    return ValidationRow(condition, measured, float(simulated), error, role, sd, n)
 
 
 def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
@@ -170,49 +156,9 @@ def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
     return float(fit_least_squares(np.column_stack([np.ones_like(d), d]), errors).coefficients[1])
 
 
-def _best_scaled_error(rows: Sequence[ValidationRow]) -> float | None:
-    """Worst error left when all simulated values are multiplied by the one best number.
-
-    With r = simulated/measured the best number is 2/(min r + max r), and the worst error
-    (max r − min r)/(max r + min r).
-    """
-    if not rows:
-        return None
-    ratios = [(row.simulated or 0.0) / row.measured for row in rows]
-    low, high = min(ratios), max(ratios)
-    return 100.0 * (high - low) / (high + low) if high + low > 0.0 else None
-
-
-def _growth_notes(rows: Sequence[ValidationRow], slope: float | None) -> Iterator[Note]:
-    """Find a trend of the error, and the better curve of the measured force, over the stem's diameter."""
-    if slope is not None and _is_trend(rows, slope):
-        yield ErrorTrend(slope)
-    if (better := _better_curve(rows)) is not None:
-        yield better
-
-
 def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
     """Whether the straight line explains most of the errors' variation."""
-    done = [row for row in rows if row.error_percent is not None]
-    errors = np.array([row.error_percent for row in done], dtype=float)
-    d = np.array([row.condition for row in done])
+    errors = np.array([row.error_percent for row in rows], dtype=float)
+    d = np.array([row.condition for row in rows])
     total = float(np.sum((errors - errors.mean()) ** 2))
     return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
-
-
-def _better_curve(rows: Sequence[ValidationRow]) -> BetterCurve | None:
-    """Compare power law and straight line on the measured forces by AICc; both have three parameters.
-
-    AICc differs by n·ln(RSS) alone, with 2·Σln(force) added to the power law for its logarithmic scale.
-    """
-    d, response = np.array([row.condition for row in rows]), np.array([row.measured for row in rows])
-    n = len(np.unique(d))
-    if n < 5:  # AICc of three parameters needs n > 4
-        return None
-    straight = fit_least_squares(np.column_stack([np.ones_like(d), d]), response).residual_ss
-    law = fit_power_law(d.tolist(), response.tolist())
-    power = float(np.sum(np.log(response / np.array([law.at(x) for x in d])) ** 2)) if law else 0.0
-    if min(straight, power) <= 0.0:
-        return None
-    gain = len(d) * np.log(straight) - len(d) * np.log(power) - 2.0 * float(np.sum(np.log(response)))
-    return BetterCurve("power_law" if gain > 0.0 else "straight_line", float(abs(gain)))

@@ -6,7 +6,7 @@ gathers and yields at the corners and the block's own state, value `row` of elem
 LLVM turns a loop over the lanes into vector instructions. The states of all blocks are an array (blocks, rows, lanes).
 
 The lanes are filled in runs of `RUN`: elements whose corners follow one another among the nodes, so that a corner of
-all of them is a run of nodes (`vectors`), named by the first. `stemcal.fem.lanes` finds them; empty lanes are dead.
+all of them is a run of nodes (`llvm`), named by the first. `stemcal.fem.lanes` finds them; empty lanes are dead.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.precision import ZERO
-from stemcal.fem.kernels.vectors import (
-    RUN,
+from stemcal.fem.kernels.llvm import (
     counting,
     prefetch,
     read_corners,
@@ -29,6 +27,7 @@ from stemcal.fem.kernels.vectors import (
     write_scratch,
     write_state,
 )
+from stemcal.fem.kernels.precision import RUN, ZERO
 
 Array = NDArray[np.float64]
 Floats = Any

@@ -21,7 +21,6 @@ from pathlib import Path
 import numba
 import platformdirs
 
-PLAIN = os.environ.get("STEMCAL_PLAIN_KERNELS", "") not in ("", "0")  # see `vectors`
 SPARE = "STEMCAL_SPARE_CACHE"  # tells worker processes of the command's temporary folder
 _ROOM = 2**20  # bytes that must go in
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
@@ -40,7 +39,7 @@ def own_folder() -> Path:
     """Return the folder that the user has configured, or that of his cache, be it usable or not."""
     configured = os.environ.get("STEMCAL_CACHE_DIR")
     root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
-    return root / f"kernels-{'plain-' * PLAIN}{_sources()}-numba-{numba.__version__}"
+    return root / f"kernels-{_sources()}-numba-{numba.__version__}"
 
 
 def unusable(folder: Path) -> str:

@@ -33,7 +33,6 @@ class ToolArrays(NamedTuple):
     height: Array  # (T,) current z of the tool's own origin, changes
     speed: Array  # (T,) its velocity along z
     edge: Array  # (T,) x of its edge
-    parts: Array  # (T,) whether `cohesive` sees to all of its contact
     spread: Array  # (T,) distance from its edge within which its nodes are the edge's, 0 without a spread edge
     reach: Array  # (T,) how far beside its edge it meets faces, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
@@ -149,8 +148,6 @@ def push_nodes_out(
     """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`."""
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
-        if tools.parts[t]:
-            continue
         for m in range(counts[t]):
             n = near[t, m]
             px, pz = x[n, 0], x[n, 2] - tools.height[t]

@@ -87,7 +87,6 @@ class MaterialNumbers(NamedTuple):
     sound_speed: float
     viscosity_linear: float
     viscosity_quadratic: float
-    hourglass_memory: float
 
 
 @inlined
@@ -130,20 +129,17 @@ def stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Float
 @inlined
 def hourglass_forces(
     state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
-    L: Floats, R: Floats, stress: Floats, dt: float, material: Floats, alive: float,
+    L: Floats, R: Floats, stress: Floats, dt: float, alive: float,
 ) -> Floats:  # fmt: skip
     """Return the forces on the four hourglass modes, without and with their damping, and their power.
 
-    Of a force that lasts the power is that at the mean of old and new.
-
-    Zeros if the element is not alive.
+    The power is that of the mean of old and new force. All are zeros if the element is not alive.
     """
-    memory = material.hourglass_memory
-    lasting = memory if alive > ZERO else ZERO
-    least = memory * taken_by_stress(double_dot(stress, stress), load(state, VISCOUS_LENGTH, lane))
+    lasting = like(alive, 1.0) if alive > ZERO else ZERO
+    least = taken_by_stress(double_dot(stress, stress), load(state, VISCOUS_LENGTH, lane))
     wanted = max(load(state, HOURGLASS_STIFFNESS, lane), least)
     stiffness = wanted if alive > ZERO else ZERO
-    gain = stiffness * (memory * dt + (ONE - memory))
+    gain = stiffness * dt
     turn = (
         lasting * R[0], lasting * R[1], lasting * R[2],
         lasting * R[3], lasting * R[4], lasting * R[5],
@@ -155,11 +151,10 @@ def hourglass_forces(
     q5 = resist(load3(state, HOURGLASS_FORCE + 3, lane), r5, turn, gain)
     q6 = resist(load3(state, HOURGLASS_FORCE + 6, lane), r6, turn, gain)
     q7 = resist(load3(state, HOURGLASS_FORCE + 9, lane), r7, turn, gain)
-    damping = memory * gain
-    felt = (damped(q4, r4, damping), damped(q5, r5, damping), damped(q6, r6, damping), damped(q7, r7, damping))
+    felt = (damped(q4, r4, gain), damped(q5, r5, gain), damped(q6, r6, gain), damped(q7, r7, gain))
     power = dot3(felt[0], r4) + dot3(felt[1], r5) + dot3(felt[2], r6) + dot3(felt[3], r7)
     squares = dot3(r4, r4) + dot3(r5, r5) + dot3(r6, r6) + dot3(r7, r7)
-    return (q4, q5, q6, q7), felt, power - HALF * memory * gain * squares
+    return (q4, q5, q6, q7), felt, power - HALF * gain * squares
 
 
 @inlined
@@ -209,7 +204,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
-    Q, felt, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, material, alive)
+    Q, felt, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, alive)
     acting = acting_stress(stress, pressure, alive)
     store8(scratch, FORCES, lane, corner_forces(0, acting, felt, x, y, z, bx, by, bz, per_whole))
     store8(scratch, FORCES + 8, lane, corner_forces(1, acting, felt, x, y, z, bx, by, bz, per_whole))

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, held
 from stemcal.fem.kernels.compile import kernel
-from stemcal.fem.kernels.vectors import maximum
+from stemcal.fem.kernels.llvm import maximum
 
 Floats = Any
 Array = NDArray[np.float64]

@@ -4,14 +4,14 @@ A uniform strain cannot see these modes. Their rate is what is left of a modal v
 taken out, and their force acts on the same combination, so that neither a rigid motion nor a uniform strain meets it.
 In the sums over the corners, eight times the amplitudes:
 
-    q̇ₘ = Vₘ − L Xₘ,     Q ← R Q + a q̇ dt  (stiffness)   or   Q = a q̇  (viscous)
+    q̇ₘ = Vₘ − L Xₘ,     Q ← R Q + a q̇ dt
 
 Stress takes stiffness from the modes: an element's forces Vσ·B turn as its corners move. Of a cube of edge l under
 pressure p the volume has the second-order terms (4l/3)(a_ζξ b_ηζ − a_ηζ b_ζξ) in the amplitudes a, b of two patterns
 along x and y, so the forces push these apart from p = 48a/l on. Where the wedge presses harder than that, elements
 shake until they have stored enough: a must grow with the stress.
 
-The stiffness form acts βΔt ahead, Q + β a q̇ Δt, and so damps what swings in these modes.
+The force acts βΔt ahead, Q + β a q̇ Δt, and so damps what swings in these modes.
 
 Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17, 679-706 (1981), in modal form.
 """
@@ -30,7 +30,7 @@ Floats = Any
 # How many times what a pressure takes from a cube an element resists with: the fully integrated element is stable, and
 # with less than three the patterns still grow where pressure and shear meet.
 _TIMES = 3.0
-# β: how many steps ahead the stiffness form acts. Under stress these modes swing up by some 1e-4 a step: nothing where
+# β: how many steps ahead the force acts. Under stress these modes swing up by some 1e-4 a step: nothing where
 # added mass leaves 10,000 steps a test, the whole force where the true mass takes a million. A quarter damps them by
 # β(ωΔt)²/2, a hundred times that, and what loads them slowly does not feel it.
 DAMPING = 0.25
@@ -60,7 +60,7 @@ def taken_by_stress(squared: float, length: float) -> Floats:
 
 @inlined
 def resist(old: Floats, rate: Floats, R: Floats, gain: float) -> Floats:
-    """Return the force Q = R Q_old + gain · q̇ on one mode; R is zero for a force without memory."""
+    """Return the force Q = R Q_old + gain · q̇ on one mode; R is zero for an element that is not alive."""
     turned = rotate_vector(R, old)
     return turned[0] + gain * rate[0], turned[1] + gain * rate[1], turned[2] + gain * rate[2]
 

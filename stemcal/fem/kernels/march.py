@@ -16,12 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.cohesive import part
 from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
-from stemcal.fem.kernels.full import add_full_internal_forces
+from stemcal.fem.kernels.llvm import add_together, give_way, read_together
 from stemcal.fem.kernels.mirror_ghosts import mirror_ghosts
 from stemcal.fem.kernels.nodes import (
     add_chunks,
@@ -34,7 +33,6 @@ from stemcal.fem.kernels.nodes import (
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
-from stemcal.fem.kernels.vectors import add_together, give_way, read_together
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -75,7 +73,6 @@ class Body(NamedTuple):
     scratch: Array
     element_mass: Array
     ghosts: NDArray[np.int32]  # (G, 2) massless nodes and the nodes they mirror in x = 0
-    points: Array  # (E, 8, rows) of fully integrated elements, empty for one-point ones
 
 
 class Clock(NamedTuple):
@@ -149,13 +146,11 @@ def meet(team: Floats) -> None:
 
 
 @kernel
-def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
+def renew_time_step(body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
     """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or GOING_ON."""
     if clock.steps[0] % STEP_LIFE != 0:
         return GOING_ON
-    stable, element, volume = stable_step(
-        body, topology.slots, settings.lame, settings.shear, material.hourglass_memory
-    )
+    stable, element, volume = stable_step(body, topology.slots, settings.lame, settings.shear)
     clock.trouble[0] = element
     if not volume > 0.0:
         return INVERTED
@@ -164,9 +159,9 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, material: Flo
 
 
 @kernel
-def begin_step(until: float, body: Floats, topology: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
+def begin_step(until: float, body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
     """See to the time step, unless the time is reached; returns why the march must end, or GOING_ON."""
-    return renew_time_step(body, topology, clock, material, settings) if clock.time[0] < until else REACHED
+    return renew_time_step(body, topology, clock, settings) if clock.time[0] < until else REACHED
 
 
 @kernel
@@ -178,7 +173,7 @@ def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Fl
 
 
 @kernel
-def add_forces_inside(share: Floats, body: Floats, topology: Floats, clock: Floats, material: Floats) -> int:
+def add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Floats) -> int:
     """Subtract the internal forces of a share, which follow from the deformation of the step just taken.
 
     Returns how many elements may have failed.
@@ -186,9 +181,6 @@ def add_forces_inside(share: Floats, body: Floats, topology: Floats, clock: Floa
     dt, mine = clock.step_before[0], slice(share.blocks[0], share.blocks[1])
     if clock.steps[0] % RATE_LIFE == 0:
         follow_smooth_rates(body.state[mine], material)
-    if body.points.shape[0] > 0:  # one thread does all of them
-        add_full_internal_forces(topology, body.points, body.x, body.v, body.state, body.f, dt, material)
-        return 1
     runs, targets, state = body.runs[mine], body.targets[mine], body.state[mine]
     return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, material)
 
@@ -225,13 +217,12 @@ def add_contact_forces(
     tools: Floats,
     edge: Floats,
     spread: Floats,
-    cut: Floats,
     candidates: Floats,
     clock: Floats,
     friction: Floats,
     settings: Floats,
 ) -> None:
-    """Push nodes and faces out of the tools, and hold together or part the plane of the cut."""
+    """Push nodes and faces out of the tools."""
     tools.force[:, :] = 0.0
     x, v, dt0, dt = body.x, body.v, settings.penalty_step, clock.step[0]
     push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.pushes, dt0, dt, friction)
@@ -242,8 +233,6 @@ def add_contact_forces(
         push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.mass, body.pushes, dt0, dt, friction)
     if spread.tool >= 0:
         push_spread_edge(spread, tools, body, mean_step(clock), dt, friction)
-    if cut.tool >= 0:
-        part(cut, tools, candidates, body, mean_step(clock), dt, friction)
 
 
 @kernel
@@ -267,7 +256,6 @@ def meet_tools(
     tools: Floats,
     edge: Floats,
     spread: Floats,
-    cut: Floats,
     candidates: Floats,
     clock: Floats,
     ledger: Floats,
@@ -285,7 +273,7 @@ def meet_tools(
     if spread.tool >= 0 and due:
         faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
         take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.inverse_mass, tip)
-    add_contact_forces(body, tools, edge, spread, cut, candidates, clock, friction, settings)
+    add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
 @kernel
@@ -325,7 +313,6 @@ def march(
     tools: Floats,
     edge: Floats,
     spread: Floats,
-    cut: Floats,
     candidates: Floats,
     exchange: Floats,
     clock: Floats,
@@ -339,7 +326,7 @@ def march(
     while True:
         if leads:
             if outcome == GOING_ON:
-                outcome = begin_step(until, body, topology, clock, material, settings)
+                outcome = begin_step(until, body, topology, clock, settings)
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
             team.outcome[0] = outcome
@@ -347,13 +334,13 @@ def march(
         outcome = team.outcome[0]
         if outcome != GOING_ON:
             return outcome
-        team.failed[share.thread] = add_forces_inside(share, body, topology, clock, material)
+        team.failed[share.thread] = add_forces_inside(share, body, clock, material)
         meet(team)
         add_late_forces(body, share.late)
         meet(team)
         if leads:
             failed = team.failed.sum() > 0 or apart
-            meet_tools(failed, body, topology, tools, edge, spread, cut, candidates, clock, ledger, friction, settings)
+            meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
             kick_by_contact(until, body, tools, clock, ledger)
         meet(team)
         kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])

@@ -9,7 +9,7 @@ from numpy import sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import entry, inlined, kernel, summing
-from stemcal.fem.kernels.vectors import maximum, see_place, see_velocity
+from stemcal.fem.kernels.llvm import maximum, see_place, see_velocity
 
 Array = NDArray[np.float64]
 
@@ -19,10 +19,9 @@ Array = NDArray[np.float64]
 CHUNK = 512
 
 
-# What pushes: a tool's surface against nodes, a tool's edge against the faces under it, the friction of either, and the
-# cohesion of the plane that a tool parts.
-SURFACE, EDGE, FRICTION, COHESION = 0, 1, 2, 3
-KINDS = 4
+# What pushes: a tool's surface against nodes, a tool's edge against the faces under it, and the friction of either.
+SURFACE, EDGE, FRICTION = 0, 1, 2
+KINDS = 3
 
 
 class Pushes(NamedTuple):

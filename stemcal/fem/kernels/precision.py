@@ -17,7 +17,9 @@ EIGHT, SIXTY_FOUR = (np.float32(number) for number in (8.0, 64.0))
 EIGHTH, QUARTER, HALF, THREE_HALVES = (np.float32(number) for number in (0.125, 0.25, 0.5, 1.5))
 TINY = np.float32(2.0**-100)
 
-RUN = 8  # elements in a row whose corners are nodes in a row
+# Elements in a row whose corners are nodes in a row. Nodal arrays (N, 3) lie component by component (Fortran's order),
+# so a component of a run is one vector. A run may reach past the last node: `stemcal.fem.lanes.nodal` leaves room.
+RUN = 8
 
 
 def like(_value: Any, number: Any) -> Any:

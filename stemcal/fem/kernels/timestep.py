@@ -25,8 +25,8 @@ from stemcal.fem.kernels.block import (
 from stemcal.fem.kernels.compile import entry, inlined, kernel
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
 from stemcal.fem.kernels.hourglass import DAMPING
+from stemcal.fem.kernels.llvm import write_scratch
 from stemcal.fem.kernels.precision import SIXTY_FOUR, TWO, ZERO, like
-from stemcal.fem.kernels.vectors import write_scratch
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -49,13 +49,13 @@ def dot6(a: Floats, b: Floats) -> float:
 
 @inlined
 def squared_frequency(
-    x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, lame: float, shear: float, memory: float
+    x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, lame: float, shear: float
 ) -> Floats:
     """Return from its modal sums a bound of ω² of the fastest mode of a free element, 1/s², and 64 times its volume.
 
     With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence the stiffness
     to uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
-    The stiffness hourglass modes have ω² = 64 a/m; damped by βΔt they allow a step as if it were 1 + 2β times that.
+    The hourglass modes have ω² = 64 a/m; damped by βΔt they allow a step as if it were 1 + 2β times that.
     """
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
@@ -63,14 +63,12 @@ def squared_frequency(
     xy, yz, zx = abs(dot6(bx, by)), abs(dot6(by, bz)), abs(dot6(bz, bx))
     norm = max(xx + xy + zx, max(yy + xy + yz, zz + yz + zx))
     uniform = (lame * (xx + yy + zz) + TWO * shear * norm) / whole
-    hourglass = like(stiffness, 64.0 * (1.0 + 2.0 * DAMPING)) * memory * stiffness
+    hourglass = like(stiffness, 64.0 * (1.0 + 2.0 * DAMPING)) * stiffness
     return max(uniform, hourglass) / mass, whole
 
 
 @entry
-def element_steps(
-    topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float, memory: float
-) -> Array:
+def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float) -> Array:
     """Return the stable step 2/ω of each element (E,), s."""
     hexes, slots = topology.hexes, topology.slots
     steps = np.empty(hexes.shape[0])
@@ -83,7 +81,6 @@ def element_steps(
             element_mass[e],
             lame,
             shear,
-            memory,
         )
         steps[e] = 2.0 / sqrt(max(omega2, 1.0e-300))
     return steps
@@ -99,20 +96,20 @@ def element_in(slots: Any, slot: int) -> int:
 
 
 @kernel
-def find_frequencies(scratch: Array, state: Array, lame: float, shear: float, memory: float) -> None:
+def find_frequencies(scratch: Array, state: Array, lame: float, shear: float) -> None:
     """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
     for lane in range(LANES):
         x = modal_sums(load_corners(scratch, COORDINATES, lane))
         y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
         z = modal_sums(load_corners(scratch, COORDINATES + 16, lane))
         stiffness, mass = load(state, HOURGLASS_STIFFNESS, lane), load(state, ELEMENT_MASS, lane)
-        omega2, whole = squared_frequency(x, y, z, stiffness, mass, lame, shear, memory)
+        omega2, whole = squared_frequency(x, y, z, stiffness, mass, lame, shear)
         write_scratch(scratch, RATES * LANES + lane, omega2)
         write_scratch(scratch, VOLUMES * LANES + lane, whole)
 
 
 @entry
-def stable_step(body: Floats, slots: Any, lame: float, shear: float, memory: float) -> Floats:
+def stable_step(body: Floats, slots: Any, lame: float, shear: float) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
     No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
@@ -123,7 +120,7 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float, memory: flo
     fastest, slowest, smallest = ZERO * first, 0, SIXTY_FOUR + ZERO * first
     for b in range(runs.shape[0]):
         fetch(scratch, runs[b], body.seen)
-        find_frequencies(scratch, states[b], like(first, lame), like(first, shear), like(first, memory))
+        find_frequencies(scratch, states[b], like(first, lame), like(first, shear))
         for lane in range(LANES):
             if state[b, ALIVE, lane] == ZERO:
                 continue

@@ -78,7 +78,7 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
     if inversion is not None:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
         found = visible([calibration_table(inversion, labels, results.parameters)], holds)
-        beside = [*valid_for(inversion), *(assumptions(inversion, results.mesh is not None) if holds else ())]
+        beside = [*valid_for(inversion), *(assumptions(inversion) if holds else ())]
         tables += [_printed("calibration", table, heads, " ".join(beside)) for table in found]
         calibrated = {name: results.parameters[name] for name in inversion.point.solution}
         tables.append(_parameters(study, labels, calibrated, cited_ranges(inversion) if holds else None))

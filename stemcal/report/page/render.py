@@ -28,14 +28,13 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.notes import sentence
 from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
 from stemcal.text.results import certainty, outcome_of, shown_remarks
-from stemcal.text.verdict import uses, word
 
 
 @dataclass(frozen=True)
@@ -125,14 +124,14 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
             *study.warnings,
             *results.stale,
             *failures(done),
-            *([] if verdict.says("physics") else run_warnings(records)),
+            *([] if verdict.has("physics") else run_warnings(records)),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
         use=" ".join(uses(verdict, people)),
         further=further_reasons(len(verdict.reasons) - 1),
-        reasons=[(sentence(reason, people), sentence(reason.remedy, people)) for reason in verdict.reasons],
+        reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
@@ -154,7 +153,7 @@ def _beside_values(results: Results, holds: bool) -> list[str]:
     """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
     if results.inversion is None:
         return []
-    assumed = assumptions(results.inversion, results.mesh is not None) if holds else []
+    assumed = assumptions(results.inversion) if holds else []
     return [*valid_for(results.inversion), *assumed]
 
 

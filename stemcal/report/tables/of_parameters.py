@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
-from stemcal.numbers import fixed, interval, significant
+from stemcal.numbers import interval, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.result import Interval
@@ -17,7 +17,6 @@ from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.stages.climb import ClimbResult
-    from stemcal.stages.mesh.result import MeshResult, MeshRun
     from stemcal.stages.refine.result import RefineResult
 
 
@@ -111,49 +110,3 @@ def refine_table(stage: RefineResult, names: Names) -> Table:
     within = line("within" if stage.converged else "beyond", **near)
     foot = (*(() if stage.at_conditions else [_target(stage, names)]), within, line("predicted then", names))
     return Table.of(columns, stage.rows, line("refinement"), foot, strong=best)
-
-
-# ---- other meshes at the solution
-
-
-def mesh_table(stage: MeshResult, names: Names) -> Table:
-    """Return the response on every mesh against that on the study's own."""
-    own = {row.condition: row.outcome.response for row in stage.rows if row.mesh == "own"}
-
-    def apart(row: MeshRun) -> float | str:
-        found, against = row.outcome.response, own[row.condition]
-        return 100.0 * (found / against - 1.0) if found and against and row.mesh != "own" else ""
-
-    def ends(row: MeshRun) -> Interval | str:
-        each = row.outcome.phase_responses or ()
-        return (min(each), max(each)) if len(each) > 1 else ""
-
-    def called(row: MeshRun) -> str:
-        kind = row.mesh if row.mesh in ("own", "phases") else "size"
-        return line(kind, size=row.mesh, count=len(row.outcome.phase_responses or ()))
-
-    columns = [
-        *condition(names.naming),
-        Column("mesh", "Mesh", of=called),
-        simulated(names.response),
-        Column("apart", "Against own", "%", fixed, apart),
-        Column("ends", "From to", names.response.written, interval, ends),
-    ]
-    scatter = stage.scatter
-    fields = {"places": scatter.placements, "sd": scatter.sd_percent, "common": 100.0 * scatter.common**0.5}
-    foot = line("shared scatter" if scatter.conditions > 1 else "scatter", **fields)
-    return Table.of(columns, stage.rows, line("meshes"), [foot])
-
-
-def budget_table(stage: MeshResult, names: Names) -> Table:
-    """Return what the error of the response is made of at every condition."""
-    columns = [
-        *condition(names.naming),
-        Column("source", "Source"),
-        Column("sd", "SD", names.response.written, fixed),
-        Column("share_percent", "Share of variance", "%", to_decimals(0)),
-        Column("df", "df", "", to_decimals(1), lambda row: say("known") if row.df is None else row.df),
-    ]
-    one, foot = stage.prediction_interval, (line("sources"), *assumption(stage.certainty))
-    claimed = (line("at any place", names, one=one),) if one is not None else ()
-    return Table.of(columns, stage.budget, line("budget", names), foot, claimed=claimed)

@@ -15,34 +15,23 @@ from stemcal.text.tables import line
 
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     """Return measured against simulated, and further responses."""
-    naming, tables = names.naming, [validation_table(stage, names)]
+    tables = [validation_table(stage, names)]
     every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     further = from_means(every, names)
     if further:
-        foot = [
-            line(
-                "other place",
-                Names(naming.with_primary(row["response"])),
-                at=row["condition"],
-                range=row["mesh_interval"],
-            )
-            for row in further
-            if row.get("mesh_interval") is not None
-        ]
-        tables.append(further_table(further, ("simulated", "Simulated", significant), names, foot))
+        tables.append(further_table(further, ("simulated", "Simulated", significant), names, []))
     return tables
 
 
 def validation_table(stage: ValidateResult, names: Names) -> Table:
     """Return measured against simulated response over the conditions."""
-    unit, meshed = names.response.written, any(row.mesh_interval is not None for row in stage.rows)
+    unit = names.response.written
     columns = [
         *condition(names.naming),
         Column("role", "Role"),
         Column("measured", "Measured", unit, short),
         simulated(names.response, "Simulated", "simulated"),
         ERROR,
-        *([Column("mesh_interval", "95 % over meshes", unit, interval, claims=True)] if meshed else []),
     ]
     errors = {"largest": stage.max_abs_error_percent, "mean": stage.mean_abs_error_percent}
     largest = line("largest of all" if names.naming.others else "largest", **errors)
@@ -83,7 +72,7 @@ def _scores(names: Names) -> list[str]:
 
 
 _VALUES = "measured", "predicted", "simulated"
-_INTERVALS = "left_out_interval", "mesh_interval"
+_INTERVALS = ("left_out_interval",)
 
 
 def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, Any]]:
@@ -99,13 +88,3 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found
-
-
-def with_scatter(mean: float, sd: float | None, n: int | None) -> str:
-    """Return a measured mean with its standard deviation and number of specimens, as far as they are known.
-
-    >>> with_scatter(745.0, 6.0, 5), with_scatter(745.0, 6.0, None), with_scatter(745.0, None, 5)
-    ('745 ± 6 (5)', '745 ± 6', '745')
-    """
-    written = short(mean) if sd is None else f"{short(mean)} ± {short(sd)}"
-    return f"{written} ({n})" if sd is not None and n is not None else written

@@ -96,8 +96,9 @@ def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
         "Supports": line("supports", **vars(study.supports)),
         "Loading": line("loading", speed=60.0 * study.loading.speed, duration=study.loading.duration),
         "Friction": say("a factor") if "stem_friction" in study.names else rubbing,
-        "Model": line({"none": "whole"}.get(solver.symmetry, solver.symmetry), size=solver.element_size),
-        **_failure(study),
+        "Model": line("quarter" if blade.bevel == "both" else "half", size=solver.element_size),
+        "Edge spread": f"{study.blade.edge_spread}",
+        "Internal length": f"{study.material.internal_length}",
         "Strain-rate law": law.get(solver.rate_law, solver.rate_law.replace("_", "–")),
         "Mass scaling": f"× {short(solver.mass_scaling)}",
     }
@@ -107,17 +108,6 @@ def _kind_of_stem(study: Study) -> str:
     if "wall_thickness" in study.names:
         return "walled stem"
     return "stem" if study.specimen.diameter_ratio > 0.0 else "solid stem"
-
-
-def _failure(study: Study) -> dict[str, str]:
-    law = study.failure
-    if law.kind == "strain":
-        return {"Edge spread": f"{study.blade.edge_spread}", "Internal length": f"{study.material.internal_length}"}
-    return {
-        "Failure": say("by toughness (experimental)"),
-        "Strength": say("a factor") if law.strength is None else f"{short(law.strength)} MPa",
-        "Toughness": say("a factor") if law.toughness is None else f"{short(law.toughness)} kJ/m²",
-    }
 
 
 def _material(study: Study) -> dict[str, str]:

@@ -11,11 +11,9 @@ from stemcal.files.typed import to_json
 from stemcal.numbers import significant
 from stemcal.report.tables.of_designs import effects_table, surface_tables
 from stemcal.report.tables.of_parameters import (
-    budget_table,
     calibration_table,
     climb_table,
     interval_table,
-    mesh_table,
     refine_table,
 )
 from stemcal.report.tables.of_responses import further_table, joint_table, validation_tables
@@ -97,7 +95,6 @@ _TABLES: dict[str, Callable[[Any, Names], list[Table]]] = {
     "climb": lambda stage, names: [climb_table(stage, names)],
     "invert": lambda stage, names: [calibration_table(stage, names), *joint_tables(stage, names)],
     "refine": lambda stage, names: [refine_table(stage, names)],
-    "mesh": lambda stage, names: [mesh_table(stage, names), budget_table(stage, names)],
     "validate": validation_tables,
     "transfer": _transfer_tables,
 }

@@ -22,7 +22,6 @@ from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import shortened as with_file
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.validate.result import ValidateResult
@@ -47,13 +46,13 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    said = spoken(stage) if holds or not isinstance(stage, InvertResult | MeshResult) else []
+    said = spoken(stage) if holds or not isinstance(stage, InvertResult) else []
     return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *said]
 
 
 def spoken(stage: StageResult) -> list[RenderableType]:
     """Return what the measurements fix and leave open."""
-    if not isinstance(stage, InvertResult | MeshResult):
+    if not isinstance(stage, InvertResult):
         return []
     names = Names(stage.naming)
     each = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]
@@ -192,20 +191,10 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
     return rows
 
 
-def _cut(result: CuttingResult) -> list[tuple[str, str]]:
-    if result.work_of_cutting is None or result.cut_area_percent is None:
-        return []
-    return [
-        ("Work of cutting", f"{significant(result.work_of_cutting)} mJ"),
-        ("Cut", f"{fixed(result.cut_area_percent, 1)} % of the section"),
-    ]
-
-
 def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
         *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
-        *_cut(result),
         ("Elements", say("{elements}, {deleted_elements} of them eroded by then", **vars(result))),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),

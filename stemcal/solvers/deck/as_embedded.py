@@ -1,7 +1,7 @@
 """What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
 
 from stemcal.solvers.deck.model import Deck
-from stemcal.study.model import PARAMETERS, EmbeddedSolver, HourglassSection, Study
+from stemcal.study.model import PARAMETERS, EmbeddedSolver, Study
 from stemcal.study.types.lengths import Length
 
 
@@ -26,14 +26,12 @@ def as_embedded(deck: Deck) -> Study:
 
 def _solver(deck: Deck, rate_law: str) -> EmbeddedSolver:
     """Return the embedded solver with the deck's mesh and time step."""
-    given, symmetry = deck.solver, "quarter" if deck.study.blade.bevel == "both" else "half"
-    same = {"rate_law": rate_law, "symmetry": symmetry}
+    given, same = deck.solver, {"rate_law": rate_law}
     if isinstance(given, EmbeddedSolver):
-        return given.model_copy(update={**same, "phases": 1, "perturb": None, "failure_length": None})
+        return given.model_copy(update={**same, "replicates": None})
     names = (
         *("element_size", "elements_through_wall", "edge_over", "coarsening", "coarsening_around"),
-        *("mass_scaling", "time_step_safety", "outputs", "filter_window", "break_drop"),
+        *("hourglass", "mass_scaling", "time_step_safety", "outputs", "filter_window", "break_drop"),
     )
     taken = {name: getattr(given, name) for name in names}
-    hourglass = HourglassSection(form=given.hourglass.form, coefficient=given.hourglass.coefficient)
-    return EmbeddedSolver().model_copy(update={**same, **taken, "hourglass": hourglass, "time_step": None})
+    return EmbeddedSolver().model_copy(update={**same, **taken, "time_step": None})

@@ -76,14 +76,11 @@ class Deck:
         Raises
         ------
         UsageError
-            If the study's solver computes no stem: its factors are then no stem material. Or if the stem fails by the
-            toughness of the plane of the cut.
+            If the study's solver computes no stem: its factors are then no stem material.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             known = "`solver: {kind: embedded}`, lsdyna or openradioss"
             raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
-        if study.failure.kind == "toughness":
-            raise UsageError("a deck has no card for failure: {kind: toughness}; write kind: strain under failure")
         return cls(study.at(levels), levels, diameter, form or form_of(study), force_to_give)
 
     @property
@@ -220,7 +217,7 @@ class Deck:
             kept["force_to_give"] = self.force_to_give
         if not isinstance(solver, EmbeddedSolver):
             return kept
-        names = ("symmetry", "element", "time_step", "stop_after_peak", "failure_length")
+        names = ("time_step", "stop_after_peak")
         return {**kept, **{name: getattr(solver, name) for name in names}}
 
     @property

@@ -21,8 +21,6 @@ STEM, BLADE, SUPPORTS = 1, 2, 3
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
 # Of tools that are held: the density over the stem's, and what they never reach.
 _HEAVY, _NEVER = 100.0, 1e6
-_HOURGLASS = {"viscous": 1, "stiffness": 4}
-_FORMULATION = {"one_point": 1, "full": 2}
 _BY_PART = 3
 _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
@@ -68,9 +66,7 @@ def _control(deck: Deck) -> Iterator[str]:
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
-    yield from keyword(
-        "CONTROL_HOURGLASS", {"ihq": _HOURGLASS[solver.hourglass.form], "qh": solver.hourglass.coefficient}
-    )
+    yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": solver.hourglass})
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
     # the contacts' own factors are then all there is, in OpenRadioss too, which does not read this one
     checks = dict.fromkeys(("rwpnal", "islchk", "shlthk", "penopt", "thkchg", "orien", "enmass"), 0)
@@ -147,8 +143,7 @@ def _held_tools(deck: Deck) -> Iterator[str]:
 
 
 def _part_cards(solver: EmbeddedSolver | DeckSolver, tools: int) -> Iterator[str]:
-    form = _FORMULATION[solver.element if isinstance(solver, EmbeddedSolver) else "one_point"]
-    yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": form})
+    yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": 1})
     if tools != STEM:
         yield from keyword("SECTION_SOLID", {"secid": tools, "elform": 1})
     for title, part in (("stem", STEM), ("blade", BLADE), ("supports", SUPPORTS)):

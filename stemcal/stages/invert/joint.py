@@ -36,7 +36,6 @@ from stemcal.stages.invert.result import (
     MachineFound,
     Mean,
     Point,
-    UnequalScatter,
 )
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
@@ -98,7 +97,6 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         notes=(
             *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
             *machine_found(study.targets.machine, misfit, best_fit(misfit, region)),
-            *([UnequalScatter(misfit.equal_scatter_p or 0.0)] if misfit.unequal else []),
         ),
     )
 

@@ -17,12 +17,6 @@ from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
 
 
-class UnequalScatter(Note):
-    """The measured means scatter by different coefficients of variation, by Bartlett's test: each counts by its own."""
-
-    p: float
-
-
 class MachineFound(Note, weight=Weight.ASIDE):
     """What the fit tells of the testing machine: its stiffness (N/mm) or where its curves begin (toe, mm).
 
@@ -208,7 +202,7 @@ class JointFitted:
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
 
-    `reachable` and `share` are of a single force, `joint` and `certainty_alone` of several measured means. `belongs_to`
+    `joint` and `certainty_alone` of several measured means. `belongs_to`
     are the solver's settings that the values hold for, as they are at the calibration diameter.
     """
 
@@ -220,9 +214,7 @@ class InvertResult(StageResult):
     point: Point = inline()
     ranges: dict[str, Interval]
     coded_ranges: dict[str, Interval]
-    reachable: Interval | None = None
     rule: str
-    share: float | None = None
     radius: float | None = None
     certainty: Certainty | None = None
     condition: float

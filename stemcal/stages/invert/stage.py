@@ -52,9 +52,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         known,
         ranges=_by_factor(coding, found.ranges),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
-        reachable=found.reachable,
         rule=found.rule,
-        share=found.share,
         notes=found.notes,
     )
 

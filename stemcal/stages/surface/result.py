@@ -26,7 +26,7 @@ from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
-from stemcal.stages.surface.runs import Answered, ConditionRun, scatter_within
+from stemcal.stages.surface.runs import Answered, ConditionRun
 from stemcal.study.model import Study
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
@@ -124,7 +124,6 @@ class SurfaceResult(StageResult):
     lack_of_fit_testable: bool
     runs_failed: int
     runs_diagnostics: Rows[RunDiagnostics] = Rows()
-    error_source: str | None = absent()
     reduction: tuple[ReductionStep, ...] | None = None
     canonical: Shape | None = None
     conditions: Rows[AtCondition] = absent(Rows())
@@ -152,9 +151,8 @@ class SurfaceResult(StageResult):
         runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
-        within = scatter_within(answered, response, len(further))
-        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], within)
-        return replace(found, deterministic=True) if self.deterministic and within is None else found
+        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients])
+        return replace(found, deterministic=True) if self.deterministic else found
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:
         """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
@@ -261,13 +259,7 @@ def told_by(fit: Surface) -> dict[str, Any]:
         "lack_of_fit_testable": fit.lack_of_fit_testable,
         "runs_failed": fit.runs_failed,
         "runs_diagnostics": Rows(fit.runs_diagnostics),
-        "error_source": None if fit.error_source == "residual" else fit.error_source,
     }
-
-
-def region_in(study: Study, coding: Coding, radius: float | None) -> Region:
-    """Return where a solution may be: within the factors' ranges and the design's sphere."""
-    return Region(*box_of(study, coding), radius)
 
 
 def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:

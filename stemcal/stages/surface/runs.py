@@ -5,9 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.regression.within import Within
 from stemcal.files.typed import Spread, inline
-from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
@@ -22,31 +20,6 @@ class ConditionRun(Spread):
 
 
 Answered = DesignRun | ConditionRun
-
-
-def scatter_within(answered: Sequence[Answered], response: str, further: int = 0) -> Within | None:
-    """Return the scatter within runs as `fit_surface` uses it; that of points added later is not counted."""
-    if response == FIRST and any(run.outcome.sd is not None for run in answered):
-        return _within([run.outcome for run in answered], further)
-    return None
-
-
-def _within(outcomes: Sequence[Outcome], further: int) -> Within:
-    most = max(outcome.phases or 0 for outcome in outcomes)
-    empty = (np.nan,) * most
-    responses = [empty if o.phase_responses is None else o.phase_responses for o in outcomes] + [empty] * further
-    same = all(len(values) == most for values in responses)
-    return Within(
-        np.array([np.nan if o.sd is None else o.sd for o in outcomes] + [np.nan] * further),
-        np.array([o.phases or 0 for o in outcomes] + [0] * further),
-        np.array(responses, dtype=float) if same else None,
-    )
-
-
-class ScatterOfPlaces(Note):
-    """Every run is a mean over so many places of the mesh, whose scatter is the pure error."""
-
-    places: int
 
 
 class EqualRepeats(Note):
@@ -73,14 +46,11 @@ class UnequalRepeats(Note):
 
 
 def pure_error_of(design: DesignRuns, by_chance: bool = False) -> Note | None:
-    """Return what repeated runs, or mesh phases within the runs, tell; None if there are neither.
+    """Return what repeated runs show; None if there are none.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
     program with chance in it.
     """
-    places = max((run.outcome.phases or 1 for run in design.runs), default=1)
-    if places > 1:
-        return ScatterOfPlaces(places)
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
         if run.response is not None:

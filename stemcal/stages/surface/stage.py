@@ -26,7 +26,7 @@ from stemcal.stages.surface.result import (
     SurfaceResult,
     told_by,
 )
-from stemcal.stages.surface.runs import ConditionRun, pure_error_of, scatter_within
+from stemcal.stages.surface.runs import ConditionRun, pure_error_of
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study, Target
 
@@ -103,10 +103,9 @@ def fit_terms(
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
     given = design.coded, [run.number(FIRST) for run in runs], design.names
-    within = scatter_within(runs, FIRST)
     if study.rsm.reduce == "none":
-        return fit_surface(*given, within=within), None
-    return reduce_surface(*given, study.rsm.reduce_alpha, within)
+        return fit_surface(*given), None
+    return reduce_surface(*given, study.rsm.reduce_alpha)
 
 
 # ---- the design run at the other diameters of a joint fit

@@ -12,7 +12,7 @@ from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Head, StageResult
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
@@ -27,7 +27,7 @@ _COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "stat
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it; `mesh_interval` as of the force."""
+    """Travel or work of a validation run beside what was measured of it."""
 
     response: str
     unit: str
@@ -37,7 +37,6 @@ class FurtherRow:
     error_percent: float | None
     n: int | None = absent()
     judged: bool = absent(False)
-    mesh_interval: Interval | None = absent()
 
     @classmethod
     def of(cls, mean: Measured, simulated: float) -> FurtherRow:
@@ -48,10 +47,7 @@ class FurtherRow:
 
 @dataclass(frozen=True, kw_only=True)
 class ValidateRow(Spread):
-    """One diameter: measured and simulated force compared, and what came of the run.
-
-    `mesh_interval` holds 95 % of the forces that the mesh gives at another place along the stem.
-    """
+    """One diameter: measured and simulated force compared, and what came of the run."""
 
     compared: ValidationRow = inline()
     status: str = "ok"
@@ -60,7 +56,6 @@ class ValidateRow(Spread):
     message: str = ""
     key: str = ""
     replicates: Replicates | None = absent()
-    mesh_interval: Interval | None = absent()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
@@ -80,11 +75,10 @@ class ValidateResult(StageResult):
     head: Head = inline()
     parameters: dict[str, float]
     rows: Rows[ValidateRow]
-    equivalent_within_percent: float = 10.0
+    tolerance_percent: float = 10.0
     max_abs_error_percent: float | None
     mean_abs_error_percent: float | None
     max_abs_error_percent_independent: float | None = None
-    best_scaled_max_error_percent: float | None = None
     error_slope_percent_per_unit: float | None = None
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from stemcal.doe.validation.comparison import Validation, ValidationRow, compare
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.naming import FIRST
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome, lower_bounds
 from stemcal.runs.replicates import merged, repeated
@@ -19,9 +17,8 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.mesh.result import MeshResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import Head, Interval
+from stemcal.stages.result import Head
 from stemcal.stages.validate.result import (
     FromTable,
     FurtherRow,
@@ -40,10 +37,9 @@ def validate(work: Work, head: Head) -> ValidateResult:
     requests = requests_at(study, parameters)
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
-    meshes = work.result(MeshResult) if study.mesh is not None else None
     found = _compared(study, outcomes)
     compared = zip(study.targets.means, found.rows, outcomes, strict=True)
-    rows = [_row(study, target, row, outcome, meshes) for target, row, outcome in compared]
+    rows = [_row(study, target, row, outcome) for target, row, outcome in compared]
     notes = [*found.notes, *_from_table(study, solver), *lower_bounds(answers)]
     return _result(study, head, parameters, found, rows, notes)
 
@@ -74,11 +70,10 @@ def _result(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        equivalent_within_percent=study.targets.equivalent_within_percent,
+        tolerance_percent=study.targets.tolerance_percent,
         max_abs_error_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,
-        best_scaled_max_error_percent=found.best_scaled_max_error_percent,
         error_slope_percent_per_unit=found.error_slope_percent_per_unit,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
@@ -122,10 +117,9 @@ def _row(
     target: Target,
     compared: ValidationRow,
     outcome: Outcome,
-    meshes: MeshResult | None,
 ) -> ValidateRow:
     further = [
-        replace(FurtherRow.of(mean, value), mesh_interval=_over_meshes(meshes, mean.response, value))
+        FurtherRow.of(mean, value)
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.of(mean.response)) is not None
     ]
@@ -137,12 +131,5 @@ def _row(
         message=outcome.message,
         key=outcome.key,
         replicates=outcome.replicates,
-        mesh_interval=_over_meshes(meshes, FIRST, compared.simulated),
         further=Rows(further),
     )
-
-
-def _over_meshes(meshes: MeshResult | None, response: str, simulated: float | None) -> Interval | None:
-    """Return what holds 95 % of a response with the mesh at another place; nothing where its scatter is not told."""
-    scatter = None if meshes is None else meshes.scatter_of(response)
-    return None if scatter is None or simulated is None else scatter.interval(simulated)

@@ -1,180 +1,26 @@
-"""What to change, with numbers: ranges that would hold the target, settings that would mend doubtful physics.
+"""Remedies with numbers: ranges that contain the target, settings that bring doubtful physics below its limits."""
 
-Every kind of remedy is declared here; `stemcal.text.verdict` words them.
-"""
-
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from math import floor, log10
-from typing import Literal
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
+from stemcal.note import Remedy
 from stemcal.stages.invert.result import Certainty
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
-from stemcal.stages.verdict.result import Remedy
 from stemcal.study.model import EmbeddedSolver, Factor, Study
+from stemcal.words import series
 
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
-_MOST_AVERAGED = 100  # places or replicates that a spec may ask for
+_MOST_AVERAGED = 100  # replicates that a spec may ask for
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
 _SAFELY = 0.5
-# Finer elements are advised up to so many times the time of a run: full integration takes about twenty.
-_DEAREST = 12.0
-
-
-class ContinueStudy(Remedy):
-    """Run what is not done yet."""
-
-
-class EnterResults(Remedy):
-    """Do the runs that are awaited and enter what came of them."""
-
-
-class WidenRange(Remedy):
-    """Move an end of a factor's range to a value, in its unit."""
-
-    factor: str
-    end: Literal["low", "high"]
-    value: float
-    unit: str
-
-
-class NoRangeReaches(Remedy):
-    """No factor alone reaches the target: what is held fixed is to be checked."""
-
-    factors: tuple[str, ...]
-
-
-class VaryAnother(Remedy):
-    """Vary a further factor: this one is at the end of what it can be."""
-
-    factor: str
-
-
-class FitFewer(Remedy):
-    """Vary a further factor, or fit fewer responses, or conditions, together."""
-
-    over: Literal["responses", "conditions"] = "conditions"
-
-
-class AddRefinement(Remedy):
-    """Simulate at the solution and correct it."""
-
-
-class RaiseBudget(Remedy):
-    """Give the refinement so many simulations."""
-
-    budget: int
-
-
-class MendTransfer(Remedy):
-    """Give the transfer what it lacks: more runs (so many), a wider range or a further factor, or a smoother model."""
-
-    stopped: Literal["tolerance", "budget", "out_of_reach", "settled"]
-    factors: tuple[str, ...]
-    budget: int
-
-
-class SimulateValidation(Remedy):
-    """Validate with a solver that simulates."""
-
-
-class RetryValidation(Remedy):
-    """Compute the failed runs again."""
-
-
-class FitAll(Remedy):
-    """Fit all responses, or all conditions, together."""
-
-    over: Literal["responses", "conditions"]
-
-
-class MeasureMore(Remedy):
-    """Measure what can check the result, or fit fewer: so many conditions are fitted together."""
-
-    fitted: int
-
-
-class MendInput(Remedy):
-    """Mend this doubt in the input of a program that is not the embedded solver."""
-
-    doubt: DoubtKind
-
-
-class ScaleMassLess(Remedy):
-    """Take this mass scaling, and where the step is set this time step (µs), to bring inertia below a limit.
-
-    A run then takes so many `times` the time.
-    """
-
-    mass_scaling: float
-    time_step: float | None
-    limit_percent: float
-    times: float
-
-
-@dataclass(frozen=True)
-class FinerElements:
-    """Elements of this size, and where the step is set this time step (µs); a run takes so many `times` the time."""
-
-    element_size: str
-    time_step: float | None
-    times: float
-
-
-class IntegrateFully(Remedy):
-    """Full integration has no hourglass energy; finer elements may bring it below a limit, if no dearer than sense."""
-
-    finer: FinerElements | None
-    limit_percent: float
-
-
-class HalveTimeStep(Remedy):
-    """Take this safety of the time step, and where the step is set this time step (µs): half of both."""
-
-    time_step_safety: float
-    time_step: float | None
-
-
-class LengthenStroke(Remedy):
-    """Take this duration (s), twice today's."""
-
-    duration: float
-
-
-class Identify(Remedy):
-    """Fit what else was measured, or measure what moves along the free direction, or hold this factor at a value.
-
-    `unfitted` tells what was measured already and is left out of the fit.
-    """
-
-    factor: str
-    unfitted: Literal["responses", "conditions"] | None
-
-
-class CheckModel(Remedy):
-    """Check the law, the units and the expected sign of these factors."""
-
-    factors: tuple[str, ...]
-
-
-class CheckPrior(Remedy):
-    """Check a prior against its source, or leave it out."""
-
-    factor: str
-    source: str
-
-
-class SmoothResponse(Remedy):
-    """Average over so many places of the mesh or replicates, where the solver knows these, or add runs."""
-
-    phases: int | None = None
-    replicates: int | None = None
+# Finer elements are recommended up to this many times the time of a run.
+_MOST_TIMES = 12.0
 
 
 def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
@@ -200,13 +46,19 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
         for up in (True, False)
         if (width := _least_width(study, surface, end, factor, up, target)) is not None
     ]
-    return min(found, key=lambda entry: entry[0])[1] if found else NoRangeReaches(surface.names)
+    if found:
+        return min(found, key=lambda entry: entry[0])[1]
+    fixed = "loading and specimen" if study.naming.is_cutting else "the values that the simulation holds fixed"
+    return Remedy(f"No range of {series(surface.names)} alone reaches it; check the units, and {fixed}.")
 
 
-def _widened(factor: Factor, up: bool, width: float) -> WidenRange:
+def _widened(factor: Factor, up: bool, width: float) -> Remedy:
     """Return the new end of a range that grows upwards or downwards by `width` times its own width."""
     end = factor.high + width * (factor.high - factor.low) if up else factor.low - width * (factor.high - factor.low)
-    return WidenRange(factor.name, "high" if up else "low", _outwards(end, up), factor.unit)
+    value, key = _outwards(end, up), "high" if up else "low"
+    written = f"{value:g} {factor.unit}".removesuffix(" 1")
+    change = f"{'Raise' if up else 'Lower'} `{key}` of {factor.name} to about {written}."
+    return Remedy(change, f"factors: [{{name: {factor.name}, {key}: {value:g}}}]")
 
 
 def _outwards(value: float, up: bool) -> float:
@@ -266,24 +118,64 @@ def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) 
         factor, up = study.factor(surface.names[j]), bool(coded[j] > 0.0)
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
-    return VaryAnother(surface.names[order[0]])
+    end = surface.names[order[0]]
+    return Remedy(f"Add another factor: {end} is at the end of its possible range.")
 
 
 def to_identify(study: Study, known: Certainty) -> Remedy:
-    """Return what would fix factors that the fit leaves free: the one to hold is that of the widest interval."""
+    """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
+    measure = f"measure another response or another kind of test, or give {widest} a prior from the literature."
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
-        return Identify(widest, "responses")
-    more = len(study.targets.means) > max(len(study.joint_targets), 1)
-    return Identify(widest, "conditions" if more else None)
+        return fit_all(study, "responses", f"If that is not enough, {measure}")
+    if len(study.targets.means) > max(len(study.joint_targets), 1):
+        return fit_all(study, "conditions", f"If that is not enough, {measure}")
+    return Remedy(measure[:1].upper() + measure[1:])
+
+
+def fit_all(study: Study, over: str, then: str = "") -> Remedy:
+    """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
+    key = "responses" if over == "responses" else study.naming.fitted_at.partition(".")[2]
+    edit = f"invert: {{{key}: all}}"
+    return Remedy(f"`{edit}` fits all measured {key} together. {then}".rstrip(), edit)
+
+
+def fit_fewer(study: Study, over: str) -> Remedy:
+    """Return the remedy for measurements that the model cannot reproduce together."""
+    naming = study.naming
+    if over == "conditions" and naming.condition is not None:
+        fewer = f"fit only the {naming.condition.long} of interest (`{naming.fitted_at}`)"
+        return Remedy(f"Add another factor, or {fewer}: the model cannot reproduce all measurements together.")
+    return Remedy(
+        "Check these measurements; then add another factor or fit fewer responses (`invert.responses`): the model "
+        "cannot reproduce all measurements together."
+    )
+
+
+def measure_more(study: Study) -> Remedy:
+    """Return the remedy for a result that nothing checks."""
+    naming = study.naming
+    if naming.condition is None:
+        return Remedy("Measure under another condition, or a further response that `invert.responses` leaves out.")
+    other = f"Measure at another {naming.condition.long}"
+    fewer = f", or leave one out of `{naming.fitted_at}`" if len(study.joint_targets) > 1 else ""
+    return Remedy(f"{other}{fewer}.")
+
+
+_INPUT: dict[DoubtKind, str] = {
+    "inertia": "less mass scaling or a slower blade",
+    "hourglass": "a finer mesh or fully integrated elements",
+    "drift": "a smaller time step",
+    "stroke": "a longer stroke",
+}
 
 
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
-        return MendInput(doubt.kind)
+    if not isinstance(solver, EmbeddedSolver) or study.seen_by("validate") is not study:
+        return Remedy(f"Correct it in the input of the solver: use {_INPUT[doubt.kind]}.")
     match doubt.kind:
         case "inertia":
             return _inertia(solver, doubt.worst or 0.0)
@@ -292,45 +184,77 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
         case "drift":
             return _half_the_step(solver)
         case "stroke":
-            return LengthenStroke(2.0 * study.loading.duration)
+            duration = 2.0 * study.loading.duration
+            return Remedy(
+                f"`duration: {duration:g} s` under `loading` doubles the stroke.",
+                _edit("loading", duration=f"{duration:g} s"),
+            )
 
 
-def _inertia(solver: EmbeddedSolver, worst: float) -> ScaleMassLess:
-    """Return mass scaling and time step at which what the blade sets swinging is well below the limit.
+def _edit(section: str, **values: str) -> str:
+    """Return keys of a section as a YAML fragment.
 
-    A body of stiffness k and mass m that is struck at the speed V swings with the force V √(k m): the share falls
+    >>> _edit("solver", mass_scaling="2000", time_step="17 us")
+    'solver: {mass_scaling: 2000, time_step: 17 us}'
+    """
+    return f"{section}: {{{', '.join(f'{key}: {value}' for key, value in values.items())}}}"
+
+
+def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
+    """Return the remedy to set keys of the solver, whose effect follows them in the text."""
+    keys = series(f"`{key}: {value}`" for key, value in values.items())
+    return Remedy(f"{keys} under `solver` {effect}", _edit("solver", **values))
+
+
+def _inertia(solver: EmbeddedSolver, worst: float) -> Remedy:
+    """Return mass scaling and time step at which the oscillation that the blade excites is well below the limit.
+
+    A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m): the share falls
     with the root of the mass, and the mass that a time step asks for goes with its square.
     """
-    swing, step = _SAFELY * LIMITS["inertia"] / worst, solver.time_step
-    mass_scaling = _outwards(max(solver.mass_scaling * swing**2, 1.0), False)
-    return ScaleMassLess(mass_scaling, _microseconds(step, swing), LIMITS["inertia"], _outwards(1.0 / swing, True))
+    limit = LIMITS["inertia"]
+    swing = _SAFELY * limit / worst
+    scaling = _outwards(max(solver.mass_scaling * swing**2, 1.0), False)
+    values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
+    times = _outwards(1.0 / swing, True)
+    return _in_solver(values, f"reduces inertia below {limit:g} % in most runs, at about {times:g} times the time.")
 
 
-def to_smooth(study: Study) -> SmoothResponse:
-    """Return over what a rough response may be averaged: twice what it is already, five at least."""
-    if isinstance(study.solver, EmbeddedSolver):
-        return SmoothResponse(phases=min(max(5, 2 * study.solver.phases), _MOST_AVERAGED))
-    return SmoothResponse(replicates=min(max(5, 2 * study.replicates), _MOST_AVERAGED) if study.replicates else None)
+def to_smooth(study: Study) -> Remedy:
+    """Return over how many runs a rough response may be averaged: twice the present number, at least five."""
+    runs = "add runs (`rsm: {extra_runs: 4}`)"
+    if study.replicates or isinstance(study.solver, EmbeddedSolver):
+        replicates = min(max(5, 2 * study.replicates), _MOST_AVERAGED)
+        over = "mesh positions" if isinstance(study.solver, EmbeddedSolver) else "seeds"
+        return _in_solver({"replicates": f"{replicates}"}, f"averages over {over}; or {runs}.")
+    return Remedy(f"{runs[:1].upper()}{runs[1:]}, or make the response smoother.", "rsm: {extra_runs: 4}")
 
 
-def _half_the_step(solver: EmbeddedSolver) -> HalveTimeStep:
-    """Return half the safety; a set time step stays as it is, with mass added, unless it is halved as well."""
-    return HalveTimeStep(_outwards(0.5 * solver.time_step_safety, False), _microseconds(solver.time_step, 0.5))
+def _half_the_step(solver: EmbeddedSolver) -> Remedy:
+    """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
+    safety = _outwards(0.5 * solver.time_step_safety, False)
+    values = {"time_step_safety": f"{safety:g}", **_time_step(solver, 0.5)}
+    return _in_solver(values, "halves the time step.")
 
 
-def _microseconds(step: float | None, part: float) -> float | None:
-    """Return a part of a time step that is set (s), in µs."""
-    return None if step is None else _outwards(1e6 * step * part, False)
+def _time_step(solver: EmbeddedSolver, part: float) -> dict[str, str]:
+    """Return a part of the time step if it is fixed, rounded down."""
+    if solver.time_step is None:
+        return {}
+    return {"time_step": f"{_outwards(1e6 * solver.time_step * part, False):g} us"}
 
 
-def _hourglass(solver: EmbeddedSolver, worst: float) -> IntegrateFully:
-    """Full integration has none; of one-point elements it falls at least with the element size, which need not do.
+def _hourglass(solver: EmbeddedSolver, worst: float) -> Remedy:
+    """Return elements so fine that hourglass energy, which falls at least with their size, is below the limit.
 
-    Elements finer by a are a³ in number, and their steps 1/a as long; a time step that is set has to follow.
+    Elements finer by a are a³ in number, and their steps 1/a as long; a fixed time step has to follow.
     """
-    finer, size = worst / LIMITS["hourglass"], solver.element_size
-    if finer**4 > _DEAREST:
-        return IntegrateFully(None, LIMITS["hourglass"])
+    limit, size = LIMITS["hourglass"], solver.element_size
+    finer = worst / limit
+    if finer**4 > _MOST_TIMES:
+        return Remedy(f"Use much finer elements or another mesh: {worst:.0f} % is {finer:.1f} times the limit.")
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{_outwards(size.mm / finer, False):g} mm"
-    step = _microseconds(solver.time_step, 1.0 / finer)
-    return IntegrateFully(FinerElements(new, step, _outwards(finer**4, True)), LIMITS["hourglass"])
+    values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
+    return _in_solver(
+        values, f"may reduce it below {limit:g} %, at about {_outwards(finer**4, True):g} times the time."
+    )

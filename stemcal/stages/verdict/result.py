@@ -1,31 +1,19 @@
-"""The verdict of a study and its reasons, as facts; `stemcal.text.verdict` makes their sentences."""
+"""The verdict of a study: one of three words, the reasons, and where the result may be used."""
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.files.typed import Tagged, absent
+from stemcal.note import Note
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
-Severity = Literal["with_reservations", "not_calibrated"]
-
-
-class Remedy(Tagged):
-    """What would mend a reason: a kind for each, with its numbers, declared in `advice`."""
-
-
-class Reason(Tagged):
-    """Why a study is not simply calibrated: a kind for each, declared beside its rule; weight and remedy."""
-
-    _: KW_ONLY
-    weight: Severity
-    remedy: Remedy
+MOST_REASONS = 10
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A response at a condition: how far simulated is from measured, None where the run failed; fitted, or a check."""
+    """A response at a condition: its error, None where the run failed, and whether it was fitted or is a check."""
 
     response: str
     condition: float
@@ -40,7 +28,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Use:
-    """Where the result may be used: conditions at which all is within the percentage; what is off most elsewhere."""
+    """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond."""
 
     within_percent: float
     good: tuple[float, ...]
@@ -49,7 +37,7 @@ class Use:
 
 @dataclass(frozen=True)
 class UseThere:
-    """Where the parameters for another program may be used in it, and which kind of solver that is."""
+    """Where the parameters for another program may be used in it, and the kind of that program."""
 
     solver: str
     use: Use
@@ -57,36 +45,34 @@ class UseThere:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a study comes to: a word, where the result may be used (None where nothing tells), and the reasons.
+    """The verdict, where the result may be used (None where no run shows it), and at most ten reasons.
 
-    `there` tells where the result of a transfer may be used.
+    `there` is where the parameters for another program may be used in it.
     """
 
     verdict: Word
     use: Use | None
-    reasons: tuple[Reason, ...]
-    there: UseThere | None = absent()
+    reasons: tuple[Note, ...]
+    there: UseThere | None = None
 
     @classmethod
-    def of(cls, reasons: list[Reason], use: Use | None, there: UseThere | None = None) -> Verdict:
-        """Weigh the reasons: the heaviest decides, and comes first."""
-        heavy = [reason for reason in reasons if reason.weight == "not_calibrated"]
-        light = [reason for reason in reasons if reason.weight != "not_calibrated"]
-        word: Word = "not_calibrated" if heavy else "with_reservations" if light else "calibrated"
-        return cls(word, use, (*heavy, *light), there)
+    def of(cls, reasons: list[Note], use: Use | None, there: UseThere | None = None) -> Verdict:
+        """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
+        errors = [reason for reason in reasons if reason.severity == "error"]
+        others = [reason for reason in reasons if reason.severity != "error"]
+        word: Word = "not_calibrated" if errors else "with_reservations" if others else "calibrated"
+        return cls(word, use, (*errors, *others)[:MOST_REASONS], there)
 
     @property
     def holds(self) -> bool:
-        """Whether intervals and claims of agreement may be shown."""
+        """Whether intervals and statements of agreement may be shown."""
         return self.verdict != "not_calibrated"
 
     @property
     def may_hold(self) -> bool:
-        """Whether nothing but what is not done yet speaks against intervals and claims of agreement."""
-        return self.holds or all(
-            reason.kind == "unfinished" for reason in self.reasons if reason.weight == "not_calibrated"
-        )
+        """Whether only unfinished stages speak against intervals and statements of agreement."""
+        return self.holds or all(reason.kind == "unfinished" for reason in self.reasons if reason.severity == "error")
 
-    def says(self, kind: str) -> bool:
+    def has(self, kind: str) -> bool:
         """Whether a reason of that kind is among them."""
         return any(reason.kind == kind for reason in self.reasons)

@@ -1,6 +1,7 @@
-"""The rules of the verdict: each looks at the evidence and yields reasons, whose kinds are declared here.
+"""The rules of the verdict: each looks at the evidence and yields reasons, as notes with a remedy.
 
-The given percentage is `targets.equivalent_within_percent`; what a reason weighs, its rule decides.
+A reason of severity ``error`` means not calibrated, one of severity ``warning`` a reservation. The given percentage is
+`targets.tolerance_percent`.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -8,15 +9,18 @@ from dataclasses import dataclass
 
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
+from stemcal.note import Note, Remedy, Severity
+from stemcal.numbers import signed_probability
 from stemcal.stages.base import stages_of
-from stemcal.stages.invert.result import Contradicted, InvertResult, JointFitted
-from stemcal.stages.result import AimsAt
+from stemcal.stages.invert.result import InvertResult, JointFitted
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EqualRepeats
-from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, physics_of
-from stemcal.stages.verdict.result import Judged, Reason, Remedy, Severity, Use, UseThere, Verdict
+from stemcal.stages.verdict import advice, words
+from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, Physics, physics_of
+from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
 from stemcal.study.model import Study
+from stemcal.words import series
 
 MAJORITY, SOME = 0.5, 0.1
 MISSED_PERCENT = 2.0
@@ -24,134 +28,6 @@ FAR = 2.0
 """Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
-
-
-class Unfinished(Reason):
-    """Stages that the study asks for are not there: not calibrated; a reservation where it is the transfer alone."""
-
-    stages: tuple[str, ...]
-
-
-class OutOfReach(Reason):
-    """The surface takes the target nowhere, only values from low to high: not calibrated."""
-
-    target: float
-    low: float
-    high: float
-
-
-class Conflict(Reason):
-    """In a joint fit no parameters bring the largest error within the given percentage: not calibrated.
-
-    Or a measured mean contradicts the others, where no degree of freedom is left for a test of the misfit: not
-    calibrated beyond p = 0.001, else a reservation.
-    """
-
-    least_error_percent: float
-    contradiction: Contradicted | None = None
-
-
-class TargetMissed(Reason):
-    """The simulated response at the solution misses what it was fitted to.
-
-    Not calibrated: by more than the given percentage (in a joint fit at half of the conditions or more). A
-    reservation: by more than 2 %, or more than the refinement's tolerance.
-    """
-
-    worst: Judged
-
-
-class OnTheEdge(Reason):
-    """|x| of the solution is within 2 % of the radius, or a factor within 1 % of its range from an end: reservation.
-
-    A range is to be widened only where the data ask for it: the point nearest to the centre of a flat valley, or one
-    that scatter has put on the edge, asks for measurements that tell the parameters apart.
-    """
-
-
-class Misfit(Reason):
-    """The misfit is so many times what the scatter of the measured means explains, p < 0.05: a reservation.
-
-    Where priors are fitted too and p < 0.001, measurements and priors contradict each other: not calibrated.
-    """
-
-    times: float
-    p: float
-
-
-class ValidationFromTable(Reason):
-    """The validation is read from a table, not simulated with these parameters: a reservation."""
-
-
-class ValidationFailed(Reason):
-    """Runs of the validation that would check the result have failed: a reservation."""
-
-    conditions: tuple[float, ...]
-
-
-class CheckMissed(Reason, kind="validation"):
-    """What was not fitted misses by more than the given percentage: a reservation."""
-
-    worst: Judged
-
-
-class Unchecked(Reason):
-    """Nothing checks the result independently: a reservation."""
-
-
-class DoubtfulPhysics(Reason, kind="physics"):
-    """So many of the runs have doubtful physics, for one of the reasons.
-
-    Not calibrated: more than half of the runs, for whatever reasons. A reservation: a tenth of them or more.
-    """
-
-    doubt: Doubt
-    checked: int
-
-
-class SolutionDoubtful(Reason, kind="physics_of_solution"):
-    """The run with the calibrated parameters at a condition has doubtful physics.
-
-    Not calibrated: where the parameters were fitted, and the doubt is twice its limit or a force that still rose. Else
-    a reservation.
-    """
-
-    at: DoubtAt
-
-
-class NotIdentified(Reason):
-    """What was fitted does not fix these factors each by itself: a reservation.
-
-    Their intervals hold most of their ranges, or they move along `changes` (in the factors' `units`), which change
-    nothing that was fitted.
-    """
-
-    factors: tuple[str, ...]
-    changes: dict[str, float]
-    units: dict[str, str]
-
-
-class SignAgainstExpectation(Reason):
-    """Significant effects have the other sign than the study expects of its mechanics: a reservation."""
-
-    factors: tuple[str, ...]
-
-
-class RoughResponse(Reason):
-    """Equal inputs give equal answers, yet the surface misses its runs by so much, percent of the mean: reservation."""
-
-    cv_percent: float
-
-
-class TransferMissed(Reason):
-    """In the program that the parameters are for the response is so far from its aim, percent: a reservation.
-
-    The aim is the measured response, or after a joint fit what the study's own solver gives.
-    """
-
-    solver: str
-    missed_percent: float
-    aims_at: AimsAt = "measured"
 
 
 @dataclass(frozen=True)
@@ -163,9 +39,14 @@ class Evidence:
     physics: Physics
 
     @property
+    def names(self) -> Names:
+        """Names and units of the study."""
+        return Names(self.study.naming)
+
+    @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.targets.equivalent_within_percent)
+        return float(self.study.targets.tolerance_percent)
 
     @property
     def judged(self) -> list[Judged]:
@@ -187,7 +68,7 @@ class Evidence:
         return found
 
 
-Rule = Callable[[Evidence], Iterator[Reason]]
+Rule = Callable[[Evidence], Iterator[Note]]
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
@@ -230,17 +111,18 @@ def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
 # ---- the rules
 
 
-def _unfinished(evidence: Evidence) -> Iterator[Reason]:
+def _unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done()}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
-        stages = tuple(stage.name for stage in missing)
-        remedy = advice.EnterResults() if evidence.study.solver.kind == "manual" else advice.ContinueStudy()
-        weight: Severity = "with_reservations" if stages == ("transfer",) else "not_calibrated"
-        yield Unfinished(weight=weight, remedy=remedy, stages=stages)
+        by_hand = "Do the runs of the sheet and enter them with `stemcal enter SPEC SHEET`."
+        remedy = Remedy(by_hand if evidence.study.solver.kind == "manual" else "`stemcal run SPEC` continues.")
+        severity: Severity = "warning" if [stage.name for stage in missing] == ["transfer"] else "error"
+        titles = ", ".join(stage.title for stage in missing)
+        yield Note("unfinished", severity, f"Not done yet: {titles}.", remedy)
 
 
-def _reach(evidence: Evidence) -> Iterator[Reason]:
+def _reach(evidence: Evidence) -> Iterator[Note]:
     surface, found, study = evidence.results.surface, evidence.results.inversion, evidence.study
     if surface is None:
         return
@@ -250,11 +132,11 @@ def _reach(evidence: Evidence) -> Iterator[Reason]:
     target = study.calibration_target.response
     low, high = advice.reach(surface, study) if found is None else (target, target)
     if not low <= target <= high:
-        remedy = advice.to_reach(study, surface, target)
-        yield OutOfReach(weight="not_calibrated", remedy=remedy, target=target, low=low, high=high)
+        text = words.out_of_reach(target, low, high, evidence.names)
+        yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 
 
-def _conflict(evidence: Evidence) -> Iterator[Reason]:
+def _conflict(evidence: Evidence) -> Iterator[Note]:
     found = evidence.results.inversion
     joint = found.joint if found is not None else None
     if joint is None:
@@ -265,12 +147,9 @@ def _conflict(evidence: Evidence) -> Iterator[Reason]:
     beyond = joint.best_worst_error_percent > evidence.equivalent_percent or (
         apart is not None and apart.p < _BEYOND_DOUBT
     )
-    yield Conflict(
-        weight="not_calibrated" if beyond else "with_reservations",
-        remedy=_of_conflict(evidence, joint),
-        least_error_percent=joint.best_worst_error_percent,
-        contradiction=apart,
-    )
+    least = f"No parameters within the ranges bring all errors below {joint.best_worst_error_percent:.0f} %."
+    text = least if apart is None else words.contradiction(apart, evidence.names)
+    yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
@@ -280,15 +159,15 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
     if joint.out_of_reach and joint.contradiction is None and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return _fit_fewer(joint)
+    return _fit_fewer(evidence, joint)
 
 
-def _fit_fewer(joint: JointFitted) -> Remedy:
+def _fit_fewer(evidence: Evidence, joint: JointFitted) -> Remedy:
     conditions = {row.condition for row in (*joint.rows, *joint.further)}
-    return advice.FitFewer("conditions" if len(conditions) > 1 else "responses")
+    return advice.fit_fewer(evidence.study, "conditions" if len(conditions) > 1 else "responses")
 
 
-def _target(evidence: Evidence) -> Iterator[Reason]:
+def _target(evidence: Evidence) -> Iterator[Note]:
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
         return
@@ -298,24 +177,31 @@ def _target(evidence: Evidence) -> Iterator[Reason]:
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
-    weight: Severity = "not_calibrated" if 2 * len(far) >= len(fitted) else "with_reservations"
-    remedy: Remedy = advice.AddRefinement() if refine is None else advice.RaiseBudget(2 * refine.budget)
-    if evidence.study.joint_targets:  # no further run reconciles what contradicts itself
-        remedy = next((conflict.remedy for conflict in _conflict(evidence)), remedy)
-    yield TargetMissed(weight=weight, remedy=remedy, worst=worst)
+    severity: Severity = "error" if 2 * len(far) >= len(fitted) else "warning"
+    remedy = _refine_more(refine.budget if refine is not None else None)
+    if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
+        remedy = next((conflict.remedy for conflict in _conflict(evidence) if conflict.remedy), remedy)
+    yield Note("target_missed", severity, f"{words.miss(worst, evidence.names)}, although it was fitted.", remedy)
 
 
-def _physics(evidence: Evidence) -> Iterator[Reason]:
+def _refine_more(budget: int | None) -> Remedy:
+    if budget is None:
+        return Remedy("Add `refine: {}` to the spec: it simulates the solution and corrects it.", "refine: {}")
+    raised = f"Raise `budget` under `refine` to {2 * budget}, or check whether the response jumps between near points."
+    return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
+
+
+def _physics(evidence: Evidence) -> Iterator[Note]:
     found = evidence.physics
     if found.share < SOME:
         return
-    weight: Severity = "not_calibrated" if found.share > MAJORITY else "with_reservations"
+    severity: Severity = "error" if found.share > MAJORITY else "warning"
     for doubt in found.doubts:
-        remedy = advice.for_physics(evidence.study, doubt)
-        yield DoubtfulPhysics(weight=weight, remedy=remedy, doubt=doubt, checked=found.checked)
+        text = words.doubtful(doubt, found.checked)
+        yield Note("physics", severity, text, advice.for_physics(evidence.study, doubt))
 
 
-def _edge(evidence: Evidence) -> Iterator[Reason]:
+def _edge(evidence: Evidence) -> Iterator[Note]:
     surface = evidence.results.surface
     if surface is None or evidence.results.inversion is None:
         return
@@ -325,8 +211,8 @@ def _edge(evidence: Evidence) -> Iterator[Reason]:
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
-        remedy = _from_the_edge(evidence, coded)
-        yield OnTheEdge(weight="with_reservations", remedy=remedy)
+        text = "The solution lies on the edge of the search region."
+        yield Note("on_the_edge", "warning", text, _from_the_edge(evidence, coded))
 
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
@@ -349,47 +235,51 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
     return at_end or radius >= _NEAR_RADIUS * surface.radius
 
 
-def _misfit(evidence: Evidence) -> Iterator[Reason]:
+def _misfit(evidence: Evidence) -> Iterator[Note]:
     found = evidence.results.inversion
     joint = found.joint if found is not None else None
     if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
     beyond = bool(found.priors) and joint.p < _BEYOND_DOUBT
-    yield Misfit(
-        weight="not_calibrated" if beyond else "with_reservations",
-        remedy=_check_prior(found) or _fit_fewer(joint),
-        times=joint.misfit / joint.df,
-        p=joint.p,
-    )
+    times, p = joint.misfit / joint.df, signed_probability(joint.p)
+    text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."
+    remedy = _check_prior(found) or _fit_fewer(evidence, joint)
+    yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
 
 def _check_prior(found: InvertResult) -> Remedy | None:
     """Return the remedy for the prior that is farthest from the solution, in its standard deviations."""
     solution = found.point.solution
     worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
-    return None if worst is None else advice.CheckPrior(worst.factor, worst.source)
+    if worst is None:
+        return None
+    check = f"Check the prior of {worst.factor} against its source ({worst.source}), its unit and its test"
+    return Remedy(f"{check}; then check the model, or leave the prior out.")
 
 
-def _validation(evidence: Evidence) -> Iterator[Reason]:
+def _validation(evidence: Evidence) -> Iterator[Note]:
     study = evidence.study
     if evidence.results.validation is None:
         return
     if study.solver.kind == "table":
-        yield ValidationFromTable(weight="with_reservations", remedy=advice.SimulateValidation())
+        text = "The validation is read from a table, not simulated with these parameters."
+        yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that simulates."))
         return
     independent = [row for row in evidence.judged if not row.fitted]
     failed = tuple(row.condition for row in independent if row.error_percent is None)
     if failed:
-        remedy = advice.RetryValidation()
-        yield ValidationFailed(weight="with_reservations", remedy=remedy, conditions=failed)
+        names = evidence.names
+        text = f"The validation has no {names.response.long}{names.at(*failed)}: the run failed."
+        yield Note("validation_failed", "warning", text, Remedy("`stemcal run SPEC --retry` repeats failed runs."))
     off = [row for row in independent if row.size > evidence.equivalent_percent]
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
-        fit = advice.FitAll("responses" if left_out else "conditions")
-        yield CheckMissed(weight="with_reservations", remedy=fit, worst=worst)
+        until = "Until then use the result only where it agrees."
+        remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
+        yield Note("validation", "warning", f"{words.miss(worst, evidence.names)}.", remedy)
     if not independent and not _left_out(evidence):
-        yield Unchecked(weight="with_reservations", remedy=advice.MeasureMore(len(study.joint_targets)))
+        yield Note("unchecked", "warning", "No independent measurement checks the result.", advice.measure_more(study))
 
 
 def _left_out(evidence: Evidence) -> bool:
@@ -399,7 +289,7 @@ def _left_out(evidence: Evidence) -> bool:
     return error is not None and error <= evidence.equivalent_percent
 
 
-def _solution_physics(evidence: Evidence) -> Iterator[Reason]:
+def _solution_physics(evidence: Evidence) -> Iterator[Note]:
     if evidence.physics.share > MAJORITY:
         return  # said of all runs
     worst: dict[DoubtKind, DoubtAt] = {}
@@ -409,34 +299,30 @@ def _solution_physics(evidence: Evidence) -> Iterator[Reason]:
             worst[at.doubt.kind] = at
     for kind, at in worst.items():
         far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
-        weight: Severity = "not_calibrated" if at.fitted and far else "with_reservations"
-        yield SolutionDoubtful(weight=weight, remedy=advice.for_physics(evidence.study, at.doubt), at=at)
+        severity: Severity = "error" if at.fitted and far else "warning"
+        text = words.doubtful_solution(at, evidence.names)
+        yield Note("physics_of_solution", severity, text, advice.for_physics(evidence.study, at.doubt))
 
 
-def _identified(evidence: Evidence) -> Iterator[Reason]:
+def _identified(evidence: Evidence) -> Iterator[Note]:
     found = evidence.results.inversion
     known = None if found is None else found.certainty
     if known is None or not known.not_identified:
         return
-    remedy = advice.to_identify(evidence.study, known)
-    yield NotIdentified(
-        weight="with_reservations",
-        remedy=remedy,
-        factors=known.not_identified,
-        changes=known.loosest,
-        units=known.units,
-    )
+    text = words.not_identified(known)
+    yield Note("not_identified", "warning", text, advice.to_identify(evidence.study, known))
 
 
-def _signs(evidence: Evidence) -> Iterator[Reason]:
+def _signs(evidence: Evidence) -> Iterator[Note]:
     against = tuple(
         factor.name
         for factor in evidence.study.factors
         if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
     )
     if against:
-        remedy = advice.CheckModel(against)
-        yield SignAgainstExpectation(weight="with_reservations", remedy=remedy, factors=against)
+        text = f"The effect of {series(against)} has the opposite of the expected sign."
+        remedy = Remedy(f"Check {series(against)} in the model: the law, the units and `expected_sign`.")
+        yield Note("sign_against_expectation", "warning", text, remedy)
 
 
 def _sign_found(evidence: Evidence, factor: str) -> str | None:
@@ -450,21 +336,22 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
     return None
 
 
-def _transfer(evidence: Evidence) -> Iterator[Reason]:
+def _transfer(evidence: Evidence) -> Iterator[Note]:
     found = evidence.results.transfer
     if found is None or found.converged:
         return
-    remedy = advice.MendTransfer(found.stopped, found.moving, 2 * found.budget)
-    yield TransferMissed(
-        weight="with_reservations",
-        remedy=remedy,
-        solver=found.solver.kind,
-        missed_percent=found.missed_percent,
-        aims_at=found.aims_at,
-    )
+    budget, factors = 2 * found.budget, series(found.moving)
+    remedies = {
+        "budget": f"Raise `budget` under `transfer` to {budget}, or give {factors} a wider range under `adjust` there.",
+        "out_of_reach": f"Give {factors} a wider range, or name another factor, under `adjust` of `transfer`.",
+    }
+    aim = "the measured one" if found.aims_at == "measured" else "that of the study's own solver"
+    text = f"In {found.solver.kind} the {evidence.names.response.long} is {found.missed_percent:.1f} % from {aim}."
+    remedy = Remedy(remedies.get(found.stopped, "Average over mesh positions there, or adjust another factor."))
+    yield Note("transfer_missed", "warning", text, remedy)
 
 
-def _rough(evidence: Evidence) -> Iterator[Reason]:
+def _rough(evidence: Evidence) -> Iterator[Note]:
     surface = evidence.results.surface
     if surface is None:
         return
@@ -472,7 +359,11 @@ def _rough(evidence: Evidence) -> Iterator[Reason]:
     if not isinstance(repeats, EqualRepeats) and not (repeats is None and surface.deterministic):
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
-        yield RoughResponse(weight="with_reservations", remedy=advice.to_smooth(evidence.study), cv_percent=abs(cv))
+        text = (
+            f"Repeated runs agree exactly, but the surface misses its runs by {abs(cv):.1f} %: the response is rough, "
+            "or a quadratic surface cannot follow it."
+        )
+        yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study))
 
 
 RULES: tuple[Rule, ...] = (

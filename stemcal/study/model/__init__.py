@@ -21,7 +21,6 @@ from stemcal.study.model.program_options import (
     Commanded,
     CommandSolver,
     DeckAt,
-    DeckHourglass,
     DeckSolver,
     LsDynaSolver,
     OpenRadiossSolver,
@@ -36,14 +35,13 @@ from stemcal.study.model.result_readers import (
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
-    FailureSection,
     LoadingSection,
     MaterialSection,
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_options import EmbeddedSolver, HourglassSection, TableSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
@@ -52,11 +50,10 @@ __all__ = [
     "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
     "ClimbOptions",
     "CodingEntry", "CommandSolver", "Commanded", "Condition", "ContactSection",
-    "CsvResult", "DeckAt", "DeckHourglass", "DeckSolver", "EmbeddedSolver", "Factor", "FailureSection",
-    "Grades", "Growth", "HourglassSection",
+    "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
+    "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
-    "MeshOptions",
     "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from stemcal.naming import FIRST, Named, capital
-from stemcal.study.model.frozen import Frozen, Share, Size
+from stemcal.study.model.frozen import Frozen, Size
 from stemcal.study.model.measured_targets import Mean, Targets, Work
 from stemcal.study.model.program_options import CommandSolver
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
@@ -20,7 +20,6 @@ TestKind = Literal[
     "radial-compression",
     "axial-compression",
     "axial-tension",
-    "double-shear",
     "other",
 ]
 Force = Annotated[float, Quantity("force", above=0)]
@@ -31,17 +30,15 @@ ForceScatter = Annotated[float, Quantity("force", at_least=0)]
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
     "slope": ("k", "N/mm", "slope"),
-    "axis_slope": ("ka", "N/mm", "slope of the axis"),
     "maximum_force": ("F", "N", "maximum force"),
     "travel": ("u", "mm", "travel"),
     "work": ("W", "mJ", "work"),
-    "force_at_deflection": ("Fu", "N", "force at the deflection"),
 }
 # Those that a test simulated here is usually done for.
 USUAL = ("slope", "maximum_force", "work")
 # Those that do not depend on whether the maximum was passed.
-BEFORE_MAXIMUM = frozenset({"slope", "axis_slope", "force_at_deflection"})
-_SMALL, _COARSE, _PLATE, _GAP = (Length(divisor=parts) for parts in (12.0, 8.0, 64.0, 10.0))
+BEFORE_MAXIMUM = frozenset({"slope"})
+_SMALL, _COARSE, _PLATE = (Length(divisor=parts) for parts in (12.0, 8.0, 64.0))
 
 
 class LaboratoryMeans(Frozen):
@@ -52,13 +49,9 @@ class LaboratoryMeans(Frozen):
     n: Annotated[Whole, Field(ge=1)] | None = None
     """Number of specimens."""
     slope: Stiffness | None = None
-    """Slope of the force over the travel of the machine, between the shares of the maximum that `secant` gives."""
+    """Slope of the force over the travel of the machine, from 20 to 50 % of the maximum."""
     slope_sd: StiffnessScatter | None = None
     """Standard deviation of the slope."""
-    axis_slope: Stiffness | None = None
-    """Slope of the force over the deflection of the stem's axis, without the dents under nose and supports."""
-    axis_slope_sd: StiffnessScatter | None = None
-    """Standard deviation of it."""
     maximum_force: Force | None = None
     """Largest force until the break."""
     maximum_force_sd: ForceScatter | None = None
@@ -70,10 +63,6 @@ class LaboratoryMeans(Frozen):
     work: Work | None = None
     """Work until the break, or until the end of the stroke."""
     work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
-    """Standard deviation of it."""
-    force_at_deflection: Force | None = None
-    """Force at the travel that `deflection` gives."""
-    force_at_deflection_sd: ForceScatter | None = None
     """Standard deviation of it."""
 
     def given(self) -> dict[str, Mean]:
@@ -93,8 +82,7 @@ class LaboratorySection(Frozen):
     """Name in tables, files and `simulate --test`."""
     kind: TestKind
     """What is done: the cut of the sections above in another way, a nose between two rollers, plates across the stem,
-    ends that move along its axis, or three plates with holes that shear it; `other` what the program under `solver`
-    alone knows."""
+    or ends that move along its axis; `other` what the program under `solver` alone knows."""
     solver: CommandSolver | None = None
     """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
     by response, `slope: {kind: …}`; beside it only `name`, `kind` and `targets` are given."""
@@ -103,7 +91,7 @@ class LaboratorySection(Frozen):
     supports: SupportsSection | None = None
     """What differs from the spec's supports, in cutting."""
     length: StemLength | None = None
-    """Length of the piece; by default 1.2 times the span in bending, three diameters in double shear, else two."""
+    """Length of the piece; by default 1.2 times the span in bending, else two diameters."""
     span: StemLength | None = None
     """Distance between the axes of the supports, in bending."""
     nose_radius: Size = 5.0
@@ -113,28 +101,17 @@ class LaboratorySection(Frozen):
     ends: Literal["held", "lubricated"] = "held"
     """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change about its
     middle, which does not slide."""
-    plate: StemLength = Length(divisor=1.0)
-    """Thickness of the middle plate, in double shear."""
-    gap: StemLength = _GAP
-    """Between the middle plate and those beside it, in double shear."""
     stroke: StemLength | None = None
     """How far the machine moves; in cutting as far as the spec's blade by default."""
     speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
     """Speed of the machine; in cutting that of the spec's blade by default."""
-    secant: Annotated[tuple[Share, Share], Field(strict=False)] = (0.2, 0.5)
-    """Shares of the maximum force between which a straight line is fitted, whose slope is the response."""
-    deflection: Size | None = None
-    """Travel at which `force_at_deflection` is taken."""
     element_size: StemLength | None = None
-    """Length of the elements: d/12 in bending, d/8 in axial tests and double shear; in radial compression, d/64, their
-    width at the plates, and four times that elsewhere."""
+    """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/64, their width at the
+    plates, and four times that elsewhere."""
     elements_through_wall: ThroughWall = None
     """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
-    axial compression and double shear three at least."""
+    axial compression three at least."""
     hourglass: HourglassCoefficient = 0.03
-    """Stiffness against hourglass modes, in the form `stiffness`."""
-    symmetry: Literal["none", "half", "quarter"] = "quarter"
-    """Which part is computed; in cutting as under `solver` by default, whose mesh it has, phases too."""
     targets: tuple[LaboratoryMeans, ...] = ()
     """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
     `simulate --test`."""
@@ -150,8 +127,7 @@ class LaboratorySection(Frozen):
 
     def in_place_of(self, own: object) -> dict[str, Any]:
         """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
-        mesh = {"symmetry": self.symmetry} if "symmetry" in self.model_fields_set else {}
-        given = {"blade": _given(self.blade), "supports": _given(self.supports), "solver": mesh}
+        given = {"blade": _given(self.blade), "supports": _given(self.supports)}
         sections = {name: getattr(own, name) for name in given}
         return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}
 
@@ -164,8 +140,7 @@ class LaboratorySection(Frozen):
         """Return the length of the piece at a stem diameter, mm."""
         if self.length is not None:
             return self.length.at(diameter)
-        usual = (3.0 if self.kind == "double-shear" else 2.0) * diameter
-        return usual if self.span is None else 1.2 * self.span.at(diameter)
+        return 2.0 * diameter if self.span is None else 1.2 * self.span.at(diameter)
 
     @property
     def told(self) -> tuple[str, ...]:

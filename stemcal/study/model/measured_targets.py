@@ -138,7 +138,7 @@ class Targets(Frozen):
     """The measured forces, an entry per diameter."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured `curves`."""
-    equivalent_within_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
+    tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
     """Up to here a simulated force counts as equal to the measured one."""
 
     @property

@@ -57,15 +57,5 @@ AROUND: dict[str, tuple[Parameter, str, tuple[str, ...]]] = {
         "specimen",
         ("diameter_ratio",),
     ),
-    "strength": (
-        Parameter("cohesive strength", "stress", "MPa", 0, False, _NO_LIMIT, False, (0.1, 200)),
-        "failure",
-        ("strength",),
-    ),
-    "toughness": (
-        Parameter("toughness", "force per length", "kJ/m2", 0, False, _NO_LIMIT, False, (0.01, 100)),
-        "failure",
-        ("toughness",),
-    ),
 }
 EMBEDDED = {**PARAMETERS, **{name: parameter for name, (parameter, _, _) in AROUND.items()}}

@@ -73,14 +73,10 @@ class CommandSolver(ProgramOptions, Commanded):
     """Where the program leaves its number; of several responses a mapping of such readers by their names."""
     results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
     """The same by the names of the responses."""
-    deterministic: Flag | None = None
-    """Whether equal inputs give equal answers: if false, every run is simulated anew, centre points too; else one run
-    is repeated at the start to see it."""
-    replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
-    """How often every run of a design is simulated, each time with a seed of its own; more than one means that there
-    is chance in the program."""
-    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
-    """Draws other seeds for all runs."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """Simulations of each point, each with another `{{seed}}`, for a program whose equal inputs give different answers;
+    `1` simulates each run of the design once, repeated centre points too. Without the key the program must give equal
+    answers: its first run is repeated at the start to check this."""
 
     @property
     def readers(self) -> dict[str, ResultReader]:
@@ -90,13 +86,7 @@ class CommandSolver(ProgramOptions, Commanded):
     @property
     def by_chance(self) -> bool:
         """Whether equal inputs may give different answers."""
-        return self.replicates > 1 or self.deterministic is False
-
-
-class DeckHourglass(solver_options.HourglassSection):
-    """Hourglass control of LS-DYNA: Flanagan and Belytschko's stiffness form (IHQ 4) or the viscous one (IHQ 1)."""
-
-    coefficient: solver_options.HourglassCoefficient = 0.05
+        return self.replicates is not None
 
 
 class DeckAt(Frozen):
@@ -132,8 +122,7 @@ class DeckSolver(ProgramOptions):
     edge_over: solver_options.EdgeOver = "elements"
     coarsening: solver_options.Coarsening = 1.0
     coarsening_around: solver_options.CoarseningAround = 1.0
-    hourglass: DeckHourglass = DeckHourglass()
-    """Hourglass control of the one-point elements."""
+    hourglass: solver_options.HourglassCoefficient = 0.05
     mass_scaling: solver_options.MassScaling = 1e4
     time_step_safety: Share = 0.8
     """Share of the stable time step that is taken."""

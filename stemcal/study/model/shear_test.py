@@ -123,15 +123,3 @@ class MaterialSection(Frozen):
     def growing(self) -> dict[str, Growth | Grades]:
         """Return what the parameters are that follow the diameter."""
         return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth | Grades)}
-
-
-class FailureSection(Frozen):
-    """How the stem fails: elements by their plastic strain, or the plane of the cut by its toughness (experimental)."""
-
-    kind: Literal["strain", "toughness"] = "strain"
-    """`strain`: elements are removed at `material.failure_strain`; `toughness`: the blade parts the plane of the cut,
-    with neither failure strain nor `edge_spread` nor `internal_length`."""
-    strength: Annotated[float, Quantity("stress", above=0)] | None = None
-    """Stress at which the plane of the cut begins to open in tension."""
-    toughness: Annotated[float, Quantity("force per length", above=0)] | None = None
-    """Energy that parting it takes, per area."""

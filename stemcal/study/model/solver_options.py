@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from stemcal.study.model.frozen import Flag, Frozen, Share, Size, Time
+from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
@@ -15,7 +15,13 @@ from stemcal.study.types.lengths import Length, StemLength
 _SLOW = 100.0 / 60.0
 # Keys that the embedded solver and the decks of other programs have in common.
 HourglassCoefficient = Annotated[
-    Number, Field(ge=0, le=1, description="Strength; too small and elements fold, too large and the stem is too stiff.")
+    Number,
+    Field(
+        ge=0,
+        le=1,
+        description="Stiffness of the elements against hourglass modes, defined as LS-DYNA's QH of type 4. Too small: "
+        "elements fold; too large: the stem is too stiff.",
+    ),
 ]
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
@@ -56,14 +62,6 @@ CoarseningAround = Annotated[
 ]
 
 
-class HourglassSection(Frozen):
-    """What holds elements with one point against their hourglass modes."""
-
-    form: Literal["stiffness", "viscous"] = "stiffness"
-    """Stiffness or viscous form."""
-    coefficient: HourglassCoefficient = 0.01
-
-
 class EmbeddedSolver(Frozen):
     """The explicit finite element solver that comes with stemcal."""
 
@@ -72,39 +70,27 @@ class EmbeddedSolver(Frozen):
     rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
     """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""
-    symmetry: Literal["none", "half", "quarter"] = "quarter"
-    """Which part is computed: the whole stem, half or a quarter of it; a quarter needs `bevel: both`."""
     element_size: StemLength = Length(divisor=16.0)
     """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
     `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
     edge_over: EdgeOver = "nodes"
-    element: Literal["one_point", "full"] = "one_point"
-    """One-point elements, or the slow fully integrated reference."""
-    hourglass: HourglassSection = HourglassSection()
-    """Hourglass control of the one-point elements."""
+    hourglass: HourglassCoefficient = 0.01
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
     """Elements too small for this step are given mass until they can take it; without it none is given."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     """Share of the stable time step that is taken."""
-    precision: Literal["mixed", "double"] = "mixed"
-    """`mixed`: strains, stresses and hourglass forces of the elements in single precision, all else in double;
-    `double`: everything."""
     outputs: Outputs = 500
     filter_window: FilterWindow = 0.010
     coarsening: Coarsening = 6.0
     coarsening_around: CoarseningAround = 2.0
-    phases: Annotated[Whole, Field(ge=1, le=100)] = 1
-    """The force is the mean over so many places of the mesh under the edge."""
-    perturb: Annotated[Whole, Field(ge=0, le=2**31)] | None = None
-    """Seed of a random place of the mesh, for tests of how much that matters."""
+    replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
+    """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
+    interval; without the key the mesh stays in one position."""
     break_drop: BreakDrop = 0.5
     stop_after_peak: Flag = True
     """End a simulation there; `false` computes the whole stroke."""
-    failure_length: Size | None = None
-    """Crack-band length: each element fails at the failure strain times this over its own length. It is another way
-    to what `internal_length` does."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
 

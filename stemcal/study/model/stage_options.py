@@ -8,7 +8,6 @@ from stemcal.naming import FIRST
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.model.measured_targets import AtSize
 from stemcal.study.types.field_types import Number, Whole
-from stemcal.study.types.lengths import StemLength
 from stemcal.study.types.named import responses_by_name
 
 Responses = Annotated[
@@ -59,18 +58,6 @@ class RefineOptions(Frozen):
     """Done once the simulated force is within this of the measured one."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
     """Most simulations it may take."""
-
-
-class MeshOptions(Frozen):
-    """Which other meshes the solution is simulated on.
-
-    Their scatter enters every interval; what a size does to all diameters alike is told beside the calibrated values.
-    """
-
-    phases: Annotated[Whole, Field(ge=2, le=50)] = 5
-    """Places of the mesh along the stem."""
-    sizes: Annotated[tuple[StemLength, ...], Field(max_length=10)] = ()
-    """Further element sizes, lengths or shares of the diameter such as `d/24`."""
 
 
 class RunsOptions(Frozen):

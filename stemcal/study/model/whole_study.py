@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Protocol
 
@@ -28,14 +27,13 @@ from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, Ope
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
-    FailureSection,
     LoadingSection,
     MaterialSection,
     SpecimenSection,
     SupportsSection,
 )
 from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, MeshOptions, RefineOptions, RunsOptions
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
@@ -75,8 +73,6 @@ class StudyForm(Frozen):
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
     """Fixed values of the parameters that are no factors, and the length behind failure."""
-    failure: FailureSection = FailureSection()
-    """How the stem fails: by a plastic strain, or by the toughness of the plane of the cut (experimental)."""
     solver: Annotated[AnySolver, Field(discriminator="kind")] = EmbeddedSolver()
     """What answers which force a set of levels gives."""
     tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
@@ -93,8 +89,6 @@ class StudyForm(Frozen):
     """Stage 3: the parameters that give the measured force."""
     refine: RefineOptions | None = None
     """Stage 4: simulate at the solution and correct it; without this section it is left out."""
-    mesh: MeshOptions | None = None
-    """Simulate the solution on other meshes; their scatter then enters every interval."""
     transfer: TransferOptions | None = None
     """After the validation: the calibrated point run in another program or on another mesh, and corrected there."""
     runs: RunsOptions = RunsOptions()
@@ -238,11 +232,10 @@ class Study(StudyForm):
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
         for name, growth in self.material.growing().items():
             varied[name] = growth.given_at(diameter, varied.get(name), chosen)
-        never = {"failure_strain": inf} if self.failure.kind == "toughness" else {}
-        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {}), **never}
+        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study whose specimen, contact and failure are what the levels of such factors say.
+        """Return the study whose specimen and contact are what the levels of such factors say.
 
         `stem_friction` is the coefficient of friction at any speed; `wall_thickness` is that of the stem at the
         calibration diameter, and stems of other diameters have the same ratio of inner to outer diameter.
@@ -255,8 +248,6 @@ class Study(StudyForm):
         if (wall := chosen.get("wall_thickness")) is not None:
             ratio = 1.0 - 2.0 * wall / self.targets.calibrate_at
             sections["specimen"] = self.specimen.model_copy(update={"diameter_ratio": ratio})
-        if cut := {name: value for name, value in chosen.items() if name in ("strength", "toughness")}:
-            sections["failure"] = self.failure.model_copy(update=cut)
         return self.model_copy(update=sections) if sections else self
 
     def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
@@ -297,7 +288,9 @@ class Study(StudyForm):
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
         solver = self.solver
-        return solver.replicates if isinstance(solver, CommandSolver | ManualSolver) and solver.by_chance else 0
+        if isinstance(solver, EmbeddedSolver | CommandSolver):
+            return solver.replicates or 0
+        return solver.replicates if isinstance(solver, ManualSolver) and solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:

@@ -26,7 +26,7 @@ def json_schema() -> dict[str, Any]:
     schema = _form()
     own = {"type": "object", "description": "A measured mean under the names of the study's own responses."}
     of_own = {"values": {"type": "array", "items": own}, "calibrate_at": {"type": ["number", "string"]},
-              "equivalent_within_percent": {"type": "number"}}  # fmt: skip
+              "tolerance_percent": {"type": "number"}}  # fmt: skip
     targets = schema["properties"]["targets"]
     schema["properties"]["targets"] = {
         "description": targets.pop("description"),

@@ -35,7 +35,6 @@ class Draft:
     supports: model.SupportsSection | None = None
     contact: model.ContactSection | None = None
     material: model.MaterialSection | None = None
-    failure: model.FailureSection | None = None
     tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
     solver: model.AnySolver | None = None
     targets: model.Targets | None = None
@@ -43,7 +42,6 @@ class Draft:
     rsm: model.RsmOptions | None = None
     invert: model.InvertOptions | None = None
     refine: model.RefineOptions | None = None
-    mesh: model.MeshOptions | None = None
     climb: model.ClimbOptions | None = None
     transfer: model.TransferOptions | None = None
 
@@ -61,11 +59,6 @@ class Draft:
     def growing(self) -> dict[str, model.Growth | model.Grades]:
         """The material parameters that follow the diameter."""
         return self.material.growing() if self.material else {}
-
-    @property
-    def is_cut(self) -> bool:
-        """Whether the stem is parted on the plane of the cut, in place of elements that fail."""
-        return self.failure is not None and self.failure.kind == "toughness"
 
     @property
     def stem_solver(self) -> str:

@@ -24,8 +24,6 @@ from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean, nearest
 
 RATE = ("strain_rate_c", "strain_rate_p")
-CUT = ("strength", "toughness")
-STRAIN = "failure_strain"
 
 
 def names_differ(draft: Draft) -> Iterator[Finding]:
@@ -202,7 +200,6 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     meant = {nearest(name, PARAMETERS) for name in draft.names}
     wrong = {name for name in PARAMETERS if not hasattr(draft.material, name)}  # told of already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.rate_law == "none" else ())}
-    given |= {STRAIN} if draft.is_cut else set()
     for name, parameter in PARAMETERS.items():
         if name in given:
             continue
@@ -226,38 +223,6 @@ def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
             message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
             yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
             return
-
-
-def failure_is_complete(draft: Draft) -> Iterator[Finding]:
-    """What fails by toughness has a strength and a toughness; what fails by strain has neither."""
-    if draft.failure is None or draft.solver is None:
-        return
-    given = {name for name in CUT if getattr(draft.failure, name) is not None or name in draft.names}
-    if not draft.is_cut:
-        for index, factor in draft.factors.items():
-            if factor.name in CUT and draft.embedded is not None:
-                message = f"elements that fail by strain have no {factor.name}"
-                yield Finding(("factors", index, "name"), message, "write failure: {kind: toughness}")
-        for name in CUT:
-            if getattr(draft.failure, name) is not None:
-                message = f"elements that fail by strain have no {name}"
-                yield Finding(("failure", name), message, "write kind: toughness under failure", at_key=True)
-        return
-    if draft.embedded is None:
-        message = "only the embedded solver parts the plane of the cut"
-        yield Finding(("failure", "kind"), message, "remove the section failure, or write solver: {kind: embedded}")
-        return
-    for name in CUT:
-        if name not in given:
-            low, high = EMBEDDED[name].plausible
-            message = f"failure by toughness needs {name} ({low:g} to {high:g} {EMBEDDED[name].unit})"
-            yield Finding(("failure",), message, "add it to failure, or to factors to calibrate it")
-    places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {("material", name): name for name in _in_material(draft)}
-    for path, name in places.items():
-        if name == STRAIN:
-            message = "failure by toughness has no use for failure_strain"
-            yield Finding(path, message, "remove it, or write kind: strain under failure")
 
 
 def _extreme(draft: Draft, name: str, level: str, diameter: float) -> tuple[NodePath, float] | None:

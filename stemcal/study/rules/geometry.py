@@ -4,6 +4,9 @@ from collections.abc import Iterator
 
 from stemcal.study.rules.draft import Draft, Finding
 
+# More elements across a stem would be thousands of millions in it.
+_MOST_ACROSS = 1000.0
+
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     """The specimen lies on both supports."""
@@ -37,13 +40,17 @@ def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
 
 
 def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
-    """An element is smaller than the radius of the thinnest stem."""
+    """An element is smaller than the radius of the thinnest stem, and no mesh has more elements than can be counted."""
     if draft.embedded is None or not draft.diameters:
         return
     thinnest = min(draft.diameters.values())
     if draft.embedded.element_size.at(thinnest) > thinnest / 2:
         message = f"elements of {draft.embedded.element_size} are too large for a {thinnest:g} mm stem"
         yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
+    thickest = max(draft.diameters.values())
+    if (across := thickest / draft.embedded.element_size.at(thickest)) > _MOST_ACROSS:
+        message = f"elements of {draft.embedded.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
+        yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
 def friction_falls(draft: Draft) -> Iterator[Finding]:
@@ -52,48 +59,3 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
     if contact and contact.dynamic_friction > contact.static_friction:
         message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
         yield Finding(("contact", "dynamic_friction"), message, "swap them")
-
-
-def symmetry_holds(draft: Draft) -> Iterator[Finding]:
-    """A blade ground on one side has no mirror plane along the stem."""
-    if draft.embedded and draft.blade and draft.blade.bevel == "one" and draft.embedded.symmetry == "quarter":
-        message = "a quarter model needs a blade with two bevels, blade.bevel is 'one'"
-        yield Finding(("solver", "symmetry"), message, "write symmetry: half")
-
-
-def plane_of_the_cut_is_a_mirror(draft: Draft) -> Iterator[Finding]:
-    """The plane that a blade parts is the mirror plane of a quarter model, with nodes on it."""
-    if draft.embedded is None or not draft.is_cut:
-        return
-    if draft.embedded.symmetry != "quarter":
-        message = f"failure by toughness is computed in a quarter model, solver.symmetry is {draft.embedded.symmetry!r}"
-        yield Finding(("solver", "symmetry"), message, "write symmetry: quarter under solver")
-    if draft.blade and draft.blade.bevel == "one":
-        message = "failure by toughness needs a blade with two bevels, blade.bevel is 'one'"
-        yield Finding(("blade", "bevel"), message, "write bevel: both, or kind: strain under failure")
-    if draft.embedded.edge_over != "nodes":
-        message = "failure by toughness needs nodes on the plane of the cut"
-        yield Finding(("solver", "edge_over"), message, "write edge_over: nodes under solver")
-    shifted = draft.embedded.phases > 1 or draft.embedded.perturb is not None or draft.mesh is not None
-    if shifted:
-        message = "failure by toughness needs nodes on the plane of the cut; a shifted mesh has none there"
-        yield Finding(("failure", "kind"), message, "leave out solver.phases, solver.perturb and mesh")
-
-
-def other_meshes_are_possible(draft: Draft) -> Iterator[Finding]:
-    """The scatter over meshes is that of the embedded solver, and not drawn anew in every run already."""
-    if draft.mesh is None or draft.solver is None:
-        return
-    if draft.embedded is None:
-        message = f"solver {draft.solver.kind} does not say how it would mesh otherwise"
-        yield Finding(("mesh",), message, "remove it, or use the embedded solver", at_key=True)
-    elif draft.embedded.perturb is not None:
-        message = "solver.perturb draws the place of the mesh anew in every run: the surface's error holds its scatter"
-        yield Finding(("mesh",), message, "leave out one of them", at_key=True)
-
-
-def one_mesh_scatter(draft: Draft) -> Iterator[Finding]:
-    """Phases sample the mesh's place evenly, a perturbation draws it: not both."""
-    if draft.embedded and draft.embedded.perturb is not None and draft.embedded.phases > 1:
-        message = "stands beside phases, which shift the mesh themselves"
-        yield Finding(("solver", "perturb"), message, "leave out one of them")

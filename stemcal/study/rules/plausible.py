@@ -27,7 +27,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("loading", "duration"): (1e-5, 1000, "s"),
     ("loading", "gap"): (0, 10, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),
-    ("solver", "failure_length"): (0.01, 50, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("runs", "time_limit"): (0.1, 1e7, "s"),
@@ -91,8 +90,6 @@ def _mesh(study: Study) -> Iterator[Finding]:
     if not isinstance(solver, EmbeddedSolver) and not (isinstance(solver, DeckSolver) and solver.nonlocal_failure):
         return
     yield from _wall(study, solver)
-    if study.failure.kind == "toughness":
-        return
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,
         ("material", "internal_length"): study.material.internal_length,
@@ -198,12 +195,10 @@ def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float
 def _path_and_work(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.invert.responses]
-    measured = study.mesh is not None and study.mesh.sizes
-    if fitted and not measured and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
+    if fitted and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {_FALL}"
-        sizes = "add mesh: {sizes: [d/24]}, which puts that into their scatter"
-        yield Finding(("invert", "responses"), message, sizes)
+        yield Finding(("invert", "responses"), message, "fit the force alone, or add as much to their sd")
 
 
 def _conditions(study: Study) -> list[float]:

@@ -70,7 +70,7 @@ def chance_is_said(draft: Draft) -> Iterator[Finding]:
     solver = draft.solver
     if not isinstance(solver, model.CommandSolver | model.ManualSolver):
         return
-    if solver.deterministic and solver.replicates > 1:
+    if isinstance(solver, model.ManualSolver) and solver.deterministic and solver.replicates > 1:
         message = f"a deterministic program gives {solver.replicates} times the same answer"
         yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
     for index, path in enumerate(solver.templates):
@@ -85,7 +85,8 @@ def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterat
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
             message = f"{{{{{name}}}}} is for a program with chance in it"
-            yield Finding(node, message, "write deterministic: false under solver")
+            manual = isinstance(draft.solver, model.ManualSolver)
+            yield Finding(node, message, f"write {'deterministic: false' if manual else 'replicates: 1'} under solver")
 
 
 def _content(path: Path) -> bytes:

@@ -35,7 +35,7 @@ def seen_there(draft: Draft) -> Draft | None:
     for name, change in draft.transfer.test.changes.items():
         if (section := getattr(draft, name, None)) is not None:
             test[name] = section.model_copy(update=change)
-    return replace(draft, solver=draft.transfer.solver_beside(draft.solver), transfer=None, mesh=None, **test)
+    return replace(draft, solver=draft.transfer.solver_beside(draft.solver), transfer=None, **test)
 
 
 def told_there(draft: Draft, broken: Sequence[Finding]) -> Iterator[Finding]:

@@ -18,7 +18,7 @@ from stemcal.study.types.placeholders import CHANCE
 Wrong = tuple[tuple[str | int, ...], str, str]
 """Where something is wrong below a section, the message and the remedy."""
 _BESIDE = ("sd", "n")  # what else an entry of the targets holds
-_OF_TARGETS = ("calibrate_at", "values", "equivalent_within_percent")
+_OF_TARGETS = ("calibrate_at", "values", "tolerance_percent")
 
 
 class Declared(Protocol):
@@ -153,7 +153,7 @@ def own_targets(given: Any, naming: Naming) -> tuple[Any, list[Wrong]]:
         findings += [(("values", index, *path), message, remedy) for path, message, remedy in wrong]
     if findings:
         return None, findings
-    rest = {key: value for key, value in whole.items() if key == "equivalent_within_percent"}
+    rest = {key: value for key, value in whole.items() if key == "tolerance_percent"}
     at = forces[0]["diameter"]
     if "calibrate_at" in whole:
         try:

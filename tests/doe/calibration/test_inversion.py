@@ -82,13 +82,6 @@ def test_ranges_enclose_a_fine_grid_and_are_not_wider(in_sphere, ccd, box):
     assert in_sphere.point.coded_radius == pytest.approx(np.linalg.norm(points, axis=1).min(), abs=1e-4)
 
 
-def test_share_by_another_count(in_sphere, ccd, box):
-    points = np.random.default_rng(0).uniform(-ALPHA, ALPHA, (200_000, 3))
-    points = points[Region(*box, ALPHA).contains(points)]
-    low, high = ccd.prediction_interval(points).T
-    assert in_sphere.share == pytest.approx(np.mean((low <= TARGET) & (high >= TARGET)), abs=0.006)
-
-
 def test_reachable_by_a_grid(ccd, box, in_sphere):
     axis = np.linspace(-ALPHA, ALPHA, 81)
     points = np.array(list(product(axis, axis, axis)))
@@ -191,7 +184,6 @@ def test_a_surface_without_error_still_inverts():
     calibration = solve_target(surface, 6.0, [-1.0, -1.0], [1.0, 1.0])
     assert calibration.point.coded == pytest.approx((0.3, 0.1), abs=1e-6)
     assert calibration.point.mean_interval is None
-    assert calibration.share is None
 
 
 def test_senseless_requests_are_refused(ccd, box):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import bartlett
 from synthetic import exact, region, surfaces
 
 from stemcal.doe.calibration.misfit import Observation, best_fit, misfit_of
@@ -83,18 +82,6 @@ def test_few_specimens_give_the_t_interval() -> None:
     assert (a.low, a.high) == pytest.approx((0.5 - 0.20777, 0.5 + 0.20777), abs=1e-4)
     assert holds(data, BOX, np.array([0.287, 0.0])) == [False, True]
     assert holds(data, BOX, np.array([0.297, 0.0])) == [True, True]
-
-
-def test_unequal_scatter_is_bartletts() -> None:
-    """Of samples with the same mean the test is scipy's on the samples themselves."""
-    random = np.random.default_rng(3)
-    samples = [sd * random.standard_normal(7) for sd in (1.0, 1.2, 6.0)]
-    samples = [100.0 + sample - sample.mean() for sample in samples]
-    data = misfit_of([Observation(line(20, 0), 100.0, float(s.std(ddof=1)), 7) for s in samples])
-    assert data.equal_scatter_p == pytest.approx(bartlett(*samples).pvalue, rel=1e-9)
-    assert data.unequal
-    assert misfit_of([Observation(line(20, 0), 100.0, 2.0, 7)] * 3).equal_scatter_p == pytest.approx(1.0)
-    assert misfit_of([Observation(line(20, 0), 100.0, 2.0, None)] * 3).equal_scatter_p is None
 
 
 def test_a_value_without_sd_beside_others_takes_theirs() -> None:

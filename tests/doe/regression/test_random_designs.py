@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
-from statsmodels.stats.outliers_influence import OLSInfluence
+from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
 from stemcal.doe.designs.catalogue import SurfaceOptions, surface_runs
 from stemcal.doe.regression.surface import fit_surface
@@ -97,6 +97,7 @@ def compare_predictions(ours, theirs, frame):
     points = frame[list(ours.names)].to_numpy() * 0.7 + 0.05
     forecast = theirs.get_prediction(pd.DataFrame(points, columns=list(ours.names)))
     assert ours.predict(points) == pytest.approx(forecast.predicted_mean, **CLOSE)
+    assert ours.standard_error(points) == pytest.approx(forecast.se_mean, **CLOSE)
     assert ours.mean_interval(points) == pytest.approx(forecast.conf_int(), **CLOSE)
     assert ours.prediction_interval(points) == pytest.approx(forecast.conf_int(obs=True), **CLOSE)
 
@@ -107,6 +108,8 @@ def compare_influence(ours, theirs):
     assert [r.cooks_distance for r in ours.runs_diagnostics] == pytest.approx(
         list(influence.cooks_distance[0]), **CLOSE
     )
+    vif = [variance_inflation_factor(theirs.model.exog, i) for i in range(1, theirs.model.exog.shape[1])]
+    assert [c.vif for c in ours.coefficients[1:]] == pytest.approx(vif, **CLOSE)
     external = list(influence.resid_studentized_external)
     assert [r.studentised for r in ours.runs_diagnostics] == pytest.approx(external, **CLOSE)
     press = float(np.sum(influence.resid_press**2))

@@ -3,11 +3,10 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 
-import numpy as np
 import pytest
 from printed import read_printed
 
-from stemcal.doe.validation.comparison import BetterCurve, ErrorTrend, compare_conditions
+from stemcal.doe.validation.comparison import ErrorTrend, compare_conditions
 from stemcal.errors import UsageError
 
 
@@ -28,20 +27,10 @@ def test_growth_with_diameter(table13):
     assert (lab.value, lab.low, lab.high) == pytest.approx((2.59, 2.25, 2.93), abs=5e-3)
     assert model.value == pytest.approx(2.20, abs=5e-3)
     assert table13.error_slope_percent_per_unit == pytest.approx(4.307, abs=5e-4)
-    (better,) = (note for note in table13.notes if isinstance(note, BetterCurve))
-    assert better.curve == "power_law" and better.gain == pytest.approx(7.7457, abs=5e-5)
-
-
-def test_no_common_factor_brings_the_worst_error_below_763(table13):
-    factors = np.linspace(0.8, 1.2, 40_001)
-    rows = table13.rows
-    worst = np.max([np.abs(100.0 * (1.0 - factors * row.simulated / row.measured)) for row in rows], axis=0)
-    assert table13.best_scaled_max_error_percent == pytest.approx(worst.min(), abs=2e-3)
-    assert table13.best_scaled_max_error_percent == pytest.approx(7.630, abs=1e-3)
 
 
 def test_the_error_is_a_trend_of_the_diameter(table13):
-    assert table13.notes[0] == ErrorTrend(table13.error_slope_percent_per_unit)
+    assert table13.notes == (ErrorTrend(table13.error_slope_percent_per_unit),)
 
 
 def test_a_failed_run_has_no_error():
@@ -62,14 +51,6 @@ def test_the_independent_maximum_leaves_the_calibration_diameter_out():
     result = compare_conditions([7, 8], [100.0, 100.0], [101.0, 120.0], 8)
     assert result.max_abs_error_percent == pytest.approx(20.0)
     assert result.max_abs_error_percent_independent == pytest.approx(1.0)
-
-
-def test_a_straight_line_wins_where_it_should():
-    d = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0])
-    wobble = np.array([0.1, -0.1, 0.05, -0.05, 0.1, -0.1])
-    result = compare_conditions(d, 50.0 * d - 200.0 + wobble, 50.0 * d - 200.0, None)
-    (better,) = (note for note in result.notes if isinstance(note, BetterCurve))
-    assert better.curve == "straight_line" and better.gain > 10.0
 
 
 def test_senseless_input_is_refused():

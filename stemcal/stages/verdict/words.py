@@ -1,0 +1,183 @@
+"""Sentences of the verdict: the verdict itself, where the result may be used, and its longer reasons."""
+
+from dataclasses import asdict
+from typing import Any
+
+from stemcal.names import Names
+from stemcal.numbers import fixed, short, unit_written
+from stemcal.stages.invert.result import Certainty, Contradicted
+from stemcal.stages.verdict.physics import Doubt, DoubtAt
+from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
+from stemcal.words import counted, series
+
+_WORDS = {
+    "calibrated": "Calibrated",
+    "with_reservations": "Calibrated, with reservations",
+    "not_calibrated": "Not calibrated",
+}
+
+
+def word(verdict: Verdict) -> str:
+    """Return the verdict as people read it."""
+    return _WORDS[verdict.verdict]
+
+
+def opening(verdict: Verdict) -> str:
+    """Return the verdict and the first reason."""
+    return " ".join([f"{word(verdict)}.", *(reason.text for reason in verdict.reasons[:1])])
+
+
+def lines(verdict: Verdict, names: Names) -> list[str]:
+    """Return three lines at most: the verdict with its first reason, where it may be used, the next step."""
+    more = len(verdict.reasons) - 1
+    rest = f" ({counted(more, 'more reason')}: `stemcal status SPEC`.)" if more > 0 else ""
+    next_step = [f"Next: {reason.remedy.text}" for reason in verdict.reasons[:1] if reason.remedy]
+    return [opening(verdict) + rest, *uses(verdict, names), *next_step]
+
+
+def in_full(verdict: Verdict, names: Names) -> list[str]:
+    """Return the verdict, where it may be used, and every reason with its remedy."""
+    reasons = [
+        f"{number}. {reason.text}" + (f" Next: {reason.remedy.text}" if reason.remedy else "")
+        for number, reason in enumerate(verdict.reasons, 1)
+    ]
+    return [f"{word(verdict)}.", *uses(verdict, names), *reasons]
+
+
+def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
+    """Return the verdict as commands print it: the word, the reasons as notes, and where the result may be used."""
+    reasons = [asdict(reason) for reason in verdict.reasons]
+    return {"verdict": verdict.verdict, "reasons": reasons, "use": " ".join(uses(verdict, names))}
+
+
+# ---- where it may be used
+
+
+def uses(verdict: Verdict, names: Names) -> list[str]:
+    """Return where the result may be used, here and in the program that the parameters are for, as one line."""
+    said = [use(verdict.use, names)] if verdict.use is not None else []
+    said += [use_there(verdict.there, names)] if verdict.there is not None else []
+    return [" ".join(said)] if said else []
+
+
+def use(where: Use, names: Names, place: str = "") -> str:
+    """Return the conditions at which the simulated response agrees, and the largest error elsewhere.
+
+    >>> use(Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False)), Names())
+    'Within 10 % at 7 and 8 mm. Largest error: maximum force 21 % low at 11 mm.'
+    """
+    if where.good:
+        said = f"{place}Within {where.within_percent:g} %{names.at(*where.good)}."
+    else:
+        said = f"{place}Outside {where.within_percent:g} %" + (
+            f" at every {names.condition.noun}." if names.placed else "."
+        )
+    return said if where.worst is None else f"{said} Largest error: {_error(where.worst, names)}."
+
+
+def use_there(where: UseThere, names: Names) -> str:
+    """Return where the parameters for another program agree in it."""
+    return use(where.use, names, f"In {where.solver}: ")
+
+
+def miss(worst: Judged, names: Names) -> str:
+    """Return how far a simulated response is off, and to which side.
+
+    >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
+    'The simulated maximum force is 42 % low at 11 mm'
+    """
+    response = names.naming.named(worst.response).long
+    return f"The simulated {response} is {_size(worst.size)} % {_side(worst)}{names.at(worst.condition)}"
+
+
+def _error(worst: Judged, names: Names) -> str:
+    response = names.naming.named(worst.response).long
+    return f"{response} {_size(worst.size)} % {_side(worst)}{names.at(worst.condition)}"
+
+
+def _side(worst: Judged) -> str:
+    return "low" if (worst.error_percent or 0.0) > 0.0 else "high"
+
+
+def _size(percent: float) -> str:
+    """Return a percentage, with a decimal below 10.
+
+    >>> _size(42.3), _size(4.23)
+    ('42', '4.2')
+    """
+    return fixed(percent, 0 if percent >= 10.0 else 1)
+
+
+# ---- reasons
+
+
+def out_of_reach(target: float, low: float, high: float, names: Names) -> str:
+    """Return that the surface does not reach the target within the ranges.
+
+    >>> out_of_reach(200.0, 78.81, 122.12, Names())
+    'The measured 200 N is above what the ranges reach (78.81 to 122.1 N).'
+    """
+    side = "above" if target > high else "below"
+    return (
+        f"The measured {names.quantity(target, 'g')} is {side} what the ranges reach ({names.quantities((low, high))})."
+    )
+
+
+def contradiction(found: Contradicted, names: Names) -> str:
+    """Return that a measured mean contradicts the others of a joint fit."""
+    named = names.naming.named(found.response)
+    measured, low, high = (
+        f"{short(named.counted(value, found.measured), 4)}{named.unit_suffix}"
+        for value in (found.measured, found.low, found.high)
+    )
+    return (
+        f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
+        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away)."
+    )
+
+
+def doubtful(doubt: Doubt, checked: int) -> str:
+    """Return in how many runs the physics is doubtful, and why.
+
+    >>> doubtful(Doubt("drift", 3, 16.2), 12)
+    'The physics of 3 of 12 runs is doubtful: the energy balance drifts by up to 16 %.'
+    """
+    return f"The physics of {doubt.runs} of {counted(checked, 'run')} is doubtful: {_doubt(doubt, 'up to ')}."
+
+
+def doubtful_solution(at: DoubtAt, names: Names) -> str:
+    """Return what is doubtful about the run with the calibrated parameters."""
+    said = f"With the calibrated parameters {_doubt(at.doubt)}{names.at(at.condition)}."
+    effect = "Above 10 % the force may be wrong by a third, above 20 % by half."
+    return f"{said} {effect}" if at.doubt.kind == "hourglass" else said
+
+
+def _doubt(doubt: Doubt, up_to: str = "") -> str:
+    worst = f"{up_to}{_size(doubt.worst or 0.0)} %"
+    return {
+        "hourglass": f"hourglass energy is {worst} of internal energy",
+        "inertia": f"inertia contributes {worst} of the force",
+        "drift": f"the energy balance drifts by {worst}",
+        "stroke": "the stroke ended before the peak force was clearly passed",
+    }[doubt.kind]
+
+
+def not_identified(known: Certainty) -> str:
+    """Return which factors the fit leaves free, and the combination along which it hardly changes."""
+    factors = series(known.not_identified)
+    changes = [
+        f"{name} {fixed_sign(size)} {unit_written(known.units[name])}".rstrip() for name, size in known.loosest.items()
+    ]
+    if len(changes) > 1:
+        together = f"changing them together ({', '.join(changes)})"
+        return f"{factors} cannot be separated: {together} leaves the fit almost unchanged."
+    return f"{factors} cannot be determined: the fit hardly depends on it."
+
+
+def fixed_sign(size: float) -> str:
+    """Return a change with its sign.
+
+    >>> fixed_sign(-1.9), fixed_sign(0.0141)
+    ('−1.9', '+0.0141')
+    """
+    return f"{size:+.3g}".replace("-", "−")
