@@ -41,29 +41,28 @@ def paper_cases(tables: Iterable[str] = ("screen", "rsm", "validate")) -> list[C
     return [case for table in tables for case in makers[table]()]
 
 
-def _rows(name: str) -> list[dict[str, float]]:
-    with (CONFIGS / "data" / name).open(encoding="utf-8-sig", newline="") as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+def _rows(stage: str) -> list[tuple[dict[str, float], float, float]]:
+    """Return levels, diameter and force of each printed run of a stage."""
+    with (CONFIGS / "data" / "paper-forces.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row.pop("run").startswith(stage)]
+    cells = [{name: float(cell) for name, cell in row.items() if cell} for row in rows]
+    return [(row, row.pop("diameter"), row.pop("force")) for row in cells]
 
 
 def _screening() -> list[Case]:
-    rows = _rows("screen.csv")
-    response = list(rows[0])[-1]
-    return [Case("screen", {k: v for k, v in row.items() if k != response}, 8.0, row[response]) for row in rows]
+    return [Case("screen", levels, diameter, force) for levels, diameter, force in _rows("screen")]
 
 
 def _surface() -> list[Case]:
-    rows = _rows("rsm.csv")
-    *names, response = rows[0]
-    forces: dict[tuple[float, ...], list[float]] = {}
-    for row in rows:
-        forces.setdefault(tuple(row[name] for name in names), []).append(row[response])
-    return [Case("rsm", dict(zip(names, k, strict=True)), 8.0, float(np.mean(f))) for k, f in forces.items()]
+    forces: dict[tuple[tuple[str, float], ...], list[float]] = {}
+    for levels, _, force in _rows("rsm"):
+        forces.setdefault(tuple(levels.items()), []).append(force)
+    return [Case("rsm", dict(levels), 8.0, float(np.mean(found))) for levels, found in forces.items()]
 
 
 def _validation() -> list[Case]:
     calibrated = {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}
-    return [Case("validate", calibrated, row["diameter"], row["force"]) for row in _rows("validate.csv")]
+    return [Case("validate", calibrated, diameter, force) for _, diameter, force in _rows("validate")]
 
 
 def tests_of(cases: list[Case]) -> list[ShearTest]:

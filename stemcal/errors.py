@@ -119,7 +119,7 @@ class Waiting(StemcalError):
     def __init__(self, stage: str, requests: Sequence[Any]) -> None:
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
-        super().__init__(f"waiting for {count} of {stage}; enter them with `stemcal enter SPEC SHEET`")
+        super().__init__(f"waiting for {count} of {stage}; `stemcal run SPEC` writes the sheet for them")
 
 
 class SimulationFailed(StemcalError):

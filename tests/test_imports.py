@@ -60,7 +60,7 @@ PLACES = {
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.time_limited_program"),
-    "openpyxl": ("stemcal.measured", "stemcal.by_hand"),
+    "openpyxl": ("stemcal.measured",),
 }
 INSIDE_FUNCTIONS = (
     "statsmodels", "pandas", "matplotlib", "jinja2", "distributed",

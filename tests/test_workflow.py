@@ -131,23 +131,6 @@ def test_paper_replay(stages: dict[str, Any]) -> None:
     assert "from_table" in [note["kind"] for note in validate["notes"]]
 
 
-def test_a_runs_table_replays_its_study(tmp_path: Path, folder: StudyFolder) -> None:
-    """What a study leaves as CSV is what a table solver reads."""
-    workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
-    (tmp_path / "data").mkdir()
-    for name in ("screen_runs", "rsm_runs"):
-        (tmp_path / "data" / f"{name}.csv").write_bytes((folder.path / f"{name}.csv").read_bytes())
-    rows = "".join(f"{r['condition']},{r['simulated']!r}\n" for r in folder.read_stage("validate")["rows"])
-    (tmp_path / "data" / "v.csv").write_text("diameter,force\n" + rows, encoding="utf-8")
-    table = "solver: {kind: table, screen: data/screen_runs.csv, rsm: data/rsm_runs.csv, validate: data/v.csv}\n"
-    again = StudyFolder(tmp_path / "again")
-    workflow.calibrate(make_study(tmp_path, TWO + table), again, InlineExecutor())
-    old, new = ({row["term"]: row["value"] for row in f.read_stage("rsm")["coefficients"]} for f in (folder, again))
-    assert new == pytest.approx(old, abs=1e-9)
-    assert again.read_stage("screen")["effects"] == folder.read_stage("screen")["effects"]
-    assert again.read_stage("invert")["solution"] == pytest.approx(folder.read_stage("invert")["solution"])
-
-
 # ---- records
 
 

@@ -1,1 +1,1 @@
-"""Runs that people do: the sheet of those that are awaited, and what becomes of a sheet that is filled in."""
+"""Runs that people do: the sheet of those that are awaited, and entering its results."""

@@ -1,27 +1,29 @@
-"""Which runs a study waits for, and which it knows."""
+"""Which runs a study waits for, which it knows, and the sheet of both in its folder."""
+
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
 
 from stemcal.errors import Waiting
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.naming import FIRST
+from stemcal.outputs import make_folder, write_output
 from stemcal.overview.plan import asked, missing
-from stemcal.overview.status import ledger
+from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore
 from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.seeds import seed_of
-from stemcal.solvers.protocol import Request
+from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Request
+from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
+from stemcal.solvers.sheet.solver import Sheet
 from stemcal.stages.base import stages_of
 from stemcal.stages.fresh import make
-from stemcal.study.model import ManualSolver, Study
+from stemcal.study.model import SheetSolver, Study
 
-
-def run_name(request: Request) -> str:
-    """Return what the sheet calls a run.
-
-    >>> run_name(Request("screen", 2, {}, 8.0))
-    'screen 3'
-    """
-    return f"{request.stage} {request.row + 1}"
+OLD, INPUTS = "sheets", "inputs"
 
 
 def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting | None:
@@ -40,10 +42,10 @@ def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting
     return None
 
 
-def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
-    """Return the rows of the sheet: all that the waiting stage will ask for, if that is known already.
+def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
+    """Return the runs without results: all that the waiting stage will ask for, if that is known already.
 
-    A program with chance in it gets them in random order, so that nothing that drifts is taken for an effect.
+    Where equal runs may differ they are in random order, so that no drift is taken for an effect.
     """
     study = study.seen_by(waiting.stage)
     solver = make_solver(study)
@@ -53,7 +55,7 @@ def sheet_rows(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Requ
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left
     rows, options = list(wanted.values()), study.solver
-    if isinstance(options, ManualSolver) and options.by_chance:
+    if isinstance(options, SheetSolver) and options.by_chance:
         rows.sort(key=lambda row: seed_of(row, options.seed))
     return rows
 
@@ -65,3 +67,58 @@ def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> li
     awaited = [] if waiting is None else list(waiting.requests)
     asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage == "transfer") is there]
     return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())
+
+
+def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path, int]:
+    """Write the sheet of the study folder; return its place and the number of runs without results.
+
+    It has the results that were entered, then a row for each run that is awaited. A sheet that differs is put aside.
+    """
+    runs = awaited_runs(study, folder, waiting)
+    rows: list[SheetRow] = [*_entered(study, folder, runs), *((run, {}) for run in runs)]
+    sheet, text = folder.path / SHEET, sheet_text(study.by_hand, rows)
+    if sheet.exists() and sheet.read_bytes() != text.encode():
+        stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
+        sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
+    write_output(sheet, text)
+    _write_inputs(study.by_hand, folder, runs)
+    return sheet, len(runs)
+
+
+def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
+    """Yield the runs whose results were entered, with these."""
+    solver = make_solver(study.by_hand)
+    left = {record_key(solver, run) for run in awaited}
+    for run in known_runs(study, folder, None):
+        record = folder.peek(key) if (key := record_key(solver, run)) not in left else None
+        if record is not None and "entered" in record["details"] and record["reason"] != WITHDRAWN:
+            yield run, _known(study.by_hand, record)
+
+
+def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
+    """Return what a record has for the columns of the sheet."""
+    details, first = record["details"], entered_responses(study)[0].name
+    said = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
+    if record["status"] != "ok":
+        return said | {REMARK: f"{FAILED}: {record['message']}"}
+    return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
+
+
+def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> None:
+    solver = make_solver(study)
+    if not isinstance(solver, Sheet) or not (solver.options.templates or solver.options.files):
+        return
+    for name, request in _named(study, runs):
+        solver.write_inputs(make_folder(folder.path / INPUTS) / name, request)
+
+
+def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
+    """Yield the folder of each run's input files, called by its run, its condition and its replicate.
+
+    No name has a space: decks include files by their paths, and not all programs read a path with spaces.
+    """
+    several = len({run.condition for run in runs}) > 1
+    for run in runs:
+        at = f"-at-{run.condition:g}" if several else ""
+        replicate = f"-replicate-{run.replicate}" if study.replicates > 1 else ""
+        yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run

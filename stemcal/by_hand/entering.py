@@ -1,31 +1,29 @@
-"""From a sheet that is filled in to records: every row checked, the right ones recorded, the others told with a reason.
+"""Enter the results of a sheet: every row is checked, the right ones are recorded, the others refused with a reason.
 
 A result is recorded like that of any other run, with who entered it and when. One that is there already is never
-overwritten by another, unless that is asked for with a reason; the record then keeps what stood there.
+overwritten by another without a reason; the record then keeps the earlier one.
 """
 
+import getpass
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from stemcal.by_hand import refusals as why
-from stemcal.by_hand.awaited import run_name
-from stemcal.by_hand.numbers import Unread, number_in, readings
-from stemcal.by_hand.reading import Filled, narrow
-from stemcal.by_hand.sheet import FAILED, REPLICATE, WITHDRAWN, entered_responses
+from stemcal.by_hand.awaited import gone_on, known_runs
+from stemcal.errors import StemcalError, UsageError
 from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.statistics import grubbs
-from stemcal.naming import Named
 from stemcal.runs.answer import keep
-from stemcal.runs.outcome import NOT_RUN, answer_of, record_key, stands
-from stemcal.runs.outcome import WITHDRAWN as TAKEN_BACK
+from stemcal.runs.outcome import answer_of, record_key, stands
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
+from stemcal.solvers.sheet.columns import FAILED, entered_responses, run_name
+from stemcal.solvers.sheet.reading import Filled, narrow
+from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.study.model import Study
 
-_LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
 _SAME = 1e-9  # of a value: what writing and reading may change
 _DOUBTED = 1e-3  # chance that a value as far from the others comes of a normal sample
 _FEWEST = 4  # values that make a sample
@@ -33,22 +31,41 @@ _FEWEST = 4  # values that make a sample
 
 @dataclass(frozen=True)
 class Correction:
-    """That results may take the place of others, and why; `who` enters them; `sure` of values far off."""
+    """Why results may replace others (empty: they may not); `who` enters them; `sure` of values far off."""
 
-    replaces: bool = False
-    reason: str = ""
+    replace: str = ""
     who: str = ""
     sure: bool = False
 
 
 @dataclass(frozen=True)
 class Entered:
-    """What became of a sheet: names of the runs taken, of those known already, of those replaced; what was refused."""
+    """The names of the runs that were taken, were known already, were replaced; the rows that were refused."""
 
     taken: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
     replaced: tuple[str, ...] = ()
-    refused: tuple[why.Refused, ...] = ()
+    refused: tuple[RowRefused, ...] = ()
+
+    def summary(self) -> str:
+        """Say how many results were taken."""
+        said = [f"{_results(len(self.taken))} taken."]
+        if self.known:
+            said.append(f"{len(self.known)} known already.")
+        if self.replaced:
+            said.append(f"{len(self.replaced)} replaced: {', '.join(self.replaced)}.")
+        return " ".join(said)
+
+    def require_all(self) -> None:
+        """Raise `UsageError` with the rows that were refused; the others stay recorded."""
+        if self.refused:
+            count = len(self.refused)
+            head = f"{count} {'row is' if count == 1 else 'rows are'} not taken; correct the sheet and enter it again."
+            raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
+
+
+def _results(count: int) -> str:
+    return f"{count} result{'' if count == 1 else 's'}"
 
 
 @dataclass(frozen=True)
@@ -68,133 +85,90 @@ class _Sorted:
     new: list[_Result] = field(default_factory=list)
     known: list[_Result] = field(default_factory=list)
     others: list[_Result] = field(default_factory=list)
-    refused: list[why.Refused] = field(default_factory=list)
+    refused: list[RowRefused] = field(default_factory=list)
 
 
-def enter(
-    study: Study, folder: StudyFolder, runs: Sequence[Request], sheet: Sequence[Filled], how: Correction = Correction()
-) -> Entered:
-    """Record what a sheet tells of the `runs` that may be entered; the folder must be locked.
+def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Correction = Correction()) -> Entered:
+    """Record the results of a sheet; the folder must be locked.
 
     Rows that are right are taken, whatever is wrong with the others.
+
+    Raises
+    ------
+    UsageError
+        If the study's solver is no sheet, or a row is of another study.
     """
-    solver = make_solver(study)
-    found = _sorted(study, folder, solver, runs, [one for one in sheet if not one.is_empty], how)
+    require_sheet(study)
+    seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
+    for row in rows:
+        if row.study and row.study != narrow(study.name):
+            raise UsageError(f"{row.place}: the sheet is of the study {row.study!r}, not of {study.name!r}")
+    try:
+        waiting = gone_on(study, folder) if rows else None
+    except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
+        waiting = None
+    solver = make_solver(seen)
+    found = _sorted(seen, folder, solver, known_runs(study, folder, waiting) if rows else [], rows, how)
     if not how.sure:
-        found = _without_far_off(study, folder, found)
+        found = _without_far_off(seen, folder, found)
     for result in (*found.new, *found.others):
         _record(result, solver, folder, how)
-    return Entered(
-        taken=tuple(run_name(result.request) for result in found.new),
-        known=tuple(run_name(result.request) for result in found.known),
-        replaced=tuple(run_name(result.request) for result in found.others),
-        refused=tuple(found.refused),
-    )
+    return Entered(_names(found.new), _names(found.known), _names(found.others), tuple(found.refused))
+
+
+def require_sheet(study: Study) -> None:
+    """Raise `UsageError` if the solver answers by itself."""
+    if study.by_hand.solver.kind != "sheet":
+        kind = study.by_hand.solver.kind
+        raise UsageError(f"solver.kind is {kind}, which does its runs itself; write solver: {{kind: sheet}}")
+
+
+def user_name() -> str:
+    """Return the name of the user, nothing if the system has none."""
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):
+        return ""
+
+
+def _names(results: Sequence[_Result]) -> tuple[str, ...]:
+    return tuple(run_name(result.request) for result in results)
 
 
 def _sorted(
     study: Study, folder: StudyFolder, solver: Solver, runs: Sequence[Request], sheet: Sequence[Filled], how: Correction
 ) -> _Sorted:
     """Check every row by itself, then against the others and against the records."""
-    found, seen = _Sorted(), dict[str, _Result]()
+    found, seen, named = _Sorted(), dict[str, _Result](), by_name(runs)
+    twice: set[str] = set()
     for filled in sheet:
-        result = _result(study, solver, runs, filled)
-        if isinstance(result, why.Refused):
-            found.refused.append(result)
-        elif result.key not in seen:
-            seen[result.key] = result
-        elif not _agree(result.answer, seen[result.key].answer):
-            found.refused += [
-                why.ToldTwice(filled.place, filled.run, seen[result.key].filled.place),
-                why.ToldTwice(seen[result.key].filled.place, filled.run, filled.place),
-            ]
-    twice = {one.place for one in found.refused if isinstance(one, why.ToldTwice)}
+        try:
+            result = _result(study, solver, named, filled)
+        except RowRefused as refused:
+            found.refused.append(refused)
+            continue
+        first = seen.setdefault(result.key, result)
+        if not _agree(result.answer, first.answer):
+            twice.add(result.key)
+            found.refused += [_told_twice(filled, first.filled), _told_twice(first.filled, filled)]
     for key, result in seen.items():
-        if result.filled.place not in twice:
-            _against_record(found, result, folder.load(key), study, how)
+        if key not in twice:
+            try:
+                _against_record(found, result, folder.load(key), study, how)
+            except RowRefused as refused:
+                found.refused.append(refused)
     return found
 
 
-# ---- a row by itself
+def _result(study: Study, solver: Solver, runs: Mapping[str, Sequence[Request]], filled: Filled) -> _Result:
+    if filled.broken:
+        raise RowRefused(filled, "broken_row", filled.broken)
+    request = meant_run(study, runs, filled)
+    return _Result(filled, request, record_key(solver, request), result_in(study, filled))
 
 
-def _result(study: Study, solver: Solver, runs: Sequence[Request], filled: Filled) -> _Result | why.Refused:
-    place = filled.place, filled.run
-    if filled.extra:
-        return why.BrokenRow(*place)
-    if filled.study and filled.study != narrow(study.name):
-        return why.OtherStudy(*place, filled.study, study.name)
-    request = _request(study, runs, filled)
-    if isinstance(request, why.Refused):
-        return request
-    answer = _answer(study, filled)
-    return answer if isinstance(answer, why.Refused) else _Result(filled, request, record_key(solver, request), answer)
-
-
-def _request(study: Study, runs: Sequence[Request], filled: Filled) -> Request | why.Refused:
-    """Return the run that is meant: of the same name, and of the same levels as far as they are told."""
-    called = " ".join(filled.run.split()).casefold()
-    named = [run for run in runs if run_name(run) == called]
-    if not named:
-        return why.UnknownRun(filled.place, filled.run)
-    told = filled.levels.get(REPLICATE, "")
-    replicates = [run for run in named if not told or told == str(run.replicate)]
-    if not replicates:
-        return why.OtherReplicate(filled.place, filled.run, told)
-    wrong = [_other_level(study, run, filled) for run in replicates]
-    meant = [run for run, other in zip(replicates, wrong, strict=True) if other is None]
-    if len({(run.condition, run.replicate) for run in meant}) > 1:
-        return why.SeveralMeant(filled.place, filled.run)
-    return meant[0] if meant else wrong[0] or replicates[0]
-
-
-def _other_level(study: Study, run: Request, filled: Filled) -> why.OtherLevels | None:
-    """Return the first level of a run that is told otherwise than it was asked for."""
-    at = study.naming.condition
-    for factor in study.factors:
-        asked, near = run.levels[factor.name], _LEVEL * (factor.high - factor.low)
-        if not _is_level(filled, factor.name, asked, near, factor.unit):
-            unit = Named("", "", "", factor.unit).unit_suffix
-            return why.OtherLevels(filled.place, filled.run, factor.name, filled.levels[factor.name], asked, unit)
-    if at is not None and not _is_level(filled, at.name, run.condition, _LEVEL * abs(run.condition), at.unit):
-        return why.OtherLevels(filled.place, filled.run, at.name, filled.levels[at.name], run.condition, at.unit_suffix)
-    return None
-
-
-def _is_level(filled: Filled, name: str, asked: float, near: float, unit: str) -> bool:
-    """Whether a level is told as it was asked for; what is not told is not judged."""
-    if name not in filled.levels:
-        return True
-    given, heading = filled.levels[name], filled.units.get(name, unit)
-    told = number_in(given, filled.decimal, heading, unit)
-    possible = readings(given) if isinstance(told, Unread) else [told]
-    return any(abs(value - asked) <= near for value in possible)
-
-
-def _answer(study: Study, filled: Filled) -> Answer | why.Refused:
-    """Return the result that a row tells: a value of every response, or why the run gave none."""
-    place = filled.place, filled.run
-    said = {text for text in (*filled.values.values(), filled.remark) if text.casefold().startswith(FAILED)}
-    given = {name: text for name, text in filled.values.items() if text and text not in said}
-    if any(text.casefold() == WITHDRAWN for text in given.values()):
-        return Answer("failed", reason=TAKEN_BACK)
-    if said:
-        reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
-        if given:
-            return why.FailedWithValue(*place)
-        return Answer("failed", reason=NOT_RUN, message=reason) if reason else why.NoReason(*place)
-    values: dict[str, float] = {}
-    for response in entered_responses(study):
-        text = filled.values.get(response.name, "")
-        if not text:
-            return why.Incomplete(*place, response.name)
-        heading = filled.units.get(response.name, response.unit)
-        value = number_in(text, filled.decimal, heading, response.unit)
-        if isinstance(value, Unread):
-            return why.Unreadable(*place, response.name, text, value.why, value.unit, response.unit, value.readings)
-        values[response.name] = value
-    first, *others = values
-    return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
+def _told_twice(row: Filled, other: Filled) -> RowRefused:
+    return RowRefused(row, "told_twice", f"{row.run} has another result at {other.place}; delete the wrong row")
 
 
 # ---- against what is known
@@ -203,32 +177,35 @@ def _answer(study: Study, filled: Filled) -> Answer | why.Refused:
 def _against_record(
     found: _Sorted, result: _Result, record: Mapping[str, Any] | None, study: Study, how: Correction
 ) -> None:
-    """Tell a new result from one that is known, and from one that is known otherwise."""
+    """Sort a result into new, known and replacing; refuse one that is known otherwise."""
+    filled = result.filled
     before = None if record is None or not stands(record, study.runs) else answer_of(record)
-    if result.answer.reason == TAKEN_BACK:
-        if before is None:
-            found.refused.append(why.NothingToWithdraw(result.filled.place, result.filled.run))
-            return
-    elif before is None:
+    if before is None and result.answer.reason == WITHDRAWN:
+        message = f"{filled.run} has no result that could be withdrawn; delete the word"
+        raise RowRefused(filled, "nothing_to_withdraw", message)
+    if before is None:
         found.new.append(result)
-        return
-    assert record is not None and before is not None
-    if _agree(before, result.answer):
+    elif _agree(before, result.answer) or (not how.replace and _was_replaced(record, result.answer)):
         found.known.append(result)
-    elif how.replaces or (not before.ok and result.answer.ok):
+    elif how.replace or (not before.ok and result.answer.ok):
         found.others.append(result)
     else:
-        told = record["details"]
-        found.refused.append(
-            why.KnownOtherwise(
-                result.filled.place,
-                result.filled.run,
-                _said(result.answer),
-                _said(before),
-                str(told.get("entered_by", "")),
-                str(told.get("entered", "")),
-            )
+        assert record is not None
+        told = [str(record["details"].get(name, ""))[:16] for name in ("entered", "entered_by")]
+        message = (
+            f"{filled.run} has the result {_said(before)} already ({' '.join(told).strip()}), not "
+            f'{_said(result.answer)}; if that was wrong, enter the sheet with --replace "why"'
         )
+        raise RowRefused(filled, "known_otherwise", message)
+
+
+def _was_replaced(record: Mapping[str, Any] | None, answer: Answer) -> bool:
+    """Whether a result is an earlier one that another has replaced: the sheet is older than the correction."""
+    return any(
+        _agree(Answer(old["status"], old["response"], details={RESPONSES: old.get(RESPONSES, {})}), answer)
+        for old in (record or {"details": {}})["details"].get("replaced", [])
+        if old["status"] == "ok"
+    )
 
 
 def _agree(one: Answer, other: Answer) -> bool:
@@ -244,25 +221,28 @@ def _values(answer: Answer) -> list[float]:
 
 
 def _said(answer: Answer) -> str:
-    """Return a result as a message tells it."""
+    """Return a result as a message has it."""
     if answer.ok:
         return ", ".join(f"{value:g}" for value in _values(answer))
-    return WITHDRAWN if answer.reason == TAKEN_BACK else f"{FAILED}: {answer.message}"
+    return WITHDRAWN if answer.reason == WITHDRAWN else f"{FAILED}: {answer.message}"
 
 
 def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sorted:
     """Refuse new values that are far from all others at their condition, by Grubbs' test, one after the other."""
-    doubted: dict[str, why.FarOff] = {}
+    doubted: dict[str, RowRefused] = {}
     fresh = [result for result in (*found.new, *found.others) if result.answer.ok]
     for condition in {result.request.condition for result in fresh}:
-        at = [result for result in fresh if result.request.condition == condition]
+        at = {result.key: result for result in fresh if result.request.condition == condition}
         before = _recorded(folder, condition, {result.key for result in fresh}, study)
         for i, response in enumerate(entered_responses(study)):
-            values = {result.key: _values(result.answer)[i] for result in at}
+            values = {key: _values(result.answer)[i] for key, result in at.items()}
             for key, value, others in _suspects(values, [_values(answer)[i] for answer in before]):
-                filled = next(result.filled for result in at if result.key == key)
-                far = why.FarOff(filled.place, filled.run, response.name, value, min(others), max(others), len(others))
-                doubted.setdefault(key, far)
+                filled = at[key].filled
+                message = (
+                    f"{filled.run} has {response.name} = {value:.6g}, the {len(others)} others are between "
+                    f"{min(others):.4g} and {max(others):.4g}; correct it, or if it is right enter the sheet with --yes"
+                )
+                doubted.setdefault(key, RowRefused(filled, "far_off", message))
     return replace(
         found,
         new=[result for result in found.new if result.key not in doubted],
@@ -294,7 +274,7 @@ def _recorded(folder: StudyFolder, condition: float, besides: Iterable[str], stu
 
 
 def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correction) -> None:
-    """Save a result with who entered it and when; what stood there stays in the record."""
+    """Save a result with who entered it and when; an earlier one stays in the record."""
     before, filled, time = folder.peek(result.key), result.filled, now()
     told: dict[str, Any] = {"entered": time, "entered_by": filled.who or how.who}
     told |= {name: text for name, text in (("done", filled.when), ("remark", filled.remark)) if text}
@@ -302,12 +282,12 @@ def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correctio
     if before is not None:
         old = {name: before[name] for name in ("status", "response", "reason", "message")}
         further = before["details"].get(RESPONSES)
-        entry = old | ({RESPONSES: further} if further else {}) | {"until": time, "because": how.reason}
+        entry = old | ({RESPONSES: further} if further else {}) | {"until": time, "because": how.replace}
         entry |= {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
         told["replaced"] = [*before["details"].get("replaced", []), entry]
         values = {"before": before["response"], "now": result.answer.response}
-        folder.log("result_replaced", key=result.key, run=filled.run, reason=how.reason, **values)
-    if result.answer.reason == TAKEN_BACK:
-        message = how.reason
+        folder.log("result_replaced", key=result.key, run=filled.run, reason=how.replace, **values)
+    if result.answer.reason == WITHDRAWN:
+        message = how.replace
     answer = replace(result.answer, message=message, details={**result.answer.details, **told})
     keep(result.key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)

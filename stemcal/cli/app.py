@@ -52,7 +52,7 @@ AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each resumes where it stopped)": (
         *(run.run, *(stages.command_of(stage) for stage in STAGES)),
-        *(by_hand.enter_command(), by_hand.ask, by_hand.tell_command(), report.report),
+        *(by_hand.enter, report.report),
     ),
     AROUND: (init.init, check.check, simulate.simulate),
     "The study folder": (status.status,),

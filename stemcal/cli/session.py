@@ -12,6 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
+from stemcal.files.plain import read_plain
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -89,8 +90,13 @@ def make_executor(name: str, workers: int | None, time_limit: float | None) -> R
 
 
 @contextmanager
-def opened(spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool) -> Iterator[Session]:
-    """Open a study for work: read it, lock its folder, make workers ready; close all on the way out."""
+def opened(
+    spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool, entered: Path | None = None
+) -> Iterator[Session]:
+    """Open a study for work: read it, lock its folder, make workers ready; close all on the way out.
+
+    Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
+    """
     from stemcal.executors.machine import require_address_space
 
     check_executor(executor, workers)
@@ -106,6 +112,8 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)
         try:
+            if study.by_hand.solver.kind == "sheet":
+                _enter_own(work, entered)
             yield work
             return
         except Waiting as waiting:
@@ -114,16 +122,26 @@ def opened(spec: Path, out: Path | None, workers: int | None, executor: str, qui
     raise typer.Exit(code)
 
 
-def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
-    """Write the sheet of what a stage waits for; return what is said of it."""
-    from stemcal.by_hand.awaited import sheet_rows
-    from stemcal.by_hand.handing_out import hand_out
-    from stemcal.text.by_hand import waiting_for
+def _enter_own(work: Session, other: Path | None) -> None:
+    """Enter the results in the sheet of the study folder."""
+    from stemcal.by_hand.entering import Correction, enter, user_name
+    from stemcal.overview.status import SHEET
+    from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
-    rows = sheet_rows(work.study, work.folder, waiting)
-    sheet = hand_out(work.study.by_hand, work.folder, rows)
+    path = work.folder.path / SHEET
+    if path.is_file() and not (other and other.exists() and path.samefile(other)):
+        rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
+        enter(work.study, work.folder, rows, Correction(who=user_name())).require_all()
+
+
+def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
+    """Write the sheet with what a stage waits for; return what to do with it."""
+    from stemcal.by_hand.awaited import hand_out
+
+    sheet, count = hand_out(work.study, work.folder, waiting)
     work.folder.remember_spec(work.study.source)
-    return waiting_for(len(rows), waiting.stage, str(sheet), str(spec))
+    results = f"{count} result{'' if count == 1 else 's'} of {waiting.stage}"
+    return f"Waiting for {results}; fill in {sheet}, then: stemcal run {spec}"
 
 
 def require_sense(demand: Demand, workers: int, here: bool = True) -> None:

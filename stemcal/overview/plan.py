@@ -15,7 +15,7 @@ from stemcal.notes import Note
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Request, Solver, Weighing
+from stemcal.solvers.protocol import ByHand, Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
@@ -267,6 +267,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
         request
         for key, request in distinct.items()
         if (record := recorded.get(key)) is None or not stands(record, study.runs)
+        if not (isinstance(solver, ByHand) and solver.knows(request))
     ]
 
 

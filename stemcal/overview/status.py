@@ -14,7 +14,7 @@ from stemcal.overview.plan import Asked, asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import ByHand, Request, Solver
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import STAGES, stage_called, stages_of
 from stemcal.stages.fresh import CODE, changes_since, read
 from stemcal.stages.verdict.result import Verdict
@@ -22,7 +22,7 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 2
-SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: those that are awaited
+SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: the results that are there or awaited
 
 
 @dataclass(frozen=True)
@@ -165,8 +165,8 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     ]
     verdict = verdict_of(study, folder)
     place = folder.path / SHEET
-    manual = isinstance(solver, ByHand) or study.by_hand.solver.kind == "manual"
-    sheet = str(place) if manual and place.exists() else None
+    awaited = study.by_hand.solver.kind == "sheet" and place.exists() and any(part.left != 0 for part in stages)
+    sheet = str(place) if awaited else None
     return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
 
 

@@ -73,7 +73,7 @@ def answer_all(
     RunsFailed
         If the policy asks for more successes, or not to go on after a failure.
     Waiting
-        If the runs are done by hand, and results are not entered yet.
+        If the runs are done by hand, and results are not entered yet; those that are known are recorded first.
     """
     policy = policy or RunsOptions()
     keys = [record_key(solver, request) for request in requests]
@@ -87,8 +87,8 @@ def answer_all(
         executor = InlineExecutor()
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
-    if missing and isinstance(solver, ByHand):
-        raise Waiting(stage, list(missing.values()))
+    awaited = [key for key, run in missing.items() if isinstance(solver, ByHand) and not solver.knows(run)]
+    waiting = [missing.pop(key) for key in awaited]
     if missing:
         _prepare(solver, tally)
     with closing(_recording(missing, solver, folder, executor, policy)) as answers:
@@ -97,6 +97,8 @@ def answer_all(
             tally.add(key, known[key], missing[key])
             if not (known[key].ok or policy.keep_going):
                 raise stopped_by(missing[key], known[key])
+    if waiting:
+        raise Waiting(stage, waiting)
     found = [known[key] for key in keys]
     require_quorum(requests, found, policy)
     return found

@@ -13,14 +13,12 @@ from stemcal.folder.record import key_of
 from stemcal.naming import FIRST
 from stemcal.notes import Note, Weight
 from stemcal.solvers.measures import measures
-from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 CENSORED = "censored"
-NOT_RUN = "not_run"  # said by whoever does the runs by hand
-WITHDRAWN = "withdrawn"  # a result entered by hand that was none
 
 # ---- records, and how they count
 

@@ -20,9 +20,8 @@ def _of(place: str) -> Callable[[Study], Solver]:
 
 SOLVERS: dict[str, Callable[[Study], Solver]] = {
     "embedded": _of("embedded:Embedded"),
-    "table": _of("table:ReplaySolver"),
     "command": _of("command:Command"),
-    "manual": _of("manual:Manual.of"),
+    "sheet": _of("sheet.solver:Sheet.of"),
     "lsdyna": _of("lsdyna:LsDyna"),
     "openradioss": _of("openradioss:OpenRadioss"),
 }

@@ -51,6 +51,8 @@ class Request:
         return {name: value for name, value in fields.items() if value is not None}
 
 
+NOT_RUN = "not_run"  # the reason of a run that could not be done by hand
+WITHDRAWN = "withdrawn"  # the reason of a result that was taken back: the word on the sheet, too
 RESPONSES = "responses"  # among the details of an answer: further responses by name
 
 
@@ -159,7 +161,15 @@ class Immediate:
 
 
 class ByHand:
-    """Inherited by a solver whose runs people do: it answers nothing itself, their results are entered as records."""
+    """Inherited by a solver whose runs people do: their results are entered as records, unless it knows them."""
+
+    def knows(self, _request: Request) -> bool:
+        """Whether it can answer a request without people."""
+        return False
+
+    def given(self, _stage: str) -> list[Any]:
+        """Return what its answers of a stage are made from, as JSON values."""
+        return []
 
 
 class OfSpecAlone:

@@ -17,7 +17,7 @@ from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import surface_factors, surface_options
 from stemcal.stages.result import CodedScale, DesignRuns, Head, StageResult
 from stemcal.stages.screen import ScreenResult
-from stemcal.stages.work import SimulateAt, Work, a_stage, needs_simulation
+from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
 
 
@@ -73,7 +73,7 @@ class ClimbResult(StageResult):
             yield f"climb {number}", row.outcome
 
 
-@a_stage(ClimbResult, needs_simulation)
+@a_stage(ClimbResult)
 def climb(work: Work, head: Head) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
     screening = work.result(ScreenResult)

@@ -23,7 +23,7 @@ from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.outcome import counted, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
-from stemcal.solvers.protocol import RESPONSES, OfSpecAlone, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, ByHand, OfSpecAlone, Request, Solver
 from stemcal.stages.base import Stage, stage_called, stages_of
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.study.model import EmbeddedSolver, Study
@@ -77,7 +77,8 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
-    identity = (solver or make_solver(study)).identity(probe)
+    solver = solver or make_solver(study)
+    identity = solver.identity(probe) | ({"given": solver.given(stage)} if isinstance(solver, ByHand) else {})
     return {
         path: leaf
         for name, part in identity.items()
@@ -138,7 +139,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
         differing = _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    corrected = not differing and study.seen_by(stage).solver.kind == "manual" and _corrected(stage, study, folder)
+    corrected = not differing and study.seen_by(stage).solver.kind == "sheet" and _corrected(stage, study, folder)
     return ["results"] if corrected else differing
 
 

@@ -127,22 +127,16 @@ def a_stage(
     return made
 
 
-def needs_simulation(stage: str, study: Study, _solver: Solver) -> None:
-    """Refuse a table, which answers only what it holds."""
-    if study.seen_by(stage).solver.kind == "table":
-        raise UsageError(f"{stage}: a table answers only what it holds; this needs a solver that can simulate")
-
-
 # ---- Does a program give equal answers to equal inputs? Its first run is repeated at the start to see it.
 
 _SAME = 1e-6  # of the answer: what summing in another order may change
-# No chance in these: our own, a table, and runs by hand, where who does them says so by `replicates`.
-_ITSELF = ("embedded", "table", "manual")
+# No chance in these: our own, and sheets, where `replicates` says that there is.
+_ITSELF = ("embedded", "sheet")
 
 
 def repeats_itself(study: Study) -> bool:
     """Tell whether equal inputs give equal answers: of our own solver, and of programs whose first run was repeated."""
-    return study.solver.kind not in ("table", "manual") and not study.replicates
+    return study.solver.kind != "sheet" and not study.replicates
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:

@@ -13,7 +13,7 @@ from stemcal.text.runs import counted_reasons
 def lines(found: Status, names: Names) -> list[str]:
     """Return what is said of a study's state, the verdict with all its reasons last."""
     stages = [line for stage in found.stages for line in _stage(stage)]
-    awaited = "Results are awaited: fill in {sheet}, or the workbook beside it, then `stemcal enter SPEC {sheet}`."
+    awaited = "Results are awaited: fill in {sheet}, then `stemcal run SPEC`."
     if found.sheet is not None:
         stages.append(say(awaited, sheet=found.sheet))
     return [_worker(found.working), *stages, *in_full(found.verdict, names)]

@@ -4,39 +4,35 @@ from __future__ import annotations
 
 import csv
 import io
-import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.by_hand.awaited import gone_on, sheet_rows
-from stemcal.by_hand.entering import Correction, Entered
-from stemcal.by_hand.face import enter_filled
-from stemcal.by_hand.reading import filled
-from stemcal.by_hand.sheet import sheet_text
+from stemcal.by_hand.awaited import awaited_runs, gone_on
+from stemcal.by_hand.entering import Correction, Entered, enter
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.solvers.sheet.columns import sheet_text
+from stemcal.solvers.sheet.reading import filled
 from stemcal.study.model import Study
 
 ROOT = Path(__file__).parents[2]
-DATA = ROOT / "configs" / "data"
 Cells = list[list[str]]
+PRINTED: Cells = list(csv.reader((ROOT / "configs" / "data" / "paper-forces.csv").read_text("utf-8").splitlines()))
 
 
 def paper_by_hand(folder: Path) -> Path:
-    """Write the paper's study with its runs to be entered, its designs in the printed order; return the spec."""
-    printed = (ROOT / "configs" / "paper-replay.yaml").read_text("utf-8")
+    """Write the paper's study with its forces to be entered, its designs in the printed order; return the spec."""
     spec = folder / "paper-replay.yaml"
-    manual = printed.replace("kind: table", "kind: manual").replace("  validate: data/validate.csv\n", "", 1)
-    spec.write_text(manual, encoding="utf-8")
-    shutil.copytree(DATA, folder / "data")
+    spec.write_bytes((ROOT / "configs" / "paper-replay.yaml").read_bytes())
+    (folder / "data").mkdir()
+    head, *rows = PRINTED
+    asked = [[*row[:-1], ""] for row in rows if not row[0].startswith("validate")]
+    (folder / "data" / "paper-forces.csv").write_text(text_of([head, *asked]), encoding="utf-8")
     return spec
 
 
-def printed_force(stage: str, number: int, diameter: str) -> str:
+def printed_force(stage: str, number: int, _diameter: str) -> str:
     """Return the force that the paper printed of a run."""
-    rows = list(csv.reader((DATA / f"{stage}.csv").read_text("utf-8").splitlines()))[1:]
-    if stage == "validate":
-        return next(row[-1] for row in rows if float(row[0]) == float(diameter))
-    return rows[number - 1][-1]
+    return next(row[-1] for row in PRINTED if row[0] == f"{stage} {number}")
 
 
 def cells_of(text: str) -> Cells:
@@ -69,11 +65,12 @@ def awaited(study: Study, folder: StudyFolder) -> Cells:
     """Return the sheet of what a study waits for, its heading first; nothing at the end."""
     with folder:
         waiting = gone_on(study, folder)
-        return [] if waiting is None else cells_of(sheet_text(study, sheet_rows(study, folder, waiting)))
+        runs = [] if waiting is None else awaited_runs(study, folder, waiting)
+    return cells_of(sheet_text(study, [(run, {}) for run in runs])) if runs else []
 
 
 def entered(study: Study, folder: StudyFolder, sheet: str | bytes, how: Correction = Correction()) -> Entered:
     """Enter a sheet."""
     content = sheet.encode() if isinstance(sheet, str) else sheet
     with folder:
-        return enter_filled(study, folder, filled(content, "sheet.csv", study), how)
+        return enter(study, folder, filled(content, "sheet.csv", study), how)

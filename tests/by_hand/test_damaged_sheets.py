@@ -19,8 +19,6 @@ from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.text.by_hand import refused
-from stemcal.text.names import Names
 
 RUNS = 15
 ANGLE, BULK, WHO, WHEN, REMARK, STUDY = 4, 5, 6, 7, 8, 9
@@ -79,6 +77,10 @@ def comma(text: str) -> str:
     return text.replace(".", ",") if text.replace(".", "").isdigit() else text
 
 
+def each_but_study(cells: Cells) -> Cells:
+    return [row[:STUDY] for row in cells]
+
+
 def german(cells: Cells) -> str:
     return text_of([[comma(cell) for cell in row] for row in cells], ";")
 
@@ -102,6 +104,11 @@ def names_moved_on(cells: Cells) -> str:
     for row, name in zip(edges, [*names[1:], names[0]], strict=True):
         row[0] = name
     return text_of(cells)
+
+
+def cut_short(cells: Cells) -> str:
+    """The file ends in the middle of its last row, as while it is being written."""
+    return text_of(cells)[: -len(",Li,,,heap\n") - 2]
 
 
 def headed(*titles: tuple[int, str]) -> Callable[[Cells], str]:
@@ -193,6 +200,7 @@ TAKEN: dict[str, Callable[[Cells], str | bytes]] = {
     "lines above the heading": lambda cells: "Sheet of Friday\n\n" + text_of(cells),
     "Excel's line on its separator": lambda cells: "sep=;\n" + german(cells),
     "empty lines": lambda cells: text_of(cells).replace("\n", "\n\n"),
+    "the last line without its end": lambda cells: text_of(cells)[:-1],
     "lines of commas": lambda cells: text_of([*cells, [""] * 10, [""] * 10]),
     "a Chinese Excel's CSV": lambda cells: put(REMARK, "堆积角偏大")(cells).encode("gbk"),
     "a German Excel's CSV": lambda cells: headed((ANGLE, "angle (°)"))(cells).encode("cp1252"),
@@ -229,39 +237,40 @@ def recorded(folder: StudyFolder) -> dict[str, Any]:
 
 
 REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
-    "a decimal comma that splits a cell": (unquoted_comma, {"BrokenRow": 1}),
-    "a unit of something else": (put(ANGLE, "28.2 N"), {"Unreadable": 1}),
-    "per cent": (put(ANGLE, "28 %"), {"Unreadable": 1}),
-    "an unknown unit in the heading": (headed((ANGLE, "angle (gon)")), {"Unreadable": RUNS}),
-    "two results of a run": (twice(ANGLE, "31.4"), {"ToldTwice": 2}),
-    "a level changed": (put(1, "0.45"), {"OtherLevels": 1}),
-    "a level deleted": (put(2, ""), {"OtherLevels": 1}),
-    "names moved on": (names_moved_on, {"OtherLevels": 12}),
+    "a decimal comma that splits a cell": (unquoted_comma, {"broken_row": 1}),
+    "a last row cut short": (cut_short, {"broken_row": 1}),
+    "a last line without its end": (lambda cells: text_of(each_but_study(cells))[:-1], {"broken_row": 1}),
+    "a cell deleted with its comma": (lambda cells: text_of([*cells[:HURT], cells[HURT][:-2], *cells[HURT + 1 :]]),
+                                      {"broken_row": 1}),
+    "a unit of something else": (put(ANGLE, "28.2 N"), {"unreadable": 1}),
+    "per cent": (put(ANGLE, "28 %"), {"unreadable": 1}),
+    "an unknown unit in the heading": (headed((ANGLE, "angle (gon)")), {"unreadable": RUNS}),
+    "two results of a run": (twice(ANGLE, "31.4"), {"told_twice": 2}),
+    "a level changed": (put(1, "0.45"), {"other_levels": 1}),
+    "a level deleted": (put(2, ""), {"other_levels": 1}),
+    "names moved on": (names_moved_on, {"other_levels": 12}),
     "another study's levels": (each(lambda row: [row[0], "0.9", *row[2:]] if row[0].startswith("rsm") else row),
-                               {"OtherLevels": RUNS}),
-    "another study's name": (put(STUDY, "heap 2"), {"OtherStudy": 1}),
-    "another study's rows": (each(lambda row: [*row[:STUDY], "hay"] if row[0].startswith("rsm") else row),
-                             {"OtherStudy": RUNS}),
-    "a run that is not asked for": (put(0, "rsm 99"), {"UnknownRun": 1}),
-    "another stage's run": (put(0, "screen 3"), {"UnknownRun": 1}),
-    "a name deleted": (put(0, ""), {"UnknownRun": 1}),
-    "one of two responses": (put(BULK, ""), {"Incomplete": 1}),
-    "words": (put(ANGLE, "about 28"), {"Unreadable": 1}),
-    "a range": (put(ANGLE, "28-29"), {"Unreadable": 1}),
-    "an error of Excel's": (put(ANGLE, "#DIV/0!"), {"Unreadable": 1}),
-    "no number": (put(ANGLE, "NaN"), {"Unreadable": 1}),
-    "more than a number can be": (put(ANGLE, "1e400"), {"Unreadable": 1}),
-    "more than statistics bear": (put(ANGLE, "1e31"), {"Unreadable": 1}),
-    "two points": (put(ANGLE, "28..2"), {"Unreadable": 1}),
-    "a comma with two meanings": (put(BULK, "1,234"), {"Unreadable": 1}),
-    "failed, nobody says why": (failed(REMARK, "failed"), {"NoReason": 1}),
-    "failed with a result": (failed(REMARK, "failed: too wet", empty=False), {"FailedWithValue": 1}),
-    "a decimal point slipped": (put(ANGLE, "305"), {"FarOff": 1}),
-    "withdrawn before it was there": (failed(ANGLE, "withdrawn"), {"NothingToWithdraw": 1}),
-    "merged cells": (workbook(merged), {"Unreadable": 2}),
-    "a formula that was not calculated": (cell("=A1*2"), {"Unreadable": 1}),
-    "a date that Excel made": (cell(datetime(2026, 2, 28)), {"Unreadable": 1}),
-    "a tick": (cell(True), {"Unreadable": 1}),
+                               {"other_levels": RUNS}),
+    "a run that is not asked for": (put(0, "rsm 99"), {"unknown_run": 1}),
+    "another stage's run": (put(0, "screen 3"), {"unknown_run": 1}),
+    "a name deleted": (put(0, ""), {"unknown_run": 1}),
+    "one of two responses": (put(BULK, ""), {"incomplete": 1}),
+    "words": (put(ANGLE, "about 28"), {"unreadable": 1}),
+    "a range": (put(ANGLE, "28-29"), {"unreadable": 1}),
+    "an error of Excel's": (put(ANGLE, "#DIV/0!"), {"unreadable": 1}),
+    "no number": (put(ANGLE, "NaN"), {"unreadable": 1}),
+    "more than a number can be": (put(ANGLE, "1e400"), {"unreadable": 1}),
+    "more than statistics bear": (put(ANGLE, "1e31"), {"unreadable": 1}),
+    "two points": (put(ANGLE, "28..2"), {"unreadable": 1}),
+    "a comma with two meanings": (put(BULK, "1,234"), {"unreadable": 1}),
+    "failed, nobody says why": (failed(REMARK, "failed"), {"no_reason": 1}),
+    "failed with a result": (failed(REMARK, "failed: too wet", empty=False), {"failed_with_value": 1}),
+    "a decimal point slipped": (put(ANGLE, "305"), {"far_off": 1}),
+    "withdrawn before it was there": (failed(ANGLE, "withdrawn"), {"nothing_to_withdraw": 1}),
+    "merged cells": (workbook(merged), {"unreadable": 2}),
+    "a formula that was not calculated": (cell("=A1*2"), {"unreadable": 1}),
+    "a date that Excel made": (cell(datetime(2026, 2, 28)), {"unreadable": 1}),
+    "a tick": (cell(True), {"unreadable": 1}),
 }  # fmt: skip
 
 
@@ -271,12 +280,12 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
     whole, folder = text_of(sheet), StudyFolder(tmp_path / "study")
     change, kinds = REFUSED[damage]
     found = entered(heap, folder, change(sheet))
-    assert Counter(type(one).__name__ for one in found.refused) == kinds
+    assert Counter(one.kind for one in found.refused) == kinds
     runs = {one.place for one in found.refused}
-    taken = RUNS - len(runs) + (1 if "ToldTwice" in kinds else 0)
+    taken = RUNS - len(runs) + (1 if "told_twice" in kinds else 0)
     assert len(found.taken) == len(recorded(folder)) == taken
-    for one, line in zip(found.refused, refused(found, Names(heap.naming))[1:], strict=True):
-        assert line.startswith(f"{one.place}: ") and one.place.split(":")[1].isdigit() and "; " in line
+    for one in found.refused:
+        assert str(one).startswith(f"{one.place}: ") and one.place.split(":")[1].isdigit() and "; " in str(one)
     after = entered(heap, folder, whole)
     assert (len(after.known), len(after.taken), after.refused) == (taken, RUNS - taken, ())
 
@@ -292,7 +301,7 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "two sheets alike": (workbook(with_a_copy), "several of its sheets have a heading `run`"),
     "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save it as .xlsx or CSV"),
     "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
-    "broken JSON": (lambda _cells: '{"runs": [', "is not JSON"),
+    "another study's name": (put(STUDY, "heap 2"), "sheet.csv:4: the sheet is of the study 'heap 2', not of 'heap'"),
 }
 
 
@@ -324,3 +333,17 @@ def test_a_value_far_off_is_taken_if_that_is_meant(heap: Study, sheet: Cells, tm
     folder = StudyFolder(tmp_path / "study")
     found = entered(heap, folder, put(ANGLE, "305")(sheet), Correction(sure=True))
     assert (len(found.taken), recorded(folder)[sheet[HURT][0]][0]) == (RUNS, 305.0)
+
+
+def test_foreign_rows_are_refused_at_the_first_or_by_their_number(heap: Study, tmp_path: Path) -> None:
+    folder, head = StudyFolder(tmp_path / "study"), "run,sliding,rolling,wall,angle,bulk,study\n"
+    for count, name, said in (
+        (1_000, "rsm 1,0.4,0.2,0.2,28,690,hay", "sheet.csv:2: the sheet is of the study 'hay'"),
+        (100_000, "rsm 99,0.4,0.2,0.2,28,690,", "sheet.csv:20001: the sheet has more than 20,000 lines"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            entered(heap, folder, head + f"{name}\n" * count)
+    found = entered(heap, folder, head + "rsm 99,0.4,0.2,0.2,28,690,\n" * 100)
+    with pytest.raises(UsageError, match="100 rows are not taken") as caught:
+        found.require_all()
+    assert len(str(caught.value).splitlines()) == 22 and str(caught.value).endswith("and 80 more")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 import shutil
 from collections.abc import Callable
@@ -13,14 +12,12 @@ from sheets import Cells, awaited, entered, text_of
 from typer.testing import CliRunner
 
 import stemcal
-from stemcal.by_hand.refusals import OtherStudy
 from stemcal.cli.app import app
+from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.text.by_hand import refused
-from stemcal.text.names import Names
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -119,12 +116,8 @@ def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
     folder, twin = StudyFolder(tmp_path / "out"), StudyFolder(tmp_path / "twin")
     other = study.model_copy(update={"name": "Heu (2. Sorte)"})
     sheet = rows_filled(other, awaited(other, twin), lambda levels: 20.0 + 10.0 * levels["sliding"] + levels["wall"])
-    found = entered(study, folder, text_of(sheet))
-    assert len(found.refused) == 15 and isinstance(found.refused[0], OtherStudy)
-    said = refused(found, Names(study.naming))[1]
-    assert "is of the study 'Heu (2. Sorte)', not of 'heap'; enter the row for that one" in said
-    told = {"study": "other", "runs": [{"run": "rsm 1", "responses": {"angle": 25.0}}]}
-    assert isinstance(entered(study, folder, json.dumps(told)).refused[0], OtherStudy)
+    with pytest.raises(UsageError, match=r"the sheet is of the study 'Heu \(2\. Sorte\)', not of 'heap'"):
+        entered(study, folder, text_of(sheet))
     assert list(folder.keys()) == []
     assert len(entered(other, twin, text_of(sheet)).taken) == 15
     assert len(entered(study, folder, text_of([row[:-1] for row in sheet])).taken) == 15
@@ -144,7 +137,7 @@ def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
     (unfinished,) = [reason for reason in verdict_of(study, folder).reasons if reason.kind == "unfinished"]
     assert "stemcal enter SPEC SHEET" in unfinished.remedy.text
     said = CliRunner().invoke(app, ["status", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]).stdout
-    assert "stemcal enter SPEC SHEET" in " ".join(said.split())
+    assert "into the sheet of the study folder" in " ".join(said.split())
 
 
 def test_python_asks_for_the_whole_path(tmp_path: Path) -> None:
@@ -152,7 +145,7 @@ def test_python_asks_for_the_whole_path(tmp_path: Path) -> None:
     study, rounds = stemcal.load_study(tmp_path / "mine.yaml"), []
     while runs := study.ask(tmp_path / "out"):
         rounds.append((runs[0]["run"].split()[0], len(runs)))
-        study.tell([{**run, "responses": {"angle": angle(run["levels"])}} for run in runs], tmp_path / "out")
+        study.tell([{**run, "angle": angle(run)} for run in runs], tmp_path / "out")
         if runs[0]["run"].startswith("rsm"):
             break
     assert rounds == [("screen", 15), ("climb", 6), ("rsm", 15)]

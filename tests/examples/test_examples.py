@@ -42,7 +42,7 @@ def script(path: str) -> ModuleType:
 @pytest.mark.parametrize("spec", SPECS)
 def test_an_example_checks_and_has_the_files_that_it_names(spec: str, tmp_path: Path) -> None:
     folder, study = (ROOT / spec).parent, load_study(ROOT / spec)
-    assert study.name == Path(spec).stem and study.solver.kind == ("manual" if folder.name in MANUAL else "command")
+    assert study.name == Path(spec).stem and study.solver.kind == ("sheet" if folder.name in MANUAL else "command")
     done = CliRunner().invoke(app, ["check", str(ROOT / spec)])
     assert done.exit_code == 0 and not study.warnings, done.output
     assert f"stemcal run examples/{folder.name}/" in (folder / "README.md").read_text("utf-8")

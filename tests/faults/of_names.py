@@ -51,7 +51,7 @@ def leaving_name(folder: Path, number: int, _rng: random.Random) -> None:
             )
             assert re.fullmatch(r"[^/\\:*?\"<>|\0\n]{1,64}", study.name) and study.name not in ("..", "."), study.name
         elif where == "table":
-            text = SPECS["paper-replay.yaml"].replace(b"data/screen.csv", shown.encode())
+            text = SPECS["paper-replay.yaml"].replace(b"data/paper-forces.csv", shown.encode())
             read_study(text, inside / "a.yaml")
             raise AssertionError(f"the table {name!r} was taken")
         elif where == "template":

@@ -70,14 +70,14 @@ def huge_number(folder: Path, number: int, rng: random.Random) -> None:
             from shutil import copytree
 
             copytree(CONFIGS / "data", folder / "data")
-            table = folder / "data" / "screen.csv"
+            table = folder / "data" / "paper-forces.csv"
             rows_ = table.read_text("utf-8").splitlines()
             cells = rows_[3].split(",")
             cells[rng.randrange(1, len(cells))] = f"{value:g}"
             table.write_text("\n".join([*rows_[:3], ",".join(cells), *rows_[4:]]), encoding="utf-8")
             (folder / "replay.yaml").write_bytes(SPECS["paper-replay.yaml"])
             result = CliRunner().invoke(app, ["screen", str(folder / "replay.yaml"), "--out", str(folder / "out")])
-            assert result.exit_code == 2 and "beyond 1e+30" in result.stderr, result.stderr
+            assert result.exit_code == 2 and "beyond 1e30" in result.stderr, result.stderr
             assert f"{table.name}:4" in result.stderr, result.stderr
 
 
@@ -168,9 +168,9 @@ def many_factors(_folder: Path, number: int, rng: random.Random) -> None:
     text = (
         f"name: many\nfactors:\n{factors}\ntargets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, force: 9 N}}]}}\n"
     )
-    text += "solver: {kind: table, screen: many.csv}\n"
+    text += "solver: {kind: sheet, file: many.csv}\n"
     _folder.mkdir(parents=True, exist_ok=True)
-    (_folder / "many.csv").write_text("p0,force\n1,2\n", encoding="utf-8")
+    (_folder / "many.csv").write_text("run,p0,force\nscreen,1,2\n", encoding="utf-8")
     if count <= 100:
         assert len(read_study(text.encode(), _folder / "many.yaml").factors) == count
         return

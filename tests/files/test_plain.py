@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.cli.by_hand import _content
-from stemcal.errors import UsageError
 from stemcal.files.plain import holds, open_plain, read_plain
 from stemcal.report.drawing import _last_line
 
@@ -38,22 +36,3 @@ def test_what_has_no_end_is_no_file(tmp_path: Path) -> None:
         with pytest.raises(OSError, match="not a plain file"):
             open_plain(place)
         assert not holds(place, b"") and _last_line(place) == ""
-
-
-class _Endless:
-    """A standard input of zeros."""
-
-    def __init__(self) -> None:
-        self.buffer = self
-
-    def read(self, most: int = -1) -> bytes:
-        assert 0 < most < 2**30
-        return bytes(most)
-
-
-def test_an_input_without_end_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    from stemcal.by_hand.reading import filled
-
-    monkeypatch.setattr("sys.stdin", _Endless())
-    with pytest.raises(UsageError, match="more than 10 MiB"):
-        filled(_content(Path("-")), "standard input", None)  # type: ignore[arg-type]

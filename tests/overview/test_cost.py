@@ -87,7 +87,7 @@ def test_the_runs_of_a_transfer_on_another_mesh_are_counted_in(tmp_path: Path, m
 
 
 def test_a_program_that_tells_no_time_is_counted_without(tmp_path: Path) -> None:
-    section = "transfer: {solver: {kind: manual}, budget: 6}\n"
+    section = "transfer: {solver: {kind: sheet}, budget: 6}\n"
     found = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
     (note,) = (note for note in found.notes if isinstance(note, InAnotherProgram))
     assert (note.there, note.seconds) == (6, None)

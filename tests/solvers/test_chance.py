@@ -126,8 +126,8 @@ def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_
 def test_effects_are_tested_against_the_scatter_of_replicates(tmp_path):
     study = study_of(tmp_path, "replicates: 3")
     found = screen(study, StudyFolder(tmp_path / "runs"))
-    assert isinstance(found, ScreenResult) and found.error is not None
-    assert (found.error.source, found.error.df) == ("replicates", 4 * 2 + 5)
+    assert isinstance(found, ScreenResult) and not found.by_lenth
+    assert found.residual.df == 4 * 3 - 1 - len(found.effects) + 5  # 12 corner runs, and 6 at the centre
     assert found.effect("a").effect == pytest.approx(8.0, abs=4 * 0.4 * (4 / 12) ** 0.5)
     assert {"a", "b"} <= set(found.significant)
     assert found.curvature is not None and found.curvature.runs == 6

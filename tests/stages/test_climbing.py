@@ -11,7 +11,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
-from stemcal.errors import UsageError
+from stemcal.errors import UsageError, Waiting
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.numbers import fixed
@@ -88,8 +88,8 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     assert published[2].cells[-1][-1] == fixed(loop.rows[-1].error_percent, 1)
 
 
-def test_a_table_cannot_climb(tmp_path: Path) -> None:
+def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
     workflow.screen(study, folder, InlineExecutor())
-    with pytest.raises(UsageError, match="a table answers only what it holds"):
+    with pytest.raises(Waiting, match="waiting for 1 result of climb"):
         workflow.climb(study, folder, InlineExecutor())

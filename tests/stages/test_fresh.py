@@ -70,6 +70,7 @@ def record_damaged(place: Path) -> None:
     "change",
     [
         replaced("paper-replay.yaml", "alpha: 0.05", "alpha: 0.06"),
+        replaced("data/paper-forces.csv", ",90.3", ",90.4"),
         replaced("out/screen.csv", "1", "2"),
         replaced("out/screen.json", "1", "2"),
         lambda place: (place / "out" / "screen.json").unlink(),

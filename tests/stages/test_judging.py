@@ -25,7 +25,7 @@ from stemcal.stages.verdict.advice import for_physics, reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt
 from stemcal.stages.verdict.result import Judged, Use, Verdict
 from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.model import EmbeddedSolver, Study, TableSolver
+from stemcal.study.model import EmbeddedSolver, SheetSolver, Study
 from stemcal.study.reading import load_study
 
 TARGETS = """\
@@ -247,7 +247,7 @@ def test_half_the_step_is_half_of_a_step_that_is_set(tmp_path: Path) -> None:
 
 
 def test_other_solvers_are_told_what_to_aim_at(tmp_path: Path) -> None:
-    study = make_study(tmp_path).model_copy(update={"solver": TableSolver()})
+    study = make_study(tmp_path).model_copy(update={"solver": SheetSolver()})
     remedy = for_physics(study, Doubt("inertia", 3, 8.0))
     assert remedy.edit is None and "mass scaling" in remedy.text
 

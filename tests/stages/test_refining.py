@@ -11,7 +11,7 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal import workflow
-from stemcal.errors import RunsFailed, UsageError
+from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
@@ -98,11 +98,11 @@ def test_running_again_computes_nothing(tmp_path: Path) -> None:
     assert folder.keys() == keys
 
 
-def test_a_table_cannot_refine(tmp_path: Path) -> None:
+def test_a_sheet_is_asked_for_the_solution(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
     workflow.fit_surface(study, folder, InlineExecutor())
     workflow.invert(study, folder)
-    with pytest.raises(UsageError, match="a table answers only what it holds"):
+    with pytest.raises(Waiting, match="waiting for 1 result of refine"):
         workflow.refine(study, folder, InlineExecutor())
 
 

@@ -256,7 +256,7 @@ def test_a_failed_run_is_begun_again_by_its_own_program(tmp_path: Path) -> None:
 
 def test_people_run_the_other_program(tmp_path: Path) -> None:
     """The sheet asks for the calibrated point; entered results take it on to the end."""
-    there = "{solver: {kind: manual}, adjust: {failure_strain: {high: 0.3}}, budget: 6, diameters: calibrate_at}"
+    there = "{solver: {kind: sheet}, adjust: {failure_strain: {high: 0.3}}, budget: 6, diameters: calibrate_at}"
     spec, out = tmp_path / "study.yaml", tmp_path / "out"
     spec.write_text(f"{published(tmp_path)}transfer: {there}\n", encoding="utf-8")
     assert command("run", spec, "--out", out, "--workers", 1).exit_code == 6
@@ -264,12 +264,12 @@ def test_people_run_the_other_program(tmp_path: Path) -> None:
     told = 0
     while runs := study.ask(out):
         (run,) = runs
-        strain = run["levels"]["failure_strain"]
-        run["responses"] = {"force": 80.0 * (strain / 0.0387) ** 0.9}
+        strain = run["failure_strain"]
+        run["force"] = 80.0 * (strain / 0.0387) ** 0.9
         assert study.tell(runs, out) == 1
         told += 1
     found = stemcal.open_results(out, study).transfer
-    assert found.converged and told == len(found.asked) <= 4 and found.solver.kind == "manual"
+    assert found.converged and told == len(found.asked) <= 4 and found.solver.kind == "sheet"
 
 
 def test_keys_that_are_left_out_are_the_studys(tmp_path: Path) -> None:

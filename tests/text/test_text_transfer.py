@@ -86,7 +86,7 @@ def test_a_table_says_what_it_refers_to() -> None:
 
 
 def test_programs_by_their_names() -> None:
-    names = [transfer.program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "manual")]
+    names = [transfer.program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "sheet")]
     assert names == ["the other model", "LS-DYNA", "OpenRadioss", "the other program", "the other program"]
     assert [transfer.role(role) for role in ("search", "after", "before")] == [
         "search",

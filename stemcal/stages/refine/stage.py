@@ -8,12 +8,12 @@ from stemcal.stages.refine.loop import Loop
 from stemcal.stages.refine.result import Iteration, Learnt, LearntOf, RefineResult
 from stemcal.stages.result import Head
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.work import Work, a_stage, needs_simulation
+from stemcal.stages.work import Work, a_stage
 
 __all__ = ["RefineResult", "refine"]
 
 
-@a_stage(RefineResult, needs_simulation)
+@a_stage(RefineResult)
 def refine(work: Work, head: Head) -> RefineResult:
     """Simulate at the solution and correct it until the response is right, at every condition of a joint fit."""
     surface, solution = work.result(SurfaceResult), work.result(InvertResult)

@@ -30,7 +30,7 @@ from stemcal.stages.transfer.result import (
     TransferRun,
 )
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.stages.work import SimulateAt, Work, a_stage, needs_simulation
+from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import EmbeddedSolver, OwnRange, Study, Target, TransferOptions
 from stemcal.study.types.units import from_internal
 from stemcal.version import __version__
@@ -56,7 +56,6 @@ def transfer(work: Work, head: Head) -> TransferResult:
     at_target = work.seeing("transfer")
     there, solver = at_target.study, at_target.solver
     way = way_of(study, study.transfer, surface, calibrated.parameters, _belong_alike(work.solver, solver, study))
-    needs_simulation("transfer", there, solver)
     search = Search(study, study.transfer, way, calibrated, at_target.simulating("transfer"), max(1, there.replicates))
     search.run()
     if search.stopped == "tolerance":

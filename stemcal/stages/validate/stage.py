@@ -83,8 +83,8 @@ def _result(
 
 
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
-    """Find whether the simulated responses are a table's, which belong to other parameters."""
-    if solver.given_design("validate") is not None:
+    """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
+    if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         yield FromTable()
 
 

@@ -49,13 +49,19 @@ class Evidence:
         return float(self.study.targets.tolerance_percent)
 
     @property
+    def is_given(self) -> bool:
+        """Whether the validation compares values of a sheet that were simulated elsewhere, with other parameters."""
+        validation = self.results.validation
+        return validation is not None and any(note.kind == "from_table" for note in validation.notes)
+
+    @property
     def judged(self) -> list[Judged]:
         """Measured against simulated at every condition that was simulated with the parameters found here.
 
         Beside the force that is every response that the study declares itself; one that was not fitted is a check.
         """
         validation = self.results.validation
-        if validation is None or self.study.solver.kind == "table":
+        if validation is None or self.is_given:
             return []
         found = []
         for row in validation.rows:
@@ -115,8 +121,8 @@ def _unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done()}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing and not list(_reach(evidence)):
-        by_hand = "Do the runs of the sheet and enter them with `stemcal enter SPEC SHEET`."
-        remedy = Remedy(by_hand if evidence.study.solver.kind == "manual" else "`stemcal run SPEC` continues.")
+        by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
+        remedy = Remedy(by_hand if evidence.study.solver.kind == "sheet" else "`stemcal run SPEC` continues.")
         severity: Severity = "warning" if [stage.name for stage in missing] == ["transfer"] else "error"
         titles = ", ".join(stage.title for stage in missing)
         yield Note("unfinished", severity, f"Not done yet: {titles}.", remedy)
@@ -261,8 +267,8 @@ def _validation(evidence: Evidence) -> Iterator[Note]:
     study = evidence.study
     if evidence.results.validation is None:
         return
-    if study.solver.kind == "table":
-        text = "The validation is read from a table, not simulated with these parameters."
+    if evidence.is_given:
+        text = "The validation is read from a sheet, not simulated with these parameters."
         yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that simulates."))
         return
     independent = [row for row in evidence.judged if not row.fitted]

@@ -14,7 +14,6 @@ from stemcal.study.model.design_options import (
 from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.laboratory_tests import LaboratoryMeans, LaboratorySection
-from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Mean, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.model.program_options import (
@@ -40,7 +39,8 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
+from stemcal.study.model.sheet_options import SheetSolver
+from stemcal.study.model.solver_options import EmbeddedSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
@@ -53,11 +53,12 @@ __all__ = [
     "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
     "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
-    "LsDynaSolver", "ManualSolver", "MaterialSection", "Mean",
+    "LsDynaSolver", "MaterialSection", "Mean",
     "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
-    "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SpecimenSection", "Study", "StudyForm",
-    "SupportsSection", "TableSolver", "Target", "Targets", "TransferOptions",
+    "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SheetSolver", "SpecimenSection",
+    "Study", "StudyForm",
+    "SupportsSection", "Target", "Targets", "TransferOptions",
     "TransferTest", "exponents_in", "factors_taken", "strongest_asked",
 ]
 # fmt: on

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
-from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole
+from stemcal.study.types.field_types import Number, Quantity, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
 # Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
@@ -109,20 +108,3 @@ class EmbeddedSolver(Frozen):
                 "filter_window": self.filter_window * slower,
             }
         )
-
-
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class TableSolver:
-    """Tables that answer in place of a solver: columns named by factor, the response last.
-
-    A dataclass, because a model of pydantic cannot have a field called `validate`.
-    """
-
-    kind: Literal["table"] = "table"
-    """Tables answer in place of a solver."""
-    screen: SpecFile | None = None
-    """CSV of the screening's runs: columns named by factor, the force last."""
-    rsm: SpecFile | None = None
-    """CSV of the surface's runs, likewise."""
-    validate: SpecFile | None = None
-    """CSV of diameters and simulated forces."""

@@ -20,7 +20,6 @@ from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
-from stemcal.study.model.manual_options import ManualSolver
 from stemcal.study.model.measured_targets import Target, Targets, named_modes
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
@@ -32,7 +31,8 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_options import EmbeddedSolver, TableSolver
+from stemcal.study.model.sheet_options import SheetSolver
+from stemcal.study.model.solver_options import EmbeddedSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
 from stemcal.study.model.transfer_options import TransferOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
@@ -42,7 +42,7 @@ from stemcal.words import counted, did_you_mean
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
 
-AnySolver = EmbeddedSolver | TableSolver | CommandSolver | ManualSolver | LsDynaSolver | OpenRadiossSolver
+AnySolver = EmbeddedSolver | CommandSolver | SheetSolver | LsDynaSolver | OpenRadiossSolver
 
 
 class StudyForm(Frozen):
@@ -101,7 +101,16 @@ class Hands(Protocol):
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
         """Return the runs that are awaited."""
 
-    def tell(self, study: Study, runs: Sequence[Mapping[str, Any]], out: str | Path | None, **how: Any) -> int:
+    def tell(
+        self,
+        study: Study,
+        rows: Sequence[Mapping[str, Any]],
+        out: str | Path | None,
+        *,
+        replace: str = "",
+        who: str = "",
+        sure: bool = False,
+    ) -> int:
         """Record results; return how many were taken."""
 
 
@@ -138,10 +147,10 @@ class Study(StudyForm):
         return changed
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
-        """Go on as far as the results allow; return the runs that are awaited, none at the end.
+        """Continue as far as the results allow; return the runs without results, none at the end.
 
-        For a study with ``solver: {kind: manual}``. Each run is a mapping with ``run``, ``levels``, ``condition`` and
-        ``responses``, whose values are None; `tell` takes it with these filled in.
+        For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by the names of its columns,
+        None for those that `tell` takes.
 
         Parameters
         ----------
@@ -150,26 +159,36 @@ class Study(StudyForm):
         """
         return self._theirs().ask(self, out)
 
-    def tell(self, runs: Sequence[Mapping[str, Any]], out: str | Path | None = None, **how: Any) -> int:
-        """Record the results of runs; return how many were taken.
+    def tell(
+        self,
+        rows: Sequence[Mapping[str, Any]],
+        out: str | Path | None = None,
+        *,
+        replace: str = "",
+        who: str = "",
+        sure: bool = False,
+    ) -> int:
+        """Record results; return how many were taken.
 
         Parameters
         ----------
-        runs : sequence of mappings
-            As `ask` gives them, with numbers in ``responses``, or ``failed`` with the reason; perhaps with ``who``,
-            ``when`` and ``remark``. Levels may be left out.
+        rows : sequence of mappings
+            As `ask` returns them, with the responses filled in, or ``failed`` with the reason. Levels may be left out.
         out : path, optional
             The study folder.
-        how
-            ``replace="why"``: results take the place of those told before; ``who="name"``; ``sure=True``: values are
-            right that are far from all others.
+        replace : str
+            Why results replace earlier ones; without it they are refused.
+        who : str
+            Who enters the results.
+        sure : bool
+            Accept values that are far from all others.
 
         Raises
         ------
         UsageError
-            With every run that is not taken; the others are.
+            With every row that is not taken; the others are.
         """
-        return self._theirs().tell(self, runs, out, **how)
+        return self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure)
 
     def _theirs(self) -> Hands:
         if self._hands is None:
@@ -271,8 +290,8 @@ class Study(StudyForm):
     @property
     def by_hand(self) -> Study:
         """The study as the solver sees it whose runs people do: its own one, or that of the transfer."""
-        there = self.transfer is not None and self.transfer.solver.kind == "manual"
-        return self.seen_by("transfer") if there and self.solver.kind != "manual" else self
+        there = self.transfer is not None and self.transfer.solver.kind == "sheet"
+        return self.seen_by("transfer") if there and self.solver.kind != "sheet" else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
@@ -290,17 +309,12 @@ class Study(StudyForm):
         solver = self.solver
         if isinstance(solver, EmbeddedSolver | CommandSolver):
             return solver.replicates or 0
-        return solver.replicates if isinstance(solver, ManualSolver) and solver.by_chance else 0
+        return solver.replicates if isinstance(solver, SheetSolver) and solver.by_chance else 0
 
     @property
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
         return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
-
-    @property
-    def unvalidated(self) -> bool:
-        """Whether the tables that answer have none for the validation."""
-        return isinstance(self.solver, TableSolver) and self.solver.validate is None
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:

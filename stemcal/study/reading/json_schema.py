@@ -9,11 +9,11 @@ from typing import Any
 
 from pydantic import AliasChoices
 
-from stemcal.study.model import StudyForm, TableSolver
+from stemcal.study.model import StudyForm
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
-SOLVER_KINDS = ("embedded", "table", "command", "manual", "lsdyna", "openradioss")
+SOLVER_KINDS = ("embedded", "command", "sheet", "lsdyna", "openradioss")
 _DEFS = "#/$defs/"
 RESULT_KINDS = ("json", "csv", "regex")
 
@@ -64,7 +64,8 @@ def _form() -> dict[str, Any]:
     schema["title"] = "stemcal study"
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
-    for model in (StudyForm, TableSolver, *_sections_of(Frozen)):
+    models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
+    for model in models:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
         said = _said_by_fields(model)
         for name, field in vars(model)["__pydantic_fields__"].items():
@@ -88,7 +89,7 @@ def _said_by_fields(model: type) -> dict[str, str]:
     It is read where it is wanted: `use_attribute_docstrings` of pydantic would read it in every command.
     """
     said = {}
-    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, (Frozen, TableSolver))]
+    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)]
     for section in (ast.parse(getsource(kind)).body[0] for kind in own):
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):

@@ -20,7 +20,7 @@ from stemcal.study.reading.curve_files import with_curves
 from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.rules.draft import Finding
-from stemcal.study.types.named import naming_of, own_targets
+from stemcal.study.types.named import CONVERTED, naming_of, own_targets
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
 
@@ -90,7 +90,7 @@ class Sections:
         self.findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
         if targets is not None and not wrong:
             try:
-                self.good[name] = _adapter(name).validate_python(targets, context=self.context)
+                self.good[name] = _adapter(name).validate_python(targets, context={**self.context, CONVERTED: True})
             except ValidationError as error:
                 self.findings += _findings(error, (name,))
 

@@ -61,7 +61,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     laboratory_rules.test_programs_are_complete,
     laboratory_rules.tests_fit_the_stem,
     laboratory_rules.test_targets_stand_beside_forces,
-    program_rules.table_answers_something,
     program_rules.placeholders_are_known,
     program_rules.placeholders_are_used,
     program_rules.chance_is_said,

@@ -9,7 +9,7 @@ from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import NodePath
-from stemcal.words import did_you_mean, listed
+from stemcal.words import did_you_mean
 
 _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}
@@ -17,7 +17,7 @@ _RESERVED = {"program-output.txt"}
 
 def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
-    if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver):
+    if not isinstance(draft.solver, model.CommandSolver | model.SheetSolver):
         return
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
@@ -68,9 +68,9 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
 def chance_is_said(draft: Draft) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     solver = draft.solver
-    if not isinstance(solver, model.CommandSolver | model.ManualSolver):
+    if not isinstance(solver, model.CommandSolver | model.SheetSolver):
         return
-    if isinstance(solver, model.ManualSolver) and solver.deterministic and solver.replicates > 1:
+    if isinstance(solver, model.SheetSolver) and solver.deterministic and solver.replicates > 1:
         message = f"a deterministic program gives {solver.replicates} times the same answer"
         yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
     for index, path in enumerate(solver.templates):
@@ -80,13 +80,13 @@ def chance_is_said(draft: Draft) -> Iterator[Finding]:
 
 
 def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
-    if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver) or draft.solver.by_chance:
+    if not isinstance(draft.solver, model.CommandSolver | model.SheetSolver) or draft.solver.by_chance:
         return
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
             message = f"{{{{{name}}}}} is for a program with chance in it"
-            manual = isinstance(draft.solver, model.ManualSolver)
-            yield Finding(node, message, f"write {'deterministic: false' if manual else 'replicates: 1'} under solver")
+            sheet = isinstance(draft.solver, model.SheetSolver)
+            yield Finding(node, message, f"write {'deterministic: false' if sheet else 'replicates: 1'} under solver")
 
 
 def _content(path: Path) -> bytes:
@@ -99,7 +99,7 @@ def _content(path: Path) -> bytes:
 
 def run_files_differ(draft: Draft) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
-    if not isinstance(draft.solver, model.CommandSolver | model.ManualSolver):
+    if not isinstance(draft.solver, model.CommandSolver | model.SheetSolver):
         return
     readers = draft.solver.readers.values() if isinstance(draft.solver, model.CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
@@ -172,10 +172,3 @@ def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
         if isinstance(draft.solver, model.OpenRadiossSolver) and factor.name == "hardening_parameter":
             message = "has no effect: OpenRadioss's deck hardens isotropically"
             yield Finding(("factors", index, "name"), message, "give it a fixed value under material")
-
-
-def table_answers_something(draft: Draft) -> Iterator[Finding]:
-    """A table solver has at least one table."""
-    solver = draft.solver
-    if solver and solver.kind == "table" and not (solver.screen or solver.rsm or solver.validate):
-        yield Finding(("solver",), "no table is given", "add " + listed(["screen", "rsm", "validate"]))

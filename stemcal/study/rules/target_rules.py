@@ -92,17 +92,13 @@ def _yield_stresses(draft: Draft) -> list[float]:
 
 
 def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
-    """`invert.diameters` names measured diameters, and the solver can answer at each."""
+    """`invert.diameters` names measured diameters."""
     if draft.invert is None or draft.invert.conditions is None or draft.targets is None:
         return
     if draft.naming.condition is None:
         remedy = "declare one under conditions, or remove this"
         yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
         return
-    if draft.solver and draft.solver.kind == "table":
-        message = f"the tables hold {draft.naming.response.plural} of one {draft.naming.condition_noun} only"
-        other = "the embedded solver" if draft.naming.is_cutting else "a solver that simulates"
-        yield Finding(("invert", "diameters"), message, f"remove it, or use {other}")
     if draft.invert.conditions == "all":
         return
     measured = [target.condition for target in draft.targets.means]

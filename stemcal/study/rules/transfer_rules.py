@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from stemcal.study.model import ManualSolver
+from stemcal.study.model import SheetSolver
 from stemcal.study.rules.draft import Draft, Finding
 
 
@@ -22,7 +22,7 @@ def target_can_be_reached(draft: Draft) -> Iterator[Finding]:
             high = factor.high if own.high is None else own.high
             if low >= high:
                 yield Finding(path, f"low {low:g} is not below high {high:g}", "widen the range")
-    if isinstance(draft.solver, ManualSolver) and isinstance(draft.transfer.solver, ManualSolver):
+    if isinstance(draft.solver, SheetSolver) and isinstance(draft.transfer.solver, SheetSolver):
         message = "the study's runs are entered by hand already, and a sheet asks for one program only"
         yield Finding(("transfer", "solver", "kind"), message, "make the transfer a study of its own")
 

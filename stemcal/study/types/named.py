@@ -17,6 +17,7 @@ from stemcal.study.types.placeholders import CHANCE
 
 Wrong = tuple[tuple[str | int, ...], str, str]
 """Where something is wrong below a section, the message and the remedy."""
+CONVERTED = "converted"  # in a context of reading: values are numbers in the declared units already
 _BESIDE = ("sd", "n")  # what else an entry of the targets holds
 _OF_TARGETS = ("calibrate_at", "values", "tolerance_percent")
 
@@ -90,7 +91,7 @@ class OwnCondition(Quantity):
 
     def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
         """Return the value, of the diameter in mm; from Python any number, since it may be of what is declared."""
-        if info.context is None and isinstance(given, int | float) and abs(given) <= MOST:
+        if _is_converted(info) and isinstance(given, int | float) and abs(given) <= MOST:
             return float(given)
         naming = _naming(info)
         return super().read(given, info) if naming.condition == DIAMETER else _condition(given, naming)
@@ -101,8 +102,15 @@ class OwnResponse(Quantity):
 
     def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
         """Return the value, of a force in N."""
+        if info.context is not None and _is_converted(info):
+            return float(given)
         response = _naming(info).response
         return super().read(given, info) if response == FORCE else quantity(given, response)
+
+
+def _is_converted(info: core_schema.ValidationInfo) -> bool:
+    """Whether values are in the units of the study: from Python, or targets that `own_targets` has read."""
+    return info.context is None or CONVERTED in info.context
 
 
 def responses_by_name(given: Any, info: ValidationInfo) -> Any:
@@ -208,8 +216,11 @@ def _entry(entry: Mapping[str, Any], naming: Naming) -> tuple[dict[str, Any], li
         findings.append(
             (("n",), f"{str(target['n'])[:60]} is not a number of specimens", "write a whole number above 0")
         )
+    declare = "" if naming.condition else ", or declare it: conditions: [{{name: {key}, unit: …}}]"
     findings += [
-        ((key,), f"unknown key {str(key)[:60]!r}", f"use {', '.join(known)}") for key in entry if key not in known
+        ((key,), f"unknown key {str(key)[:60]!r}", f"use {', '.join(known)}{declare.format(key=str(key)[:60])}")
+        for key in entry
+        if key not in known
     ]
     return target, findings
 

@@ -251,7 +251,7 @@ def test_the_curve_of_a_program_is_scored_too(tmp_path: Path) -> None:
 OF_DECKS = {
     "lsdyna": 'command: [ls-dyna, "i={{deck}}"], element_size: 2 mm',
     "openradioss": "element_size: 2 mm, rate_law: cowper_symonds",
-    "manual": "",
+    "sheet": "",
 }
 
 
@@ -284,8 +284,8 @@ def test_parameters_are_not_transferred_by_curves(tmp_path: Path, kind: str) -> 
 
 
 def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match="solver manual has no curve to compare"):
-        of_decks(tmp_path, "manual")
+    with pytest.raises(SpecError, match="solver sheet has no curve to compare"):
+        of_decks(tmp_path, "sheet")
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, Study, StudyForm, TableSolver
+from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, SheetSolver, Study, StudyForm
 from stemcal.study.reading import load_study, read_study
 from stemcal.study.types.lengths import Length
 
@@ -133,13 +133,12 @@ def test_the_paper_study_is_the_paper() -> None:
     assert study.factors == other.factors and study.targets == other.targets
 
 
-def test_the_replay_finds_its_tables() -> None:
+def test_the_replay_finds_its_sheet() -> None:
     study = load_study(ROOT / "configs" / "paper-replay.yaml")
-    assert isinstance(study.solver, TableSolver)
-    for path in (study.solver.screen, study.solver.rsm, study.solver.validate):
-        assert path is not None and path.is_absolute() and path.is_file()
-    header = study.solver.screen.read_text(encoding="utf-8").splitlines()[0].split(",")  # type: ignore[union-attr]
-    assert header == [*study.names, "force"]
+    assert isinstance(study.solver, SheetSolver) and study.solver.file is not None
+    assert study.solver.file.is_absolute()
+    header = study.solver.file.read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert header == ["run", *study.names, "diameter", "force"]
 
 
 def test_shipped_specs_raise_no_doubts() -> None:
@@ -337,14 +336,14 @@ def test_tables_reached_through_a_link_outside_are_refused(tmp_path: Path) -> No
         (folder / "link.csv").symlink_to(outside)
     except OSError:
         pytest.skip("no symbolic links here")
-    text = MINIMAL + "solver: {kind: table, screen: link.csv}\n"
+    text = MINIMAL + "solver: {kind: sheet, file: link.csv}\n"
     with pytest.raises(SpecError, match="lies outside the folder of the spec"):
         read_study(text.encode(), folder / "study.yaml")
 
 
 @pytest.mark.parametrize("given", ['"a\\0.csv"', "a" * 5000 + ".csv", "data/../../x.csv", "''", "5", "[a]"])
 def test_strange_table_names_are_refused(given: str) -> None:
-    assert len(problems_of(MINIMAL + f"solver: {{kind: table, screen: {given}}}\n")) == 1
+    assert len(problems_of(MINIMAL + f"solver: {{kind: sheet, file: {given}}}\n")) == 1
 
 
 def test_problems_of_every_section_come_at_once_in_the_order_of_lines() -> None:

@@ -1,28 +1,28 @@
-"""The sheet: a row for each run that is awaited, with empty cells for its results, as CSV and as a workbook."""
+"""The columns of a sheet, and its text: a row for each run, with empty cells for results that are missing."""
 
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.by_hand.awaited import run_name
 from stemcal.naming import Named
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
-FAILED, WITHDRAWN = "failed", "withdrawn"
+FAILED = "failed"
 _ROUND = 1e-5  # of a factor's range: what a level on the sheet may differ from the one that is asked for
 
 Kind = Literal["run", "factor", "condition", "replicate", "response", "said", "study"]
 ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
+SheetRow = tuple[Request, Mapping[str, str | float]]  # a run, and what is known of it by the names of columns
 
 
 @dataclass(frozen=True)
 class Field:
-    """A column of the sheet: what it is called, its unit, what it holds; a `content` is the same in every row."""
+    """A column of the sheet: its name, unit and kind; a `content` is the same in every row."""
 
     name: str
     unit: str
@@ -39,6 +39,28 @@ class Field:
         ('force (N)', 'ratio')
         """
         return f"{self.name} ({self.unit})" if self.unit not in ("", "1") else self.name
+
+    def asked(self, run: Request) -> str | float:
+        """Return what the cell of a run asks for; empty in columns for results."""
+        if self.kind == "factor":
+            return run.levels[self.name]
+        cells: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
+        return cells.get(self.kind, self.content)
+
+    def text(self, cell: str | float) -> str:
+        """Return a cell as the sheet has it."""
+        if isinstance(cell, str):
+            return cell
+        return f"{cell if self.decimals is None else round(cell, self.decimals):.15g}"
+
+
+def run_name(request: Request) -> str:
+    """Return the name of a run in a sheet.
+
+    >>> run_name(Request("screen", 2, {}, 8.0))
+    'screen 3'
+    """
+    return f"{request.stage} {request.row + 1}"
 
 
 def fields_of(study: Study) -> list[Field]:
@@ -68,27 +90,11 @@ def _decimals(width: float) -> int:
     return max(0, -math.floor(math.log10(width * _ROUND)))
 
 
-def cells(run: Request, fields: Sequence[Field]) -> list[str | float]:
-    """Return the cells of a run's row, those to be filled in empty."""
-    return [_cell(run, field) for field in fields]
-
-
-def _cell(run: Request, field: Field) -> str | float:
-    if field.kind == "factor":
-        return round(run.levels[field.name], field.decimals)
-    told: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
-    return told.get(field.kind, field.content)
-
-
-def sheet_text(study: Study, runs: Sequence[Request]) -> str:
-    """Return the sheet as CSV, with the mark by which Excel knows UTF-8."""
+def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
+    """Return the sheet as CSV, with the mark by which Excel recognises UTF-8."""
     fields, text = fields_of(study), io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.heading for field in fields])
-    writer.writerows([[plain(cell) for cell in cells(run, fields)] for run in runs])
+    for run, known in rows:
+        writer.writerow([field.text(known.get(field.name, field.asked(run))) for field in fields])
     return "\ufeff" + text.getvalue()
-
-
-def plain(cell: str | float) -> str:
-    """Return a cell as a text has it."""
-    return cell if isinstance(cell, str) else f"{cell:.15g}"

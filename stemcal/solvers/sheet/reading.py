@@ -1,30 +1,32 @@
-"""A sheet that is filled in, as it stands: cells under the columns of the study, nothing judged yet."""
+"""Read a sheet that is filled in: cells under the columns of the study, nothing judged yet."""
 
 import csv
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
-from stemcal.by_hand import workbook
-from stemcal.by_hand.sheet import ASKED, REMARK, REPLICATE, RUN, STUDY, WHEN, WHO, Field, entered_responses, fields_of
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
 from stemcal.measured.sheets import decoded, is_foreign, is_workbook, text_of_cell
+from stemcal.solvers.sheet import workbook
+from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
 
 MAX_BYTES = 10 * MIB
+MAX_ROWS = 20_000
 _HEADING = re.compile(r"(.*?)\s*[(\[]([^()\[\]]*)[)\]]\s*")
 _WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}
 
 
 @dataclass(frozen=True)
 class Filled:
-    """What stands on the sheet of one run: texts by response, and by factor, condition and replicate as `levels`.
+    """The cells of one row: texts by response, and by factor, condition and replicate as `levels`.
 
-    `units` are those of the columns. Without `levels` nothing tells that the run is the one that was asked for.
+    `units` are those of the columns. `broken` is what is wrong with the row as a whole.
     """
 
     place: str
@@ -37,12 +39,12 @@ class Filled:
     remark: str = ""
     study: str = ""
     decimal: str = "."
-    extra: int = 0
+    broken: str = ""
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is said of the run yet."""
-        return not any(self.values.values()) and not self.remark.casefold().startswith("failed") and not self.extra
+        """Whether the row has no result yet."""
+        return not any(self.values.values()) and not self.remark.casefold().startswith(FAILED) and not self.broken
 
 
 def narrow(text: str) -> str:
@@ -54,87 +56,73 @@ def narrow(text: str) -> str:
     return text.translate(_WIDE).strip()
 
 
-def filled(content: bytes, source: str, study: Study) -> list[Filled]:
-    """Return what a sheet holds, CSV or workbook, or what a program tells as JSON.
+def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
+    """Return the rows of a sheet, CSV or workbook; a `partial` one need not have columns for what is asked.
 
     Raises
     ------
     UsageError
-        If it is none of these, or has not the columns of this study.
+        If it is neither, or has not the columns of this study.
     """
     if len(content) > MAX_BYTES:
-        raise UsageError(f"{source} has more than {MAX_BYTES // MIB} MiB; give the sheet alone")
+        raise UsageError(f"{source} has more than {MAX_BYTES // MIB} MiB; save the sheet alone")
     if is_workbook(content):
-        return _of_workbook(content, source, study)
+        return _of_workbook(content, source, study, partial)
     if is_foreign(content):
         raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
     text = decoded(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not text; save the sheet as .xlsx or CSV")
-    if text.lstrip()[:1] in ("{", "["):
-        return told(_json(text, source), source, study)
-    return _of_lines(_split(text, source), source, study)
+    return _of_lines(_split(text, source), source, study, partial, complete=text.endswith(("\n", "\r")))
 
 
-# ---- a program's JSON
+def told(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
+    """Return rows that a program has filled in: values by the names of columns; ``failed`` is why a run failed.
+
+    Raises
+    ------
+    UsageError
+        If one is no mapping, has no name or a key that is no column.
+    """
+    return [_told(row, f"row {number}", study) for number, row in enumerate(rows, 1)]
 
 
-def _json(text: str, source: str) -> object:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{source} is not JSON: {str(error)[:120]}; give what `stemcal ask --json` prints") from None
-
-
-def told(given: object, source: str, study: Study) -> list[Filled]:
-    """Return what a program tells: runs as `ask` gives them, with numbers under ``responses``, or why it ``failed``."""
-    runs = given.get("runs") if isinstance(given, Mapping) else given
-    of = text_of_cell(given.get(STUDY)) if isinstance(given, Mapping) else ""
-    if not isinstance(runs, Sequence) or isinstance(runs, str):
-        raise UsageError(f"{source}: no list of runs; give what `stemcal ask --json` prints, its responses filled in")
-    return [_told(run, f"{source}: run {number}", study, of) for number, run in enumerate(runs, 1)]
-
-
-def _told(run: object, place: str, study: Study, of: str) -> Filled:
-    if not isinstance(run, Mapping) or not isinstance(run.get("run"), str):
-        raise UsageError(f'{place} has no name; give each as {{"run": "screen 1", "responses": {{…}}}}')
-    names = [response.name for response in entered_responses(study)]
-    responses, levels = run.get("responses") or {}, run.get("levels") or {}
-    if not isinstance(responses, Mapping) or not isinstance(levels, Mapping):
-        raise UsageError(f"{place}: responses and levels are mappings from a name to a number")
-    for name in responses:
-        if name not in names:
-            raise UsageError(f"{place}: no response {name!r:.60}; {did_you_mean(str(name), names)}")
-    at = study.naming.condition
-    places = {} if at is None or run.get("condition") is None else {at.name: text_of_cell(run["condition"])}
-    values = {name: text_of_cell(responses.get(name)) for name in names}
-    if run.get("failed"):
-        values[names[0]] = f"failed: {text_of_cell(run['failed'])}"
-    replicate = {} if run.get(REPLICATE) is None else {REPLICATE: text_of_cell(run[REPLICATE])}
+def _told(row: object, place: str, study: Study) -> Filled:
+    if not isinstance(row, Mapping) or not isinstance(row.get(RUN), str):
+        raise UsageError(f'{place}: the run has no name; write a mapping such as {{"run": "screen 1", "force": 12.5}}')
+    fields = {column.name: column for column in fields_of(study)}
+    for name in row:
+        if name not in (*fields, FAILED):
+            raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), list(fields))}")
+    cells = {name: text_of_cell(row.get(name)) for name in fields}
+    reason = row.get(FAILED)
+    if reason is not None and reason is not False:
+        cells[REMARK] = f"{FAILED}: {reason if isinstance(reason, str) else ''}"
+    said = {name: cells[name] for name, column in fields.items() if column.kind in ("said", "study")}
     return Filled(
         place,
-        run["run"],
-        values,
-        {str(name): text_of_cell(level) for name, level in levels.items()} | places | replicate,
-        who=text_of_cell(run.get(WHO)),
-        when=text_of_cell(run.get(WHEN)),
-        remark=text_of_cell(run.get(REMARK)),
-        study=of,
+        cells[RUN],
+        {name: cells[name] for name, column in fields.items() if column.kind == "response"},
+        {name: cells[name] for name, column in fields.items() if column.kind in ASKED and cells[name]},
+        who=said.get(WHO, ""),
+        when=said.get(WHEN, ""),
+        remark=said.get(REMARK, ""),
+        study=said.get(STUDY, ""),
     )
 
 
-# ---- a sheet
+# ---- a file
 
 Lines = Sequence[tuple[int, Sequence[str]]]
 
 
-def _of_workbook(content: bytes, source: str, study: Study) -> list[Filled]:
+def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> list[Filled]:
     """Return the one sheet of a workbook that has a heading."""
     sheets = [(title, lines) for title, lines in workbook.tables(content, source) if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
         raise UsageError(f"{source}: several of its sheets have a heading `{RUN}` ({titles}); leave one of them in it")
-    return _of_lines(sheets[0][1] if sheets else [], source, study)
+    return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
 
 
 def _split(text: str, source: str) -> Lines:
@@ -143,9 +131,9 @@ def _split(text: str, source: str) -> Lines:
     for separator in (",", ";", "\t"):
         reader = csv.reader(text.splitlines(keepends=True), delimiter=separator, strict=True)
         try:
-            found.append([(reader.line_num, cells) for cells in reader])
+            found.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
-            raise UsageError(f"{source}:{reader.line_num}: no line of a table ({error}); mend it") from None
+            raise UsageError(f"{source}:{reader.line_num}: no line of a table ({error}); correct it") from None
     return max(found, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 
@@ -154,16 +142,19 @@ def _head(lines: Lines) -> int | None:
     return next((i for i, (_, cells) in enumerate(lines) if RUN in [narrow(c).casefold() for c in cells]), None)
 
 
-def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
+def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: bool = True) -> list[Filled]:
     head = _head(lines)
     if head is None:
         raise UsageError(f"{source}: no line has the heading `{RUN}`; fill in the sheet that stemcal has written")
-    columns, units = _columns(lines[head][1], source, study)
+    columns, units = _columns(lines[head][1], source, study, partial)
     rows = [(number, cells) for number, cells in lines[head + 1 :] if any(cell.strip() for cell in cells)]
     factors = [column for column in columns if column.kind == "factor"]
     numbers = [cells[columns[c]] for _, cells in rows for c in factors if columns[c] < len(cells)]
     decimal = "," if any("," in n for n in numbers) and not any("." in n for n in numbers) else "."
+    if len(lines) > MAX_ROWS:
+        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {MAX_ROWS:,} lines; delete foreign rows")
     width = len(lines[head][1])
+    cut = None if complete or not rows or narrow(rows[-1][1][-1]) == narrow(study.name) else rows[-1][0]
     return [
         Filled(
             place=f"{source}:{number}",
@@ -176,14 +167,23 @@ def _of_lines(lines: Lines, source: str, study: Study) -> list[Filled]:
             remark=_of(cells, columns, REMARK),
             study=_of(cells, columns, STUDY),
             decimal=decimal,
-            extra=max(0, len(cells) - width),
+            broken=_broken(len(cells), width, number == cut),
         )
         for number, cells in rows
     ]
 
 
-def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field, int], dict[str, str]]:
-    """Return where each column of the study stands, and the unit that it is headed with."""
+def _broken(cells: int, width: int, cut: bool) -> str:
+    """Return what is wrong with a row as a whole."""
+    if cells > width:
+        return f"the row has {cells} cells, the heading {width}; put texts and decimal commas in quotes"
+    if cells < width:
+        return f"the row has {cells} cells, the heading {width}; it was cut short: complete it"
+    return "the last line has no line end, so it may be cut short; check it and end it with a line break" if cut else ""
+
+
+def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:
+    """Return the place of each column of the study, and the unit in its heading."""
     fields, places, units = fields_of(study), {}, {}
     wanted = {title.casefold(): column for column in fields for title in _titles(column)}
     for i, cell in enumerate(head):
@@ -194,7 +194,8 @@ def _columns(head: Sequence[str], source: str, study: Study) -> tuple[dict[Field
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
-    missing = [column.heading for column in fields if column not in places and column.kind not in ("said", "study")]
+    optional = ("said", "study", *(ASKED if partial else ()))
+    missing = [column.heading for column in fields if column not in places and column.kind not in optional]
     if missing:
         raise UsageError(f"{source}: no column is headed {listed(missing)}; head it as in the sheet of this study")
     return places, units

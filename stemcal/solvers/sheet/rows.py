@@ -1,0 +1,123 @@
+"""Judge one row of a sheet: which run it means, and its result, or why it is refused."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from stemcal.errors import UsageError
+from stemcal.naming import Named
+from stemcal.solvers.protocol import NOT_RUN, RESPONSES, WITHDRAWN, Answer, Request
+from stemcal.solvers.sheet.columns import FAILED, REPLICATE, entered_responses, run_name
+from stemcal.solvers.sheet.numbers import Unread, number_in, readings
+from stemcal.solvers.sheet.reading import Filled
+from stemcal.study.model import Study
+
+_MOST_TOLD = 20
+_LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
+
+
+class RowRefused(UsageError):
+    """A row that is not taken: where it is, the run it names, a word for programs, a sentence with the remedy."""
+
+    def __init__(self, row: Filled, kind: str, message: str) -> None:
+        self.place, self.run, self.kind = row.place, row.run, kind
+        super().__init__(f"{row.place}: {message}")
+
+
+def first_of(problems: Sequence[str]) -> list[str]:
+    """Return the first problems, and how many more there are."""
+    more = len(problems) - _MOST_TOLD
+    return [*problems[:_MOST_TOLD], *([f"and {more} more"] if more > 0 else [])]
+
+
+def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
+    """Return runs by their names; those at several conditions and replicates share one."""
+    found: dict[str, list[Request]] = {}
+    for run in runs:
+        found.setdefault(run_name(run), []).append(run)
+    return found
+
+
+def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) -> Request:
+    """Return the run that a row means: of the same name, and of the same levels as far as it has them."""
+    named = runs.get(" ".join(row.run.split()).casefold(), ())
+    if not named:
+        message = f"the study asks for no run {row.run!r}; write its name as the sheet does, such as rsm 3"
+        raise RowRefused(row, "unknown_run", message)
+    wrong = [other_level(study, run, row) for run in named]
+    meant = [run for run, other in zip(named, wrong, strict=True) if other is None]
+    if not meant:
+        raise next(other for other in wrong if other is not None)
+    if len({(run.condition, run.replicate) for run in meant}) > 1:
+        message = f"several runs are called {row.run}; add its condition and replicate, as in the sheet"
+        raise RowRefused(row, "several_meant", message)
+    return meant[0]
+
+
+def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
+    """Return why a row is not that of a run: the first level, condition or replicate that differs."""
+    if (told := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and told != str(run.replicate):
+        message = f"{row.run} has no replicate {told!r}; write the number as on the sheet"
+        return RowRefused(row, "other_replicate", message)
+    asked = [(f.name, run.levels[f.name], _LEVEL * (f.high - f.low), f.unit) for f in study.factors]
+    if (at := study.naming.condition) is not None:
+        asked.append((at.name, run.condition, _LEVEL * abs(run.condition), at.unit))
+    for name, level, near, unit in asked:
+        if not _is_level(row, name, level, near, unit):
+            message = (
+                f"{row.run} was asked for at {name} = {level:.6g}{Named('', '', '', unit).unit_suffix}, the row has "
+                f"{row.levels[name]!r}; copy the row from the sheet, or do the run as it was asked for"
+            )
+            return RowRefused(row, "other_levels", message)
+    return None
+
+
+def _is_level(row: Filled, name: str, asked: float, near: float, unit: str) -> bool:
+    """Whether a level is that which was asked for; a level without a column is not judged."""
+    if name not in row.levels:
+        return True
+    given = row.levels[name]
+    told = number_in(given, row.decimal, row.units.get(name, unit), unit)
+    possible = readings(given) if isinstance(told, Unread) else [told]
+    return any(abs(value - asked) <= near for value in possible)
+
+
+def result_in(study: Study, row: Filled) -> Answer:
+    """Return the result of a row: a value of every response, or why the run gave none."""
+    said = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
+    given = {name: text for name, text in row.values.items() if text and text not in said}
+    if any(text.casefold() == WITHDRAWN for text in given.values()):
+        return Answer("failed", reason=WITHDRAWN)
+    if said and given:
+        message = f"{row.run} has a value and is marked as failed; delete one of the two"
+        raise RowRefused(row, "failed_with_value", message)
+    if said:
+        reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
+        if not reason:
+            message = f"{row.run} is marked as failed without a reason; write why, as `failed: the stem slipped`"
+            raise RowRefused(row, "no_reason", message)
+        return Answer("failed", reason=NOT_RUN, message=reason)
+    first, *others = values = {one.name: _value(row, one) for one in entered_responses(study)}
+    return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
+
+
+def _value(row: Filled, response: Named) -> float:
+    text = row.values.get(response.name, "")
+    if not text:
+        message = f"{row.run} has no {response.name}; write its value too, or `failed: why`"
+        raise RowRefused(row, "incomplete", message)
+    value = number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
+    if isinstance(value, Unread):
+        why = unreadable(value, text, response.unit)
+        raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: why`")
+    return value
+
+
+def unreadable(found: Unread, text: str, unit: str) -> str:
+    """Return why a cell is no number in a unit, and what to write."""
+    if found.why == "ambiguous":
+        low, high = found.readings
+        return f"{text!r} may be {low:.6g} or {high:.6g}; write it without a comma"
+    return {
+        "no_number": f"{text!r} is not a number; write a number",
+        "too_large": f"{text!r} is beyond 1e30; correct it",
+        "other_unit": f"{text!r} is in {found.unit}, not in {unit}; convert it",
+    }[found.why]

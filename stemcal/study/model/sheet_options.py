@@ -1,0 +1,40 @@
+"""Runs whose results are entered into a sheet: known ones, those of a program without a script, experiments."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints
+
+from stemcal.study.model.frozen import Flag, Frozen
+from stemcal.study.model.program_options import MOST_FILES
+from stemcal.study.types.field_types import SpecFile, Whole
+
+
+class SheetSolver(Frozen):
+    """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
+
+    The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
+    """
+
+    kind: Literal["sheet"] = "sheet"
+    """Results are entered into a sheet."""
+    file: SpecFile | None = None
+    """Sheet of runs that are known or designed elsewhere, CSV or xlsx, with the columns run, factors and responses. Its
+    rows are the designs of the stages that it names; empty results are asked for."""
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Further files of each run, copied unchanged."""
+    deterministic: Flag | None = None
+    """Whether equal levels give equal answers: if true, equal runs are done once; if false, every run is done, in
+    random order, and its scatter counts. By default every run is done, in the order of the design."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
+    """How often every run of a design is done; more than one means that the answers scatter."""
+    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
+    """Draws another order of the runs, and other `{{seed}}`."""
+    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
+    """Any text that distinguishes versions of the program; with another one all runs are asked for anew."""
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether equal levels may give different answers, whose scatter counts."""
+        return self.replicates > 1 or self.deterministic is False
