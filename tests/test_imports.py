@@ -53,8 +53,9 @@ PLACES = {
     "typer": ("stemcal.cli",),
     "rich": ("stemcal.cli", "stemcal.report"),
     "yaml": ("stemcal.study",),
+    "pyDOE3": ("stemcal.doe",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files"),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.latex"),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
@@ -63,7 +64,7 @@ PLACES = {
     "openpyxl": ("stemcal.measured",),
 }
 INSIDE_FUNCTIONS = (
-    "statsmodels", "pandas", "matplotlib", "jinja2", "distributed",
+    "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
 )  # fmt: skip
 LIGHT = ("numpy", "scipy", "numba", "pydantic", "yaml", "stemcal.study", "stemcal.fem", "stemcal.doe")
 

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-EXTRAS = {
-    "docx": "docx", "dask": "distributed", "docs": "sphinx"
-}  # fmt: skip
+EXTRAS = {"dask": "distributed", "docs": "sphinx"}
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 
 

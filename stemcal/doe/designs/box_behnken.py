@@ -4,7 +4,7 @@ Source: G. E. P. Box and D. W. Behnken, Some New Three Level Designs for the Stu
 Technometrics 2 (1960), 455–475.
 """
 
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 
@@ -23,9 +23,11 @@ def box_behnken(k: int, centre_points: int = 3) -> Array:
     """Build the design for 3 to 7 factors: 12, 24, 40, 48 or 56 runs, and the centre points."""
     if k not in _BLOCKS:
         raise UsageError(f"Box–Behnken: {k} factors; it exists for 3 to 7, use central-composite")
+    from pyDOE3 import ff2n
+
     rows = []
     for block in _BLOCKS[k]:
-        for signs in product((-1.0, 1.0), repeat=len(block)):
+        for signs in ff2n(len(block)):
             row = np.zeros(k)
             row[[factor - 1 for factor in block]] = signs
             rows.append(row)

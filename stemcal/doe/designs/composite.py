@@ -6,7 +6,6 @@ Hunter, Ann. Math. Stat. 28 (1957), 195–241.
 
 import math
 from collections.abc import Callable
-from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -79,7 +78,9 @@ def corners(k: int, core: Core = "full") -> Array:
     """Return the corner runs: all 2^k, the last factor fastest, or a fraction of resolution V."""
     if core == "fractional" and k >= 5:
         return fraction(k, resolution=5).design()
-    return np.array(list(product((-1.0, 1.0), repeat=k)))
+    from pyDOE3 import ff2n
+
+    return np.asarray(ff2n(k), dtype=float)
 
 
 def _corner_count(k: int, core: Core) -> int:

@@ -11,7 +11,7 @@ Designs with Small Runs, Int. Stat. Rev. 61 (1993), 131–145.
 
 from dataclasses import dataclass
 from functools import cache, reduce
-from itertools import combinations, product
+from itertools import combinations
 from operator import xor
 
 import numpy as np
@@ -93,8 +93,10 @@ def full_factorial(k: int, levels: int = 2) -> Array:
             f"full factorial: {levels} levels of {k} factors; at least one factor, two levels and at most "
             f"{_MOST_RUNS} runs are possible"
         )
+    from pyDOE3 import fullfact
+
     steps = np.linspace(-1.0, 1.0, levels)
-    return np.array(list(product(steps, repeat=k)))[:, ::-1]
+    return np.asarray(steps[fullfact([levels] * k).astype(int)])
 
 
 def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
