@@ -37,15 +37,14 @@ from stemcal.fem.stepper import simulate
 from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.fixed_width import Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
+from stemcal.solvers.deck.installation import installation
+from stemcal.solvers.deck.openradioss import leave_engine_input, run_programs, starter_accepted
+from stemcal.solvers.deck.radioss_files import DECK, STARTER_INPUT, TABLE, engine_over, starter_around
 from stemcal.solvers.deck.writer import STEM, stem_material
-from stemcal.solvers.openradioss.failure_reasons import starter_accepted
-from stemcal.solvers.openradioss.files import DECK, STARTER_INPUT, TABLE, engine_over, starter_around
-from stemcal.solvers.openradioss.installation import installation
-from stemcal.solvers.openradioss.solver import leave_engine_input, run_programs
 from stemcal.solvers.programs.run_folders import discard, run_folder
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
-from stemcal.study.model import OpenRadiossSolver
+from stemcal.study.model import DeckSolver
 
 Array = NDArray[np.float64]
 
@@ -190,7 +189,7 @@ def deck_lines(mesh: Mesh) -> Iterator[str]:
     yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": 0.01})
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
     yield from keyword("DATABASE_GLSTAT", {"dt": DURATION / OUTPUTS, "binary": 1})
-    yield from stem_material(value, DeckForm(lengths="openradioss"))
+    yield from stem_material(value, DeckForm(lengths=True))
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": 1})
     yield from keyword("PART", {"pid": STEM, "secid": STEM, "mid": STEM}, title="bar")
     end = 1 + np.flatnonzero(mesh.nodes[:, 0] > HALF - 1e-9)
@@ -229,7 +228,7 @@ def pulled_there(breadth: float, size: float, share: float) -> Pulled:
     """Return what OpenRadioss makes of a bar, with a nonlocal length of `share` ℓ."""
     mesh, rows = bar(breadth, size)
     length = share * LENGTH
-    options, folder = OpenRadiossSolver(), run_folder(None, {})
+    options, folder = DeckSolver(program="openradioss"), run_folder(None, {})
     there = installation(options, Path.cwd())
     (folder / DECK).write_text("\n".join(deck_lines(mesh)) + "\n", "utf-8")
     starter = starter_around(DECK, length, histories_asked(len(mesh.hexes)))

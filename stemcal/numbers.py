@@ -86,15 +86,21 @@ def percent(value: float | None) -> str:
     return fixed(value, 3 if abs(value) < 0.005 else 2)
 
 
-def interval(bounds: list[float] | tuple[float, float] | None, digits: int = 4, missing: str = MISSING) -> str:
-    """Return a range.
+def interval(
+    bounds: list[float] | tuple[float, float] | None,
+    digits: int = 4,
+    missing: str = MISSING,
+    bounded: tuple[bool, bool] = (True, True),
+) -> str:
+    """Return a range; an end that is not `bounded` is where the search ended, and is marked.
 
-    >>> interval([17.6258, 18.9641])
-    '17.63 to 18.96'
+    >>> interval([17.6258, 18.9641]), interval([10, 18.9641], bounded=(False, True))
+    ('17.63 to 18.96', '≤ 10.00 to 18.96')
     """
     if not bounds:
         return missing
-    return f"{significant(bounds[0], digits)} to {significant(bounds[1], digits)}"
+    low, high = (significant(end, digits) for end in bounds)
+    return f"{'' if bounded[0] else '≤ '}{low} to {'' if bounded[1] else '≥ '}{high}"
 
 
 def unit_written(unit: str) -> str:

@@ -25,7 +25,7 @@ from stemcal.version import __version__
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-EXTRAS = ("dask", "docx")
+EXTRAS = ("dask",)
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 SHIPPED = ("stemcal", "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "MANIFEST.in")
 STUDIES = ("paper-replay", "smoke")

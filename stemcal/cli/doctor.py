@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-EXTRAS = {
-    "docx": "docx", "dask": "distributed", "docs": "sphinx"
-}  # fmt: skip
+EXTRAS = {"dask": "distributed", "docs": "sphinx"}
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
 
 
@@ -121,14 +119,15 @@ def _openradioss() -> Iterator[Finding]:
     import os
     from pathlib import Path
 
-    from stemcal.solvers.openradioss.installation import HOME, installation
-    from stemcal.study.model import OpenRadiossSolver
+    from stemcal.solvers.deck.installation import HOME, installation
+    from stemcal.study.model import DeckSolver
 
     try:
-        there = installation(OpenRadiossSolver(), Path.cwd())
+        there = installation(DeckSolver(program="openradioss"), Path.cwd())
     except UsageError as error:
         named = HOME in os.environ
-        what = str(error) if named else f"not there, {HOME} is not set; needed only for solver: {{kind: openradioss}}"
+        missing = f"not there, {HOME} is not set; needed only for solver: {{kind: deck, program: openradioss}}"
+        what = str(error) if named else missing
         yield Finding("OpenRadioss", what, False if named else None)
     else:
         yield Finding("OpenRadioss", there.starter)

@@ -24,8 +24,8 @@ TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
     typer.Option("--format", "-f", help="CSV (a file per table), Markdown, LaTeX or Word."),
 ]
-First = Annotated[
-    int | None, typer.Option("--first", min=1, metavar="N", help="Count the tables from N, as your paper does.")
+PaperNumbers = Annotated[
+    bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13 as the published study.")
 ]
 Apart = Annotated[bool, typer.Option("--stars-apart", help="The stars of p-values in cells of their own.")]
 Names = Annotated[
@@ -51,7 +51,7 @@ app = typer.Typer(no_args_is_help=True, help="Write tables, figures, decks or th
 def tables(
     spec: Spec,
     kind: TableFormat = "csv",
-    first: First = None,
+    paper_numbers: PaperNumbers = False,
     apart: Apart = False,
     out: Out = None,
     as_json: AsJson = False,
@@ -59,13 +59,14 @@ def tables(
     """Write the tables of a study as papers print them, into the folder tables of the study folder.
 
     Factors, screening design and analysis, coding, response surface design, ANOVA, calibration, parameters and
-    validation, numbered as Tables 5 to 13 of the wild chrysanthemum study. Steepest ascent and refinement are counted
-    as well where the study has them.
+    validation. Tables are numbered from 1; a Word file contains the figures of the page as well.
 
-    Example: [bold]stemcal export tables configs/smoke.yaml --format docx --first 1[/bold]
+    Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
     from stemcal.report.export.formats import export_tables
     from stemcal.report.export.paper import numbered, paper_tables, stars_apart
+    from stemcal.report.figures.gallery import gallery
+    from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
@@ -74,9 +75,11 @@ def tables(
     results = fresh_results(study, folder)
     for sentence in results.stale:
         warn(sentence)
-    printed = numbered(paper_tables(study, results, verdict_of(study, folder, results).holds), first)
+    holds = verdict_of(study, folder, results).holds
+    printed = numbered(paper_tables(study, results, holds), paper_numbers)
     printed = [stars_apart(table) for table in printed] if apart else printed
-    _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables")], as_json)
+    plots = _told(gallery(study, results, read_records(results, folder)), holds) if kind == "docx" else []
+    _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)
 
 
 @app.command()
@@ -120,6 +123,13 @@ def figures(
 
 app.command("deck")(export_deck.export_deck)
 app.command("material")(export_material.export_material)
+
+
+def _told(plots: list[Plot], holds: bool) -> list[Plot]:
+    """Return the figures that tell the story; without those of intervals where nothing is calibrated."""
+    from stemcal.report.figures.gallery import CLAIMING
+
+    return [plot for plot in plots if plot.on_page and not plot.detail and (holds or plot.name not in CLAIMING)]
 
 
 def _tell(paths: list[str], as_json: bool) -> None:

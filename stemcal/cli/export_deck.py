@@ -1,4 +1,4 @@
-"""`stemcal export deck`: the shear test as an LS-DYNA deck."""
+"""`stemcal export deck`: the shear test as a deck for LS-DYNA or OpenRadioss, with the calibrated parameters."""
 
 from __future__ import annotations
 
@@ -8,109 +8,143 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Quiet, Spec
-from stemcal.cli.session import read_study
+from stemcal.cli.options import AsJson, Out, Quiet, Spec
+from stemcal.cli.session import folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
+from stemcal.numbers import significant
 from stemcal.outputs import write_output
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
+    from stemcal.study.model import Study
 
-DeckFile = Annotated[Path, typer.Argument(metavar="OUT.k", help="The deck to write.", show_default=False)]
-Card = Annotated[
-    Literal["mat024", "mat003"] | None,
-    typer.Option(help="The stem's material card.", show_default="mat024; mat003 for LS-DYNA as the solver"),
-]
-Long = Annotated[
-    bool, typer.Option("--long", help="Twenty columns (+) where ten round a value; OpenRadioss does not read them.")
+RADIOSS = ".rad"
+_NEAR_PERCENT = 10.0  # a deck so near the force of its study needs no remedy
+
+DeckFile = Annotated[
+    Path, typer.Argument(metavar="PATH", help="The deck to write, .k or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option(
-        "--for",
-        help="Carry the study's lengths by this program's own cards (nonlocal failure, a nose); for OpenRadioss with "
-        "starter and engine files beside the deck.",
-        show_default="cards that both read, without lengths",
-    ),
+    typer.Option("--for", help="The program that reads it.", show_default="that of the study, or by the name"),
 ]
-NoForce = Annotated[bool, typer.Option("--no-force", help="Do not compute which force the deck is to give.")]
+NoForce = Annotated[bool, typer.Option("--no-force", help="Do not compute the force that the deck should give.")]
 
 
 def export_deck(
     spec: Spec,
-    out: DeckFile,
+    path: DeckFile,
+    program: Program = None,
     diameter: Diameter = None,
     settings: Settings = None,
-    material: Card = None,
-    long: Long = False,
-    program: Program = None,
     no_force: NoForce = False,
+    out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the shear test as an LS-DYNA keyword deck: stem, blade and supports meshed, contact, motion, output.
+    """Write the shear test as a keyword deck for LS-DYNA or OpenRadioss: mesh, contact, motion, output.
 
-    Units are mm, tonne, s, N and MPa. Factors stand at mid-level unless set. LS-DYNA and OpenRadioss read it. The force
-    that this deck is to give is computed and told beside the study's: what no card says may change it greatly.
+    Factors have the calibrated values of the study, or mid-levels where it has none. Cards of the program stand for the
+    study's lengths. A name that ends in .rad gives OpenRadioss's starter and engine files around the deck. Units are
+    mm, tonne, s, N and MPa.
 
-    Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml --set yield_stress=17.96 run.k[/bold]
+    Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
-    from stemcal.study.reading.checked import typed_size
-    from stemcal.text.decks import forces_told
+    from stemcal.solvers.deck import Deck, DeckForm, deck_text
+    from stemcal.solvers.deck.form import form_of
+    from stemcal.study.model import DeckSolver
 
     study = read_study(spec)
-    levels = chosen_levels(study, study.midlevels(), settings or [])
-    chosen = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
-    require_material(study, levels, chosen)
-    if not out.absolute().parent.is_dir():
-        raise UsageError(f"{out}: the folder {out.parent} does not exist")
+    chosen = _program_of(study, path, program)
+    study, levels = _calibrated(study, chosen, out)
+    levels = chosen_levels(study, levels, settings or [])
+    at = _diameter(study, diameter)
+    require_material(study, levels, at)
+    if not path.absolute().parent.is_dir():
+        raise UsageError(f"{path}: the folder {path.parent} does not exist")
+    form = form_of(study) if isinstance(study.solver, DeckSolver) else DeckForm(chosen, lengths=True)
+    given = Deck.of(study, levels, at, form)
+    forces = None if no_force or (quiet and not as_json) else _forces(given, quiet)
+    deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
+    texts = _files(deck, path, deck_text(deck))
+    for file, text in texts.items():
+        write_output(file, text)
+    if as_json:
+        of_deck, of_study = forces or (None, None)
+        files = [str(file) for file in texts]
+        told = {"files": files, "levels": levels, "force": of_deck, "force_of_study": of_study}
+        say_json({**told, "otherwise": deck.notes})
+    if not quiet:
+        for sentence in (*deck.notes, *(_told(*forces) if forces else ())):
+            warn(sentence)
+        for file in texts:
+            note(f"wrote {file}")
 
-    from dataclasses import replace
 
-    from stemcal.solvers.deck import Deck, deck_text
+def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
+    """Return the program that the deck is for; raise `UsageError` where nothing says it."""
+    from stemcal.study.model import DeckSolver
+
+    own = study.solver.program if isinstance(study.solver, DeckSolver) else None
+    found = asked or ("openradioss" if path.suffix == RADIOSS else own)
+    if found == "lsdyna" and path.suffix == RADIOSS:
+        raise UsageError(f"{path}: LS-DYNA reads no {RADIOSS} file; name the deck {path.stem}.k")
+    if own is not None and found != own:
+        raise UsageError(
+            f"--for {found}: the study is calibrated in {own}, and its values do not apply to another program. Write "
+            f"--for {own}, or calibrate there: solver: {{kind: deck, program: {found}}} and `stemcal run SPEC`"
+        )
+    if found is None:
+        raise UsageError(f"{path}: the program that reads the deck is not named; add --for lsdyna or --for openradioss")
+    return "lsdyna" if found == "lsdyna" else "openradioss"
+
+
+def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
+    """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
+    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.stages.results import fresh_results
+
+    place = folder_of(study, out)
+    if place.is_dir():
+        results = fresh_results(study, StudyFolder(place))
+        for sentence in results.stale:
+            warn(sentence)
+        if results.transfer is not None and results.transfer.solver.kind == program:
+            return study.seen_by("transfer"), {**study.midlevels(), **results.transfer.parameters}
+        if results.inversion is not None:
+            return study, {**study.midlevels(), **results.parameters}
+    warn("The study has no calibrated values: factors that are not set have the middle of their ranges.")
+    return study, dict(study.midlevels())
+
+
+def _diameter(study: Study, given: str | None) -> float:
+    """Return the diameter of the stem, mm."""
     from stemcal.study.model import DeckSolver, EmbeddedSolver
+    from stemcal.study.reading.checked import typed_size
 
+    chosen = study.specimen.outer_diameter if given is None else typed_size(given, "--diameter")
     solver = study.solver
     size = solver.element_size.at(chosen) if isinstance(solver, EmbeddedSolver | DeckSolver) else 0.0
     if chosen < 2 * size:
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
-
-    deck = Deck.of(study, levels, chosen)
-    form = replace(deck.form, material=material or deck.form.material, long=long or deck.form.long)
-    deck = replace(deck, form=replace(form, lengths=program or form.lengths))
-    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
-    text = deck_text(deck if forces is None else replace(deck, force_to_give=forces[0]))
-    write_output(out, text)
-    beside = _write_beside(deck, out)
-    if as_json:
-        of_deck, of_study = forces or (None, None)
-        files = [str(path) for path in (out, *beside)]
-        say_json({"files": files, "force": of_deck, "force_of_study": of_study, "otherwise": deck.notes})
-    if not quiet:
-        for sentence in deck.notes:
-            warn(sentence)
-        for path in beside:
-            note(f"wrote {path}")
-        note(f"wrote {out} ({text.count(chr(10))} lines)")
-        if forces is not None:
-            for sentence in forces_told(*forces):
-                warn(sentence)
+    return chosen
 
 
-def _write_beside(deck: Deck, out: Path) -> list[Path]:
-    """Write the starter and engine files that OpenRadioss needs beside a deck with a nonlocal length; return them."""
-    if deck.form.lengths != "openradioss" or deck.nonlocal_length == 0.0:
-        return []
-    from stemcal.solvers.openradioss.files import engine_text, starter_text
+def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
+    """Return the deck's text, and OpenRadioss's starter and engine files where these are needed, by their paths."""
+    from stemcal.solvers.deck.radioss_files import engine_text, starter_text
 
-    texts = {
-        out.with_name(f"{out.stem}_0000.rad"): starter_text(deck, out.name),
-        out.with_name(f"{out.stem}_0001.rad"): engine_text(deck, out.stem),
+    is_radioss = path.suffix == RADIOSS
+    name = path.stem.removesuffix("_0000") if is_radioss else path.stem
+    keyword_deck = path.with_name(f"{name}.k") if is_radioss else path
+    if not is_radioss and (deck.form.for_ls_dyna or deck.nonlocal_length == 0.0):
+        return {keyword_deck: text}
+    return {
+        keyword_deck: text,
+        path.with_name(f"{name}_0000{RADIOSS}"): starter_text(deck, keyword_deck.name),
+        path.with_name(f"{name}_0001{RADIOSS}"): engine_text(deck, name),
     }
-    for path, text in texts.items():
-        write_output(path, text)
-    return list(texts)
 
 
 def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
@@ -122,14 +156,25 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
     from stemcal.study.model import EmbeddedSolver
-    from stemcal.text.decks import not_foretold
     from stemcal.text.plan import objections
 
     of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)
     for study in (of_deck, deck.study) if own else (of_deck,):
         if too_much := objections(demand_of_one(study, [deck.diameter]), 1)[0]:
-            warn(not_foretold(too_much))
+            warn(f"The force that this deck should give was not computed. {' '.join(too_much)}")
             return None
-    with waiting("the force that this deck is to give", quiet):
+    with waiting("the force that this deck should give", quiet):
         force = simulate(of_deck, {}, deck.diameter).peak_force
         return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
+
+
+def _told(of_deck: float, of_study: float | None) -> list[str]:
+    """State the force of a deck (N) beside that of its study, and what to do where they differ."""
+    computed = f"This deck should give {significant(of_deck)} N"
+    if of_study is None:
+        return [f"{computed} (computed by the embedded solver)."]
+    told = [f"{computed}, the study {significant(of_study)} N (both computed by the embedded solver)."]
+    off = 100.0 * (of_deck / of_study - 1.0)
+    if abs(off) > _NEAR_PERCENT:
+        told.append(f"The deck differs by {off:+.0f} %. Correct the parameters in the program: docs/howto/transfer.md.")
+    return told

@@ -155,7 +155,7 @@ def _check_deck(study: Study, found: Regularisation, row: Regularised, program: 
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
     request = Request("export material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
-    form = DeckForm("mat003", long=True) if program == "lsdyna" else DeckForm()
+    form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
     there = meshed_as(without_lengths(study), request)
     return Deck.of(there, levels, found.condition, form)
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 T = TypeVar("T")
+MOST_ROWS = 40  # of a table on the terminal and the page; its file has all
 _SHOWN = 12  # rows of a table that a prompt shows
 _WIDTH = 100  # characters: a frame that is wider goes on below
 
@@ -158,6 +159,35 @@ class Table:
     def _at(self, places: Sequence[int]) -> Table:
         rows = tuple(tuple(row[place] for place in places) for row in self.rows)
         return replace(self, columns=tuple(self.columns[place] for place in places), rows=rows)
+
+    def without_zeros(self) -> Table:
+        """Return it without columns whose numbers are zero in every row."""
+        whole = self.rows and [
+            place
+            for place in range(len(self.columns))
+            if not all(isinstance(row[place], int | float) and row[place] == 0 for row in self.rows)
+        ]
+        return self._at(whole) if whole else self
+
+    def shortened(self, whole: str, most: int = MOST_ROWS) -> Table:
+        """Return at most `most` rows: the first, and those with the largest errors; `whole` names the file with all.
+
+        >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
+        >>> short = table.shortened("`a.csv`", 4)
+        >>> [row[0] for row in short.rows], short.foot
+        ([0, 1, 2, 8], ('4 of 9 rows: the first 2 and the 2 with the largest errors. `a.csv` has all.',))
+        """
+        if len(self.rows) <= most:
+            return self
+        error = next((place for place, column in enumerate(self.columns) if column.key == "error_percent"), None)
+        first = most if error is None else most // 2
+        kept, words = list(range(first)), f"{most} of {len(self.rows)} rows"
+        if error is not None:
+            rest = sorted(range(first, len(self.rows)), key=lambda i: -abs(self.rows[i][error] or 0.0))
+            kept += sorted(rest[: most - first])
+            words += f": the first {first} and the {most - first} with the largest errors"
+        rows, strong = tuple(self.rows[i] for i in kept), frozenset(kept.index(i) for i in self.strong if i in kept)
+        return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} has all."))
 
     def headed(self, headings: Mapping[str, str | None]) -> Table:
         """Return it with other keys of columns; those of None are left out.

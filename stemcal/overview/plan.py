@@ -23,7 +23,7 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate.stage import calibrated_parameters, requests_at
 from stemcal.stages.work import second_time
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import EmbeddedSolver, Study, program_of
 
 USUAL_FACTORS = 3
 _USUAL_ROUNDS = 2  # of a refinement
@@ -232,7 +232,7 @@ def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note
     """Yield how many runs the transfer may still ask of its solver, beside those here."""
     if study.transfer is not None:
         seconds = sum(map(sum, there.seconds)) if there.seconds else None
-        yield InAnotherProgram(study.transfer.solver.kind, here, there.runs, seconds)
+        yield InAnotherProgram(program_of(study.transfer.solver), here, there.runs, seconds)
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

@@ -22,8 +22,7 @@ SOLVERS: dict[str, Callable[[Study], Solver]] = {
     "embedded": _of("embedded:Embedded"),
     "command": _of("command:Command"),
     "sheet": _of("sheet.solver:Sheet.of"),
-    "lsdyna": _of("lsdyna:LsDyna"),
-    "openradioss": _of("openradioss:OpenRadioss"),
+    "deck": _of("deck.program:DeckProgram"),
 }
 
 

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from stemcal.naming import FIRST
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.programs.inputs import Inputs, values_of
-from stemcal.solvers.programs.program_base import OneCommand
+from stemcal.solvers.programs.program_base import Program, executable, run_command
 from stemcal.solvers.programs.readers import read_curve, read_number
 from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -17,7 +18,7 @@ from stemcal.study.model import CommandSolver
 
 
 @dataclass(frozen=True)
-class Command(OneCommand):
+class Command(Program):
     """Answers requests by any program; see `study.outside.CommandSolver`."""
 
     @property
@@ -25,6 +26,14 @@ class Command(OneCommand):
         """What the spec says of the program."""
         assert isinstance(self.study.solver, CommandSolver)
         return self.study.solver
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        executable(self.options.command[0], self.study.source.parent)
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return what determines the answer, the command among it."""
+        return {**super().identity(request), "command": list(self.options.command)}
 
     def _inputs(self) -> Inputs:
         return Inputs.of(self.options.templates, self.options.files)
@@ -47,7 +56,12 @@ class Command(OneCommand):
     def _seed(self, request: Request) -> int:
         return seed_of(request)
 
-    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
+    def _run(self, folder: Path, request: Request) -> Answer:
+        place, values = self.study.source.parent, self._values(request)
+        read = partial(self._read, folder, request)
+        return run_command(folder, self.options.command, self.options, place, values, read)
+
+    def _read(self, folder: Path, request: Request, _ended: Ended) -> Answer:
         found, naming = self._numbers(folder), self.study.naming
         first = found.pop(naming.response.name if naming.response.name in found else FIRST)
         modes, curve = self.study.targets.modes_at(request.condition), {}

@@ -17,7 +17,7 @@ from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, StageResult, leave, read_result
-from stemcal.study.model import RunsOptions, Study
+from stemcal.study.model import RunsOptions, Study, program_of
 
 R_co = TypeVar("R_co", bound=StageResult, covariant=True)
 HERE = InlineExecutor()
@@ -154,7 +154,7 @@ def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[A
     first, second = (answer.response for answer in answers)
     if first is None or second is None or abs(first - second) <= _SAME * max(abs(first), abs(second)):
         return
-    remedy = _REMEDIES.get(study.solver.kind, _REMEDIES["command"])
+    remedy = _REMEDIES.get(program_of(study.solver), _REMEDIES["command"])
     raise UsageError(
         f"solver: the program gave {first:.9g} and {second:.9g} to the levels of {requests[0].stage} run "
         f"{requests[0].row + 1}: there is chance in it. {remedy}"

@@ -187,7 +187,7 @@ def look_up(term: str) -> list[Entry]:
     """Return the entries of a term or of a key of a spec, by name or other name; else those whose name holds it.
 
     >>> [entry.term for entry in look_up("threads")]
-    ['solver.threads, kind: embedded', 'solver.threads, kind: openradioss']
+    ['solver.threads, kind: embedded', 'solver.threads, kind: deck']
 
     Raises
     ------

@@ -6,7 +6,7 @@ from stemcal.executors.code import code_version
 from stemcal.numbers import short
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
-from stemcal.study.model import Study
+from stemcal.study.model import Study, program_of
 from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.version import __version__
@@ -98,7 +98,7 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
     spec = "{name}, SHA-256 {hash}" if spec_hash else "{name}"
     return [
         (say("Spec"), say(spec, name=study.source.name, hash=spec_hash)),
-        (say("Solver"), study.solver.kind),
+        (say("Solver"), program_of(study.solver)),
         (say("Page made by"), say("stemcal {version}", version=code_version())),
         (say("Cite"), say("The stemcal developers, stemcal, version {version}, with this spec.", version=__version__)),
     ]

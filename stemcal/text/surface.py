@@ -22,7 +22,11 @@ def outcome(stage: SurfaceResult, names: Names) -> list[str]:
         "A quadratic surface over {factors:factors} was fitted to {runs} runs between {low:response} and "
         "{high:response}."
     )
-    return [names.say(template, factors=stage.names, runs=count, low=min(responses), high=max(responses))]
+    said = names.say(template, factors=stage.names, runs=count, low=min(responses), high=max(responses))
+    copies = len(responses) - count
+    if stage.deterministic and copies > 0:
+        said += f" {copies} of its {len(responses)} runs repeat others, which adds nothing where a run has no scatter."
+    return [said]
 
 
 def certainty(stage: SurfaceResult, names: Names) -> list[str]:

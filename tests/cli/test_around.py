@@ -63,8 +63,6 @@ def test_a_spec_that_would_be_wrong_is_left_alone(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["csv", "md", "tex", "docx"])
 def test_export(done: Path, kind: str) -> None:
-    if kind == "docx":
-        pytest.importorskip("docx")
     result = command("export", "tables", REPLAY, "--out", done, "--format", kind, "--json")
     assert result.exit_code == 0
     paths = [Path(path) for path in json.loads(result.stdout)["result"]["files"]]

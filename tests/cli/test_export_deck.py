@@ -13,70 +13,91 @@ PAPER = ROOT / "configs" / "wild-chrysanthemum.yaml"
 
 
 def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
-    out = tmp_path / "run.k"
-    done = command("export", "deck", PAPER, "--diameter", "7", "--set", "yield_stress=17.96", "--no-force", out)
+    path = tmp_path / "run.k"
+    asked = ("--for", "openradioss", "--diameter", "7", "--set", "yield_stress=17.96", "--no-force", "--out", tmp_path)
+    done = command("export", "deck", PAPER, path, *asked)
     assert done.exit_code == 0, done.output
-    text = out.read_text(encoding="utf-8")
-    assert "         1   1.1e-09    1000.0       0.3     17.96       0.5      0.03       0.0\n" in text
+    text = path.read_text(encoding="utf-8")
+    assert f"{1000.0:>10}{0.3:>10}{17.96:>10}{0.5:>10}{0.03:>10}{0.0:>10}\n" in text
     assert "outer diameter 7 mm" in text
     assert done.stderr.count("is written as no rate effect") == 1
-    assert f"wrote {out}" in done.stderr.replace("\n", "")
+    assert f"wrote {path}" in done.stderr.replace("\n", "")
 
 
-def test_card_and_format_on_request_and_silence(tmp_path: Path) -> None:
-    out, asked = tmp_path / "run.k", ("--material", "mat003", "--long", "--set", "yield_stress=14.204482103412")
-    done = command("export", "deck", SMOKE, *asked, "--quiet", out)
-    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
-    text = out.read_text(encoding="utf-8")
-    assert "*MAT_PLASTIC_KINEMATIC+\n" in text
-    assert "     14.204482103412" in text
+def test_deck_for_ls_dyna_has_all_digits_and_quiet_says_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "run.k"
+    asked = ("--for", "lsdyna", "--set", "yield_stress=14.204482103412", "--set", "failure_strain=0.03")
+    done = command("export", "deck", SMOKE, path, *asked, "--out", tmp_path, "--no-force", "--quiet")
+    assert (done.exit_code, done.stdout) == (0, "")
+    text = path.read_text(encoding="utf-8")
+    assert "*MAT_PLASTIC_KINEMATIC+\n" in text and "     14.204482103412" in text
     assert text.count("+\n") == 1
 
 
-def test_force_of_the_deck_is_told_beside_the_study_s(tmp_path: Path) -> None:
-    study = load_study(SMOKE)
-    out, levels = tmp_path / "run.k", {**study.midlevels(), "yield_stress": 18.0}
-    done = command("export", "deck", SMOKE, "--set", "yield_stress=18", "--json", out)
-    told = json.loads(done.stdout)["result"]
-    assert told["files"] == [str(out)]
-    assert told["force_of_study"] == simulate(study, levels).peak_force
-    assert told["force"] < 0.7 * told["force_of_study"]  # neither length has a card
+def test_calibrated_values_are_written_for_the_named_program(tmp_path: Path) -> None:
+    """Those of the finished study; before it mid-levels, which is said."""
+    path, out = tmp_path / "run.k", tmp_path / "out"
+    before = command("export", "deck", SMOKE, path, "--for", "openradioss", "--no-force", "--json", "--out", out)
+    assert "has no calibrated values" in " ".join(before.stderr.split())
+    assert json.loads(before.stdout)["result"]["levels"] == load_study(SMOKE).midlevels()
+    assert command("run", SMOKE, "--out", out, "--quiet").exit_code == 0
+    done = command("export", "deck", SMOKE, path, "--for", "openradioss", "--json", "--out", out)
+    told, found = json.loads(done.stdout)["result"], json.loads((out / "invert.json").read_text("utf-8"))["parameters"]
+    assert told["levels"] == found and "no calibrated values" not in done.stderr
+    assert told["force_of_study"] == simulate(load_study(SMOKE), found).peak_force
+    assert 0.5 * told["force_of_study"] < told["force"] < 1.2 * told["force_of_study"]  # the lengths go along
     said = " ".join(done.stderr.split())
-    assert f"This deck is to give {significant(told['force'])} N, the study" in said
-    assert "Write one with --for lsdyna or --for openradioss" in said
+    assert f"This deck should give {significant(told['force'])} N, the study" in said
 
 
 def test_deck_for_openradioss_has_its_files_beside_it(tmp_path: Path) -> None:
-    done = command(
-        "export", "deck", SMOKE, "--for", "openradioss", "--no-force", "--json", "--quiet", tmp_path / "my.k"
-    )
-    told = json.loads(done.stdout)["result"]
-    assert [Path(name).name for name in told["files"]] == ["my.k", "my_0000.rad", "my_0001.rad"]
-    assert told["force"] is None
-    assert "/INCLUDE_LS-DYNA/\nmy.k\n" in (tmp_path / "my_0000.rad").read_text(encoding="utf-8")
-    assert (tmp_path / "my_0001.rad").read_text(encoding="utf-8").startswith("/RUN/my/1/\n")
-    assert any("density" in sentence for sentence in told["otherwise"])
+    """A name that ends in .rad names the starter's file, and the program."""
+    asked = ("--no-force", "--json", "--quiet", "--out", tmp_path)
+    for name, options in (("my.k", ("--for", "openradioss")), ("my_0000.rad", ()), ("my.rad", ())):
+        done = command("export", "deck", SMOKE, tmp_path / name, *options, *asked)
+        told = json.loads(done.stdout)["result"]
+        assert [Path(file).name for file in told["files"]] == ["my.k", "my_0000.rad", "my_0001.rad"]
+        assert told["force"] is None
+        assert "/INCLUDE_LS-DYNA/\nmy.k\n" in (tmp_path / "my_0000.rad").read_text(encoding="utf-8")
+        assert (tmp_path / "my_0001.rad").read_text(encoding="utf-8").startswith("/RUN/my/1/\n")
+        assert any("density" in sentence for sentence in told["otherwise"])
+
+
+def test_deck_of_a_study_of_its_program_is_the_one_that_runs(tmp_path: Path) -> None:
+    """Without lengths, as the study was calibrated; another program is refused with the command that calibrates."""
+    spec, asked = ROOT / "configs" / "openradioss.yaml", ("--no-force", "--quiet", "--json", "--out", tmp_path)
+    done = command("export", "deck", spec, tmp_path / "a.k", *asked)
+    assert [Path(name).name for name in json.loads(done.stdout)["result"]["files"]] == ["a.k"]
+    radioss = command("export", "deck", spec, tmp_path / "a.rad", *asked)
+    assert len(json.loads(radioss.stdout)["result"]["files"]) == 3
+    assert "/NONLOCAL" not in (tmp_path / "a_0000.rad").read_text("utf-8")
+    other = command("export", "deck", spec, tmp_path / "b.k", "--for", "lsdyna", *asked)
+    assert other.exit_code == 2 and "do not apply to another program" in " ".join(other.stderr.split())
+    assert "stemcal run SPEC" in " ".join(other.stderr.split())
 
 
 def test_same_deck_every_time(tmp_path: Path) -> None:
     for name in ("a.k", "b.k"):
-        assert command("export", "deck", SMOKE, "--no-force", tmp_path / name).exit_code == 0
+        asked = ("--for", "lsdyna", "--no-force", "--out", tmp_path)
+        assert command("export", "deck", SMOKE, tmp_path / name, *asked).exit_code == 0
     assert (tmp_path / "a.k").read_bytes() == (tmp_path / "b.k").read_bytes()
     assert b"\r" not in (tmp_path / "a.k").read_bytes()
 
 
 def test_refusals(tmp_path: Path) -> None:
-    fixed = tmp_path / "fixed.yaml"
+    fixed, dyna = tmp_path / "fixed.yaml", ("--for", "lsdyna")
     fixed.write_text(
         SMOKE.read_text(encoding="utf-8").replace("element_size: d/10", "element_size: 0.8 mm"), encoding="utf-8"
     )
     for args, said in (
-        ((REPLAY, tmp_path / "x.k"), "kind table"),
-        ((SMOKE, tmp_path / "no" / "x.k"), "does not exist"),
-        ((SMOKE, "--set", "yield_stres=3", tmp_path / "x.k"), "did you mean yield_stress?"),
-        ((fixed, "--diameter", "1", tmp_path / "x.k"), "--diameter 1"),
+        ((REPLAY, tmp_path / "x.k", *dyna), "kind sheet"),
+        ((SMOKE, tmp_path / "x.k"), "add --for lsdyna or --for openradioss"),
+        ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA reads no .rad file"),
+        ((SMOKE, tmp_path / "no" / "x.k", *dyna), "does not exist"),
+        ((SMOKE, tmp_path / "x.k", *dyna, "--set", "yield_stres=3"), "did you mean yield_stress?"),
+        ((fixed, tmp_path / "x.k", *dyna, "--diameter", "1"), "--diameter 1"),
     ):
-        done = command("export", "deck", *args)
+        done = command("export", "deck", *args, "--out", tmp_path)
         assert done.exit_code == 2
-        assert said in done.stderr.replace("\n", " ")
+        assert said in " ".join(done.stderr.split()), done.stderr
     assert not list(tmp_path.glob("*.k"))

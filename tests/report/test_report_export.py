@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Column, Table
-from stemcal.numbers import interval
 from stemcal.report.export.formats import export_tables, markdown
 from stemcal.report.export.latex import latex
 from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
+from stemcal.report.figures.gallery import gallery
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges
 from stemcal.stages.results import Results
 from stemcal.text.names import Names
@@ -51,7 +51,9 @@ def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
     assert tables[8].cells[0][0] == "1.682"
     assert tables[8].cells[1] == ("1", "17.97", "0.04", "95.95")
     assert [row[3] for row in tables[13].cells] == ["−7.8", "−6.2", "5.8", "6.3", "7.5"]
-    assert tables[12].cells[0] == ("X1", "Density (kg/m³)", "1100")
+    assert tables[12].heads == ("Symbol", "Parameters", "Value", "95 % Range")
+    assert tables[12].cells[0] == ("X1", "Density (kg/m³)", "1100", "fixed")
+    assert tables[12].cells[3] == ("X4", "Yield stress (MPa)", "18.37", "16.52 to 19.47")
 
 
 def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
@@ -61,9 +63,10 @@ def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
     assert head == "95 % range"
     assert tables[11].heads == ("Parameter", "Numerical Calibration", "95 % Range")
     assert tables[11].cells[0] == ("Yield stress (MPa)", "18.37", "16.52 to 19.47")
-    assert [row[2] for row in tables[11].cells] == [interval(ranges[name]) for name in ranges]
+    assert [row[2] for row in tables[11].cells] == list(ranges.values())
     doubted = {table.number: table for table in paper_tables(replayed[0], results, holds=False)}
     assert doubted[11].heads == ("Parameter", "Numerical Calibration")
+    assert {row[3] for row in doubted[12].cells} == {"calibrated", "fixed"}
 
 
 def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], results: Results) -> None:
@@ -72,11 +75,11 @@ def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], res
 
 
 def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:
-    """As in the published study unless told otherwise, or unless a table is among them that it has not."""
+    """From 1, or as in the published study as far as that has them."""
     own = list(tables.values())
-    assert [table.number for table in numbered(own)] == list(range(5, 14))
-    assert [table.number for table in numbered(own, 2)] == list(range(2, 11))
-    assert [table.number for table in numbered([*own, replace(own[0], number=0)])] == list(range(5, 15))
+    assert [table.number for table in numbered(own)] == list(range(1, 10))
+    assert [table.number for table in numbered(own, as_published=True)] == list(range(5, 14))
+    assert [table.number for table in numbered([*own, replace(own[0], number=0)], True)] == list(range(5, 15))
     assert stars_apart(tables[7]).heads[-2:] == ("p-Value", "Significance")
     assert stars_apart(tables[7]).cells[3][-2:] == ("0.0022", "**")
     assert stars_apart(tables[10]).cells[0][-2:] == ("<0.0001", "**")
@@ -112,6 +115,8 @@ def test_latex_is_balanced_and_escaped(tables: dict[int, PaperTable], tmp_path: 
         lines = [line for line in rows.splitlines() if line.endswith(r" \\")]
         assert len(lines) == len(table.cells) + 1
         assert all(len(re.findall(r"(?<!\\)&", line)) == len(table.heads) - 1 for line in lines)
+    starred = replace(NASTY, table=Table((Column("a"),), (("*a",), ("[b]",))))
+    assert "\n{*}a \\\\\n{[}b] \\\\\n" in latex(starred)
     assert r"\{a\}\textasciitilde{}\textasciicircum{}\textbackslash{}" in text
 
 
@@ -122,17 +127,28 @@ def test_markdown_rows_have_as_many_cells_as_columns(tables: dict[int, PaperTabl
     assert "<b>" not in markdown(NASTY).replace(r"\<b\>", "")
 
 
-def test_word_opens_again(tables: dict[int, PaperTable], tmp_path: Path) -> None:
-    docx = pytest.importorskip("docx")
-    (path,) = export_tables(list(tables.values()), "docx", tmp_path)
+def test_word_has_tables_and_figures_with_caption_fields(
+    replayed: tuple[Any, Any], results: Results, tables: dict[int, PaperTable], tmp_path: Path
+) -> None:
+    import docx
+
+    plots = [plot for plot in gallery(replayed[0], results, {}) if plot.on_page and not plot.detail]
+    (path,) = export_tables(numbered(list(tables.values())), "docx", tmp_path, plots)
     document = docx.Document(str(path))
-    assert len(document.tables) == 9
+    assert len(document.tables) == 9 and len(document.inline_shapes) == len(plots) > 2
+    captions = [line for line in document.paragraphs if line.style.name == "Caption"]
+    assert len(captions) == 9 + len(plots)
+    instructions = re.findall(r'w:instr="([^"]*)"', document.element.xml)
+    assert instructions[:2] == [r" SEQ Table \* ARABIC \r 1 ", r" SEQ Table \* ARABIC "]
+    assert instructions[9] == r" SEQ Figure \* ARABIC \r 1 "
+    assert all(plot.caption in caption.text for plot, caption in zip(plots, captions[9:], strict=True))
     cells = [cell.text for cell in document.tables[2].rows[4].cells]
     assert cells == ["X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **"]
 
 
 def test_word_tables_fit_the_page_and_repeat_their_heading(tables: dict[int, PaperTable], tmp_path: Path) -> None:
-    docx = pytest.importorskip("docx")
+    import docx
+
     (path,) = export_tables([*tables.values(), NASTY], "docx", tmp_path)
     for grid in docx.Document(str(path)).tables:
         assert sum(column.width.cm for column in grid.columns) <= 16.1
@@ -166,7 +182,6 @@ def test_latex_compiles_and_nothing_sticks_out(tables: dict[int, PaperTable], tm
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
 def test_the_word_file_opens_in_a_word_processor(tables: dict[int, PaperTable], tmp_path: Path) -> None:
-    pytest.importorskip("docx")
     (path,) = export_tables(list(tables.values()), "docx", tmp_path)
     command = ["soffice", "--headless", f"-env:UserInstallation={(tmp_path / 'profile').as_uri()}"]
     subprocess.run([*command, "--convert-to", "txt:Text", path.name], cwd=tmp_path, capture_output=True, timeout=200)

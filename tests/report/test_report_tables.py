@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from stemcal.files.rows import Column, Table
+from stemcal.files.rows import Column, Rows, Table
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.numbers import significant
+from stemcal.report.page.render import coded
 from stemcal.report.tables.of_responses import from_means, further_table
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import drawn, stage_tables
@@ -133,3 +135,23 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
     assert len(tables_of(stage)[0].foot) == 2
+
+
+def test_a_long_table_has_the_first_rows_the_worst_and_the_name_of_its_file(stages: dict[str, Any]) -> None:
+    validation = stages["validate"]
+    worst = max(range(5), key=lambda i: abs(validation.rows[i].compared.error_percent))
+    long = replace(validation, rows=Rows(validation.rows * 100))
+    (table, *_) = tables_of(long)
+    assert len(table.rows) == 40
+    assert table.foot[-1] == (
+        "40 of 500 rows: the first 20 and the 20 with the largest errors. `validate.csv` has all."
+    )
+    assert [row[0] for row in table.rows[20:]] == [validation.rows[worst].compared.condition] * 20
+    assert len(long.tables()["validate"].rows) == 500
+    assert coded(table.foot[-1]).count('<a href="validate.csv">validate.csv</a>') == 1
+
+
+def test_columns_of_zeros_are_left_out() -> None:
+    columns = [Column("run"), Column("peak"), Column("hourglass")]
+    table = Table.of(columns, [{"run": "a", "peak": 0.0, "hourglass": 0.0}, {"run": "b", "peak": 1.0, "hourglass": 0}])
+    assert [column.key for column in table.without_zeros().columns] == ["run", "peak"]

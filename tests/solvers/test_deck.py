@@ -27,10 +27,10 @@ from stemcal.solvers.deck.equivalents import (
     wanted_step,
 )
 from stemcal.solvers.deck.fixed_width import fitted, keyword
+from stemcal.solvers.deck.radioss_files import engine_text, starter_text
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import stem_material
 from stemcal.solvers.embedded import shear_test
-from stemcal.solvers.openradioss.files import engine_text, starter_text
 from stemcal.study.reading import load_study
 from stemcal.study.types.lengths import Length
 
@@ -124,12 +124,12 @@ def deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def mat003(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(tmp_path_factory.mktemp("deck"), form=DeckForm("mat003"))
+    return written(tmp_path_factory.mktemp("deck"), form=DeckForm("lsdyna"))
 
 
 @pytest.fixture(scope="module")
 def long_deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(tmp_path_factory.mktemp("deck"), levels=MANY_DIGITS, form=DeckForm("mat003", long=True))
+    return written(tmp_path_factory.mktemp("deck"), levels=MANY_DIGITS, form=DeckForm("lsdyna"))
 
 
 def dynars() -> Any:
@@ -330,7 +330,7 @@ def _bound(law: Material) -> float:
 
 # ---- every shipped study
 
-KINDS = ("embedded", "lsdyna", "openradioss")
+KINDS = ("embedded", "deck")
 SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if load_study(path).solver.kind in KINDS)
 
 
@@ -340,7 +340,7 @@ def test_deck_of_every_shipped_study_is_read_by_two_readers(spec: Path, tmp_path
     deck = Deck.of(study, study.midlevels(), study.specimen.outer_diameter)
     path = written(tmp_path, study=study, levels=deck.levels, diameter=deck.diameter)
     read = by_dynars(path)
-    fields = {"src": "c", "srp": "p", "fs": "fail"} if deck.form.material == "mat003" else {}
+    fields = {"src": "c", "srp": "p", "fs": "fail"} if deck.form.for_ls_dyna else {}
     names = [*("ro", "e", "pr", "sigy", "etan"), *(fields or ("c", "p", "fail"))]
     assert {n: read.material(1).field(n) for n in names} == {n: deck.material[fields.get(n, n)] for n in names}
     parts = deck.parts.stem, deck.parts.blade, deck.parts.supports
@@ -367,7 +367,7 @@ def test_card_that_cannot_hold_a_value_is_refused() -> None:
 
 def test_study_without_a_stem_has_no_deck() -> None:
     replay = load_study(CONFIGS / "paper-replay.yaml")
-    with pytest.raises(UsageError, match="kind table"):
+    with pytest.raises(UsageError, match="kind sheet"):
         Deck.of(replay, replay.midlevels(), 8.0)
 
 
@@ -375,7 +375,8 @@ def test_study_without_a_stem_has_no_deck() -> None:
 
 
 def carrying(program: Any, **given: Any) -> Deck:
-    return Deck.of(**{"study": STUDY, "levels": CALIBRATED, "diameter": 8.0, **given}, form=DeckForm(lengths=program))
+    form = DeckForm() if program is None else DeckForm(program, lengths=True)
+    return Deck.of(**{"study": STUDY, "levels": CALIBRATED, "diameter": 8.0, **given}, form=form)
 
 
 def test_lengths_stand_in_each_programs_own_words() -> None:
@@ -446,7 +447,8 @@ def test_deck_as_the_embedded_solver_computes_it() -> None:
         assert (test.material.internal_length, test.blade.edge_spread) == pytest.approx((length, spread))
         assert (test.contact.penalty, test.blade.edge_radius, test.blade.thickness) == (0.25, 0.1, 2.3)
         assert build(test).tools[0].radius == 0.1
-        assert (test.material.hardening_parameter, test.material.strain_rate_c) == (1.0, 0.0)
+        hardening = 0.05 if program == "lsdyna" else 1.0
+        assert (test.material.hardening_parameter, test.material.strain_rate_c) == (hardening, 0.0)
         assert (test.material.density, test.material.yield_stress) == (1.1e-9, 17.96)
 
 
@@ -464,7 +466,7 @@ def test_a_nose_stands_a_quarter_of_the_element_size_beside_a_row_of_nodes() -> 
 def test_rate_of_plastic_strain_is_for_ls_dyna_alone() -> None:
     """OpenRadioss forgets the rate where VP is 1; the card of *MAT_024 ends with VP, that of *MAT_003 too."""
     solver = STUDY.solver.model_copy(update={"rate_law": "cowper_symonds"})
-    for form, vp in ((DeckForm(), 0.0), (DeckForm("mat003"), 1.0), (DeckForm(lengths="lsdyna"), 1.0)):
+    for form, vp in ((DeckForm(), 0.0), (DeckForm("lsdyna"), 1.0), (DeckForm("lsdyna", lengths=True), 1.0)):
         deck = Deck.of(STUDY.model_copy(update={"solver": solver}), CALIBRATED, 8.0, form)
         card = list(stem_material(deck.material, form))[4]
         assert float(card[-10:]) == vp and deck.material["c"] > 0.0
@@ -504,7 +506,7 @@ def test_contact_of_a_sharp_edge_is_as_stiff_as_the_embedded_solvers_sample() ->
         taken = share_in_openradioss(deck.parts.stem, deck.parts.blade, top) if program is None else 1.0
         share = 0.25 * np.pi / 4.0 if program is None else 1.0
         assert float(blade) * taken == pytest.approx(whole * share, rel=1e-3)
-    sharp = Deck.of(STUDY, CALIBRATED, 8.0, DeckForm("mat003"))
+    sharp = Deck.of(STUDY, CALIBRATED, 8.0, DeckForm("lsdyna"))
     (blade, _) = re.findall(pattern, deck_text(sharp))
     whole = contact_scale(sharp.solver, sharp.parts.stem, sharp.law, 0.25, top)
     assert float(blade) == pytest.approx(whole * np.pi / 16.0, rel=1e-3)

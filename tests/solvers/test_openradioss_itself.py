@@ -11,10 +11,10 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.as_embedded import as_embedded
 from stemcal.solvers.deck.form import form_of
+from stemcal.solvers.deck.installation import HOME
 from stemcal.solvers.embedded import simulate
-from stemcal.solvers.openradioss.installation import HOME
 from stemcal.solvers.protocol import Request
-from stemcal.study.model import EmbeddedSolver, OpenRadiossSolver, Study
+from stemcal.study.model import DeckSolver, EmbeddedSolver, Study
 from stemcal.study.reading import load_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "openradioss.yaml"
@@ -47,9 +47,9 @@ def test_deck_with_lengths_gives_the_force_that_is_foretold() -> None:
     """The deck as `export deck --for openradioss` writes it, run for a shorter stroke on a coarser mesh."""
     study = load_study(CONFIG.with_name("wild-chrysanthemum.yaml"))
     study = study.with_(solver={"coarsening": 10, "coarsening_around": 3}, loading={"duration": "0.36 s"})
-    names = OpenRadiossSolver.model_fields.keys() & EmbeddedSolver.model_fields.keys() - {"kind", "hourglass"}
+    names = DeckSolver.model_fields.keys() & EmbeddedSolver.model_fields.keys() - {"kind", "hourglass"}
     same = {name: getattr(study.solver, name) for name in names}
-    there = OpenRadiossSolver(nonlocal_failure=True, time_limit=36000.0).model_copy(update=same)
+    there = DeckSolver(program="openradioss", nonlocal_failure=True, time_limit=36000.0).model_copy(update=same)
     study = study.model_copy(update={"solver": there})
     foretold, given = foretold_and_given(study, 8.0, yield_stress=12.0, failure_strain=0.02)
     assert given == pytest.approx(foretold, rel=0.1)

@@ -16,9 +16,9 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.files.plain import open_plain, read_plain
-from stemcal.solvers.lsdyna.solver import _failed_elements, _tail
-from stemcal.solvers.openradioss.listing import contact_force, deleted_elements, differences, problems
-from stemcal.solvers.programs.rcforc import contact_force as rcforc_force
+from stemcal.solvers.deck.listing import contact_force, deleted_elements, differences, problems
+from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
+from stemcal.solvers.deck.lsdyna import failed_elements, tail
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.time_limited_program import Ended, run_program
@@ -71,8 +71,8 @@ def test_only_plain_files_are_read(tmp_path: Path, kind: str) -> None:
         socket.socket(socket.AF_UNIX).bind(str(place))
     with pytest.raises(OSError, match="is a folder" if kind == "folder" else "not a plain file"):
         open_plain(place)
-    assert _tail(place) == ""
-    assert _failed_elements(tmp_path, "element 7 failed at time 0.25") == [0.25]
+    assert tail(place) == ""
+    assert failed_elements(tmp_path, "element 7 failed at time 0.25") == [0.25]
     with pytest.raises(NoResult):
         read_text(tmp_path, "messag")
 

@@ -1,16 +1,20 @@
-"""Tables to publish as a Word file: three rules, headings repeated on every page, numbers to the right."""
+"""Tables and figures to publish as a Word file, with caption fields that Word counts and lists.
 
+Tables have three rules, headings repeated on every page, and numbers to the right.
+"""
+
+import io
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from stemcal.errors import UsageError
 from stemcal.outputs import open_output
 from stemcal.report.export.paper import PaperTable
+from stemcal.report.figures.gallery import Plot
 from stemcal.report.tables.columns import starred
 
-WIDTH = 16.0  # cm between the margins of an A4 page
+WIDTH, HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 PER_CHARACTER = 0.19  # cm, of letters of 9 points
 BOLD = 1.25  # how much wider a heading is
 PADDING = 0.45  # cm, left and right of a cell
@@ -18,33 +22,71 @@ LONGEST = 14  # characters of a heading on one line
 THICK, THIN = 12, 6  # eighths of a point
 
 
-def write_word(tables: Sequence[PaperTable], path: Path) -> None:
-    """Write all tables into one file."""
-    try:
-        import docx
-        from docx.shared import Cm, Pt
-    except ImportError:
-        raise UsageError('Word files need an extra: pip install "stemcal[docx]"') from None
+def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) -> None:
+    """Write all tables, then all figures, into one file."""
+    import docx
+    from docx.shared import Cm, Pt
+
     document: Any = docx.Document()
     page = document.sections[0]
     page.page_width, page.page_height = Cm(21.0), Cm(29.7)
     page.left_margin = page.right_margin = page.top_margin = page.bottom_margin = Cm(2.5)
     document.styles["Normal"].font.size = Pt(9)
-    document.core_properties.title = "Tables of a stemcal study"
-    for table in tables:
-        _add(document, table)
+    document.core_properties.title = "Tables and figures of a stemcal study"
+    for place, table in enumerate(tables):
+        _add(document, table, begin=place == 0 or table.number != tables[place - 1].number + 1)
+    for number, plot in enumerate(plots, 1):
+        _add_figure(document, number, plot)
     with open_output(path) as file:
         document.save(file)
 
 
-def _add(document: Any, table: PaperTable) -> None:
+def _add_figure(document: Any, number: int, plot: Plot) -> None:
+    """Add a figure as wide as the page allows, no larger than it was drawn, its caption below it."""
+    from docx.enum.text import WD_ALIGN_PARAGRAPH
+    from docx.shared import Cm, Inches
+
+    wide, high = plot.draw().get_size_inches()
+    line = document.add_paragraph()
+    line.alignment = WD_ALIGN_PARAGRAPH.CENTER
+    line.paragraph_format.keep_with_next = True
+    share = min(1.0, Cm(WIDTH) / Inches(wide), Cm(HIGHEST) / Inches(high))
+    picture = line.add_run().add_picture(io.BytesIO(plot.pixels), width=round(share * Inches(wide)))
+    picture._inline.docPr.set("descr", plot.caption)
+    _add_caption(document, "Figure", number, plot.caption, begin=number == 1)
+
+
+def _add_caption(document: Any, kind: str, number: int, words: str, begin: bool) -> Any:
+    """Add a caption whose number is a field; one that begins a sequence sets it."""
+    from docx.oxml import OxmlElement
+    from docx.oxml.ns import qn
+    from docx.shared import Pt, RGBColor
+
+    caption = document.add_paragraph(style="Caption")
+    caption.add_run(f"{kind} ")
+    field = OxmlElement("w:fldSimple")
+    field.set(qn("w:instr"), f" SEQ {kind} \\* ARABIC" + (f" \\r {number}" if begin else "") + " ")
+    field.append(caption.add_run(str(number))._r)
+    caption._p.append(field)
+    caption.add_run(". ")
+    caption.add_run(words).bold = False
+    for run in (*caption.runs, *map(_run_of(caption), field)):
+        run.font.size, run.font.color.rgb = Pt(9), RGBColor(0, 0, 0)
+    return caption
+
+
+def _run_of(paragraph: Any) -> Any:
+    from docx.text.run import Run
+
+    return lambda element: Run(element, paragraph)
+
+
+def _add(document: Any, table: PaperTable, begin: bool) -> None:
     """Add caption, table and note."""
     from docx.enum.table import WD_TABLE_ALIGNMENT
     from docx.shared import Cm, Pt
 
-    caption = document.add_paragraph()
-    caption.add_run(f"Table {table.number}. ").bold = True
-    caption.add_run(table.caption)
+    caption = _add_caption(document, "Table", table.number, table.caption, begin)
     caption.paragraph_format.keep_with_next = True
     grid = document.add_table(rows=0, cols=len(table.heads))
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER

@@ -1,7 +1,7 @@
 """Tables to publish as CSV, Markdown, LaTeX or Word."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,18 +11,22 @@ from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
 from stemcal.report.export.latex import document
 from stemcal.report.export.paper import PaperTable
+from stemcal.report.figures.gallery import Plot
 
 Tables = Sequence[PaperTable]
 
 
-def export_tables(tables: Tables, kind: str, folder: Path) -> list[Path]:
-    """Write tables into a folder as csv or in one of `ONE_FILE`; returns the files."""
+def export_tables(tables: Tables, kind: str, folder: Path, plots: Sequence[Plot] = ()) -> list[Path]:
+    """Write tables into a folder as csv, md, tex or docx, Word with these figures; returns the files."""
     make_folder(folder)
     plain = [replace(one, caption=in_a_line(one.caption), note=in_a_line(one.note)) for one in tables]
     if kind == "csv":
         return _csv_files(plain, folder)
     path = folder / f"tables.{kind}"
-    ONE_FILE[kind](plain, path)
+    if kind == "docx":
+        write_word(plain, plots, path)
+    else:
+        write_durably(path, document(plain) if kind == "tex" else "\n".join(map(markdown, plain)))
     return [path]
 
 
@@ -66,11 +70,3 @@ def _markdown_cell(text: str) -> str:
     text = "".join(f"\\{character}" if character in "\\|*_<>[]`~@" else character for character in text)
     text = re.sub(r"&(?=#?\w+;)", "&amp;", text)
     return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
-
-
-# What writes all tables into one file; of CSV there is a file per table.
-ONE_FILE: dict[str, Callable[[Tables, Path], None]] = {
-    "md": lambda tables, path: write_durably(path, "\n".join(map(markdown, tables))),
-    "tex": lambda tables, path: write_durably(path, document(tables)),
-    "docx": write_word,
-}

@@ -2,7 +2,7 @@
 
 import re
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from stemcal.report.export.paper import PaperTable
 from stemcal.report.tables.columns import starred
@@ -27,21 +27,19 @@ def document(tables: Sequence[PaperTable]) -> str:
 
 def latex(table: PaperTable) -> str:
     """Return a table as a float that carries the number it has in the published study."""
+    import pandas as pd
+
     kinds = ["l" if column.left else "r" for column in table.table.columns]
     stars = [column.form is starred for column in table.table.columns]
+    heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
+    rows = [[_cell(*cell) for cell in zip(row, stars, strict=True)] for row in table.cells]
     lines = [
         rf"\setcounter{{table}}{{{table.number - 1}}}",
         r"\begin{table}[htbp]",
         r"\centering\small",
         rf"\caption{{{escaped(table.caption)}}}",
         rf"\label{{tab:{table.name}}}",
-        rf"\begin{{tabular}}{{{''.join(kinds)}}}",
-        r"\toprule",
-        _row(_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)),
-        r"\midrule",
-        *(_row(_cell(*cell) for cell in zip(row, stars, strict=True)) for row in table.cells),
-        r"\bottomrule",
-        r"\end{tabular}",
+        pd.DataFrame(rows, columns=heads).to_latex(index=False, escape=False, column_format="".join(kinds)).rstrip(),
     ]
     lines += [rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {escaped(table.note)}}}"] if table.note else []
     return "\n".join([*lines, r"\end{table}", ""])
@@ -68,10 +66,6 @@ def _cell(text: str, has_stars: bool) -> str:
     return f"{escaped(number)}~{stars}{room}"
 
 
-def _row(cells: Iterable[str]) -> str:
-    return " & ".join(cells) + r" \\"
-
-
 _ESCAPES = {
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"$<$", ">": r"$>$", "−": r"$-$", "·": r"$\cdot$",
@@ -89,5 +83,9 @@ def escaped(text: str) -> str:
 
     >>> escaped("yield_stress & <0.0001 ** −4.75·X4²")
     'yield\\_stress \\& $<$0.0001 ** $-$4.75$\\cdot$X4$^2$'
+    >>> escaped("*a"), escaped("[b]")
+    ('{*}a', '{[}b]')
     """
-    return "".join(_ESCAPES.get(character, character) for character in text)
+    found = "".join(_ESCAPES.get(character, character) for character in text)
+    # at the beginning of a row they would be options of the line break before it
+    return f"{{{found[0]}}}{found[1:]}" if found.startswith(("*", "[")) else found

@@ -11,12 +11,12 @@ from stemcal.naming import FIRST, FORCE, Named, capital
 from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
-from stemcal.report.tables.of_parameters import calibration_table, climb_table, refine_table
+from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table, refine_table
 from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
-from stemcal.study.model import Study
+from stemcal.study.model import Factor, Study
 from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
 from stemcal.text.tables import line
@@ -80,7 +80,8 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         found = visible([calibration_table(inversion, labels, results.parameters)], holds)
         beside = [*valid_for(inversion), *(assumptions(inversion) if holds else ())]
         tables += [_printed("calibration", table, heads, " ".join(beside)) for table in found]
-        tables.append(_parameters(study, labels, {**study.midlevels(), **results.parameters}))
+        calibrated = {name: results.parameters[name] for name in inversion.point.solution}
+        tables.append(_parameters(study, labels, calibrated, cited_ranges(inversion) if holds else None))
     if results.refinement is not None:
         heads = {**_runs(study, "iteration"), "predicted": "Predicted Value", "error_percent": ""}
         tables.append(_printed("refinement", refine_table(results.refinement, symbols), heads, line("then")))
@@ -89,11 +90,12 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
     return tables
 
 
-def numbered(tables: Sequence[PaperTable], first: int | None = None) -> list[PaperTable]:
-    """Return tables counted through from `first`; as in the published study if none is given and it has all of them."""
-    if first is None and all(table.number for table in tables):
+def numbered(tables: Sequence[PaperTable], as_published: bool = False) -> list[PaperTable]:
+    """Return tables numbered from 1, or from 5 as in the published study; with its numbers where it has all of them."""
+    if as_published and all(table.number for table in tables):
         return list(tables)
-    return [replace(table, number=number) for number, table in enumerate(tables, first or tables[0].number)]
+    first = tables[0].number if as_published else 1
+    return [replace(table, number=number) for number, table in enumerate(tables, first)]
 
 
 def stars_apart(paper: PaperTable) -> PaperTable:
@@ -161,15 +163,27 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     return PaperTable(NUMBERS["levels"], "levels", line("published levels"), Table.of(columns, rows))
 
 
-def _parameters(study: Study, names: Names, levels: Mapping[str, float]) -> PaperTable:
-    """Return all parameters of the validation's simulations."""
+def _parameters(
+    study: Study, names: Names, found: Mapping[str, float], cited: tuple[str, Mapping[str, str]] | None
+) -> PaperTable:
+    """Return all parameters of the validation's simulations: those `found` with their range, the others marked."""
+    levels, (head, ranges) = {**study.midlevels(), **found}, cited or ("Source", {})
+
+    def known(factor: Factor) -> str:
+        if factor.name not in found:
+            return "fixed"
+        return ranges.get(factor.name, "calibrated")
+
     columns = [
         Column("symbol", "Symbol"),
         Column("name", "Parameters", form=names.factor, words=True),
         Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
+        Column("known", _titled(head), of=known),
     ]
+    fixed = any(factor.name not in found for factor in study.factors)
+    note = "fixed: held at the middle of its range, not calibrated." if fixed else ""
     caption = line("published stem" if study.naming.is_cutting else "published parameters")
-    return PaperTable(NUMBERS["parameters"], "parameters", caption, Table.of(columns, study.factors))
+    return PaperTable(NUMBERS["parameters"], "parameters", caption, Table.of(columns, study.factors), note)
 
 
 def _validation(stage: ValidateResult) -> PaperTable:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from stemcal.numbers import interval, significant, unit_written
+from stemcal.numbers import significant, unit_written
 from stemcal.report.tables.of_parameters import cited_ranges
 from stemcal.stages.invert.result import InvertResult
 from stemcal.study.model import Study
@@ -36,7 +36,7 @@ def headline(
             significant(value),
             unit_written(study.factor(name).unit),
             head,
-            f"{interval(ranges.get(name))} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
+            f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
         )
         for name, value in (invert.point.solution if values is None else values).items()
         if name in invert.point.solution

@@ -144,8 +144,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
 
 
 def coded(text: str) -> Markup:
-    """Return text for the page, what stands between backticks as code."""
-    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
+    """Return text for the page: what is between backticks as code, a CSV file of the folder as a link."""
+    linked = re.sub(r"`(\w+\.csv)`", r'<a href="\1">\1</a>', str(escape(text)))
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", linked))
 
 
 def _beside_values(results: Results, holds: bool) -> list[str]:
@@ -197,15 +198,18 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
 
 def run_tables(results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and what the solver told of every run."""
-    tables = []
+    tables, names = [], []
     if (screen := results.screen) is not None:
         symbols = {effect.factor: effect.symbol for effect in screen.effects}
         tables.append(design_table(screen.design, Names(screen.naming), symbols, say("Runs: screening")))
+        names.append("screen_runs.csv")
     if (surface := results.surface) is not None:
         symbols = {entry.factor: entry.symbol for entry in surface.factors}
         tables.append(design_table(surface.design, Names(surface.naming), symbols, say("Runs: response surface")))
+        names.append("rsm_runs.csv")
+    tables = [table.shortened(f"`{table_name}`") for table, table_name in zip(tables, names, strict=True)]
     checks = checks_table(records)
-    return tables if checks is None else [*tables, checks]
+    return tables if checks is None else [*tables, checks.shortened("The folder `runs`")]
 
 
 def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:

@@ -214,7 +214,7 @@ def checks_table(records: Records) -> Table | None:
         Column("kinetic_ratio_percent", "Kinetic", "%", fixed),
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
-    return Table.of(columns, rows, line("checks"), [line("shares")], detail=True) if rows else None
+    return Table.of(columns, rows, line("checks"), [line("shares")], detail=True).without_zeros() if rows else None
 
 
 def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = (), title: str = "") -> Table:

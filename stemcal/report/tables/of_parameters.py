@@ -9,7 +9,6 @@ from stemcal.files.rows import Column, Table
 from stemcal.numbers import interval, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
-from stemcal.stages.result import Interval
 from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
 from stemcal.text.language import say
 from stemcal.text.names import Names
@@ -27,14 +26,14 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     """
     point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
     rows: list[dict[str, Any]] = [
-        {"factor": name, "range": ranges.get(name), "coded": point.coded[name]}
+        {"factor": name, "range": ranges[name], "coded": point.coded[name]}
         | {"solution": (refined or point.solution)[name], "share": known and share_of_range(known, name)}
         for name in point.solution
     ]
     columns = [
         factor(names),
         Column("solution", "Calibrated", form=significant),
-        Column("range", head, form=interval, claims=True),
+        Column("range", head, form=str, claims=True),
         *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
@@ -45,9 +44,14 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     return Table.of(columns, rows, line("calibration"), foot, claimed=(ends, *range_to_cite(stage, names)))
 
 
-def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, Interval]]:
-    """Return what the range of each parameter to cite is called, and the ranges."""
-    return "Exact solutions" if stage.certainty is None else "95 % range", stage.cited
+def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
+    """Return what the range of each parameter to cite is called, and the ranges; ends of the search are marked."""
+    known = stage.certainty
+    ranges = {name: stage.cited.get(name) for name in stage.point.solution}
+    if known is None:
+        return "Exact solutions", {name: interval(found) for name, found in ranges.items()}
+    bounded = {name: known.bounded.get(name, (True, True)) for name in ranges}
+    return "95 % range", {name: interval(found, bounded=bounded[name]) for name, found in ranges.items()}
 
 
 def share_of_range(part: Certainty, name: str) -> str:
@@ -59,11 +63,11 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
     """Return the interval of each parameter from one measured value and from all of them, side by side."""
     columns = [factor(names)]
     for part in stage.known:
-        columns.append(Column(part.source, source(part, stage, names), form=interval))
+        columns.append(Column(part.source, source(part, stage, names), form=str))
         columns.append(Column(f"share {part.source}", "of range", form=str))
     rows = [
         {"factor": name}
-        | {part.source: part.intervals[name] for part in stage.known}
+        | {part.source: interval(part.intervals[name], bounded=part.bounded[name]) for part in stage.known}
         | {f"share {part.source}": share_of_range(part, name) for part in stage.known}
         for name in stage.point.solution
     ]

@@ -82,7 +82,7 @@ def _measured(study: Study) -> Table:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
         foot = [line("fitted at", naming, at=fitted)]
     title = line("measured", responses=[one.long for one in (naming.response, *naming.others)])
-    return Table.of(columns, targets, title, foot, strong=strong)
+    return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
 
 
 def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:

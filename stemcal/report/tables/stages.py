@@ -28,11 +28,25 @@ if TYPE_CHECKING:
     from stemcal.stages.transfer.result import TransferResult
 
 
+MOST_FITS = 6  # further responses whose tables are shown
+
+
 def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judged: bool = False) -> list[Table]:
-    """Return the tables of a stage, factors by their `labels` where they have any.
+    """Return the tables of a stage, factors by their `labels` where they have any, long ones shortened.
 
     A `judged` table of effects says in words what each of them means.
     """
+    return [shortened(stage, table) for table in _whole(stage, labels, judged)]
+
+
+def shortened(stage: StageResult, table: Table) -> Table:
+    """Return a table of a stage with at most as many rows as are read, and the file that has all of them."""
+    keys = {column.key for column in table.columns}
+    many = {"invert": "measured", "validate": "response"}.get(stage.name) in keys
+    return table.shortened(f"`{stage.name}_responses.csv`" if many else f"`{stage.name}.csv`")
+
+
+def _whole(stage: StageResult, labels: Mapping[str, str] | None, judged: bool) -> list[Table]:
     names = Names(stage.naming, labels or {})
     if isinstance(stage, ScreenResult):
         return [effects_table(one, names.of(one.naming), judged) for one in stage.all_responses]
@@ -54,7 +68,7 @@ def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
     if stage.joint is not None and stage.joint.further:
         predicted = "predicted", "Predicted", significant
         tables.append(further_table(map(to_json, stage.joint.further), predicted, names))
-    return tables
+    return [shortened(stage, table) for table in tables]
 
 
 def visible(tables: Iterable[Table], holds: bool) -> list[Table]:
@@ -67,10 +81,13 @@ def _of_others(stage: SurfaceResult, labels: Mapping[str, str] | None) -> list[T
     own = {response.name for response in stage.naming.others}
     fitted = [(part.condition, name) for part in stage.conditions for name in part.responses or {} if name in own]
     of, tables = "of another" if stage.naming.condition is None else "of another at", []
-    for place, name in fitted:
+    for place, name in fitted[:MOST_FITS]:
         seen = stage.seen_by(name, place)
         for table in tables_of(seen, labels):
             tables.append(replace(table, title=line(of, seen.naming, title=table.title, at=place)))
+    if len(fitted) > MOST_FITS:
+        more = f"{len(fitted) - MOST_FITS} more fitted responses are in `rsm.json`."
+        tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
     return tables
 
 

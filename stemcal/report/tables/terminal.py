@@ -14,11 +14,12 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from stemcal.files.rows import Column, Table
+from stemcal.files.rows import MOST_ROWS, Column, Table
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant, unit_written
 from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
+from stemcal.report.tables.stages import shortened as with_file
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
@@ -120,9 +121,9 @@ def final_tables(study: Study, results: Results, holds: bool, left: int | None) 
     tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
     if results.validation is not None:
         first, *others = validation_tables(results.validation, Names(study.naming))
-        most = len(first.rows) if left is None else left - _AROUND - sum(len(table.rows) for table in tables)
+        most = MOST_ROWS if left is None else left - _AROUND - sum(len(table.rows) for table in tables)
         tables.append(shortened(first, results.validation, most))
-        tables += others if study.naming.others else []
+        tables += [with_file(results.validation, one) for one in others] if study.naming.others else []
     return tables
 
 

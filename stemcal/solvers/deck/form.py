@@ -1,9 +1,11 @@
-"""How a deck is written, where there is a choice."""
+"""How a deck is written: for which program, with which of its cards."""
 
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.study.model import LsDynaSolver, OpenRadiossSolver, Study
+from stemcal.study.model import DeckSolver, Study
+
+DeckProgramName = Literal["lsdyna", "openradioss"]
 
 
 @dataclass(frozen=True)
@@ -12,42 +14,40 @@ class DeckForm:
 
     Parameters
     ----------
-    material : str
-        ``mat024``: piecewise linear plasticity with failure, which LS-DYNA and OpenRadioss both read as isotropic
-        hardening and delete elements by. ``mat003``: plastic kinematic with all nine parameters, whose failure strain
-        OpenRadioss does not delete elements by.
-    long : bool
-        Whether a keyword whose values need more than ten columns gets twenty (``+``), which LS-DYNA reads and
-        OpenRadioss does not.
+    program : str
+        ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters, and twenty columns where a value needs more than
+        ten, which OpenRadioss does not read. ``openradioss``: piecewise linear plasticity with failure, by which both
+        programs delete elements; the hardening is isotropic.
+    lengths : bool
+        Whether cards of this program carry the study's lengths: nonlocal failure over an equivalent of
+        `internal_length`, and a nose of radius `edge_spread`.
     pictures : bool
         Whether states are written to look at.
-    lengths : str or None
-        The program whose own cards carry the study's lengths: nonlocal failure over an equivalent of
-        `internal_length`, and a nose of radius `edge_spread`. None: no card that the other program does not read.
     """
 
-    material: Literal["mat024", "mat003"] = "mat024"
-    long: bool = False
+    program: DeckProgramName = "openradioss"
+    lengths: bool = False
     pictures: bool = True
-    lengths: Literal["lsdyna", "openradioss"] | None = None
-
-    @property
-    def plastic_rate(self) -> bool:
-        """Whether the rate is that of plastic strain, as in the study (VP = 1), or of all strain.
-
-        With VP = 1 OpenRadioss forgets the rate (``sigeps44.F``): a stem gave 158.4 N with its effect, 158.2 N without,
-        where VP = 0 gives 220 N. So only decks for LS-DYNA say so.
-        """
-        return self.for_ls_dyna
 
     @property
     def for_ls_dyna(self) -> bool:
-        """Whether the deck is for LS-DYNA alone: then its contact and rate are as that has them."""
-        return self.material == "mat003" or self.lengths == "lsdyna"
+        """Whether material, contact and rate are as LS-DYNA has them.
+
+        The rate is that of plastic strain, as in the study (VP = 1), in LS-DYNA alone: with VP = 1 OpenRadioss forgets
+        the rate (``sigeps44.F``). A stem gave 158.4 N with its effect, 158.2 N without, where VP = 0 gives 220 N.
+        """
+        return self.program == "lsdyna"
+
+    @property
+    def by_density(self) -> bool:
+        """Whether the stem is made denser in place of mass on single nodes.
+
+        OpenRadioss's nonlocal field diverges where nodes are given mass.
+        """
+        return self.lengths and not self.for_ls_dyna
 
 
 def form_of(study: Study) -> DeckForm:
-    """Return the form that the study's solver reads: all nine parameters and all digits for LS-DYNA."""
+    """Return the form that the study's own program reads."""
     solver = study.solver
-    lengths = solver.kind if isinstance(solver, LsDynaSolver | OpenRadiossSolver) and solver.nonlocal_failure else None
-    return DeckForm("mat003", True, lengths=lengths) if isinstance(solver, LsDynaSolver) else DeckForm(lengths=lengths)
+    return DeckForm(solver.program, solver.nonlocal_failure) if isinstance(solver, DeckSolver) else DeckForm()

@@ -26,7 +26,7 @@ from stemcal.solvers.deck.equivalents import (
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, OpenRadiossSolver, Study
+from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, Study
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
@@ -79,7 +79,7 @@ class Deck:
             If the study's solver computes no stem: its factors are then no stem material.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
-            known = "`solver: {kind: embedded}`, lsdyna or openradioss"
+            known = "`solver: {kind: embedded}` or {kind: deck}"
             raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
         return cls(study.at(levels), levels, diameter, form or form_of(study), force_to_give)
 
@@ -111,7 +111,7 @@ class Deck:
 
     @property
     def _has_lengths(self) -> bool:
-        return isinstance(self.solver, EmbeddedSolver) or self.form.lengths is not None
+        return isinstance(self.solver, EmbeddedSolver) or self.form.lengths
 
     @property
     def nose(self) -> float:
@@ -145,14 +145,14 @@ class Deck:
     @property
     def nonlocal_length(self) -> float:
         """The length of the program's own card of nonlocal failure, mm; 0 for none."""
-        program = self.form.lengths
-        return nonlocal_length(self.internal_length, program, self._element_size) if program else 0.0
+        if not self.form.lengths:
+            return 0.0
+        return nonlocal_length(self.internal_length, self.form.program, self._element_size)
 
     @cached_property
     def density_factor(self) -> float:
         """The factor on the stem's density; OpenRadioss's nonlocal field diverges where nodes are given mass."""
-        by_density = self.form.lengths == "openradioss"
-        return density_factor(self.solver, self.parts.stem, self.law) if by_density else 1.0
+        return density_factor(self.solver, self.parts.stem, self.law) if self.form.by_density else 1.0
 
     @cached_property
     def material(self) -> dict[str, float]:
@@ -161,12 +161,14 @@ class Deck:
         c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
         density = given["density"] * self.density_factor
         values = _by_field({**given, "density": density, "strain_rate_c": c, "strain_rate_p": p})
-        return {name: value if self.form.long else float(fitted(value, STANDARD)) for name, value in values.items()}
+        if self.form.for_ls_dyna:
+            return values
+        return {name: float(fitted(value, STANDARD)) for name, value in values.items()}
 
     @property
     def card(self) -> dict[str, float]:
         """The law that the stem's card says, in the order of `PARAMETERS`; its density is the study's."""
-        isotropic = {"beta": 1.0} if self.form.material == "mat024" else {}
+        isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.given["density"]
         return {**self.material, **isotropic, "ro": density}
 
@@ -227,7 +229,7 @@ class Deck:
     @property
     def _rate_law(self) -> str:
         solver = self.solver
-        return solver.rate_law if isinstance(solver, EmbeddedSolver | OpenRadiossSolver) else "cowper_symonds"
+        return solver.rate_law if isinstance(solver, EmbeddedSolver) else solver.law
 
     @property
     def _strain_rate(self) -> float:
@@ -239,7 +241,7 @@ class Deck:
         given = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
         if not given:
             return
-        if self.form.lengths is None:
+        if not self.form.lengths:
             yield f"there is no card for {' and '.join(given)}, so the force belongs to this mesh"
         else:
             most = _RESOLVED * self.edge_spread
@@ -252,7 +254,7 @@ class Deck:
                     f"elements of {self._element_size:.3g} mm are too coarse for that nose, the stem parts at more "
                     f"force; take at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
-        if self.form.lengths == "lsdyna" and self.internal_length > 0.0:
+        if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
             yield "*MAT_NONLOCAL takes history variable 1 for the plastic strain; no LS-DYNA was at hand to see that"
         if self.density_factor > 1.0:
             yield (
@@ -262,7 +264,7 @@ class Deck:
 
     def _hardening(self) -> Iterator[str]:
         beta = self.given["hardening_parameter"]
-        if self.form.material == "mat024" and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
+        if not self.form.for_ls_dyna and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
             kinematic = 100.0 * (1.0 - beta)
             yield f"*MAT_024 hardens isotropically, {kinematic:g} % of the hardening is kinematic in the study"
 
@@ -280,7 +282,7 @@ class Deck:
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
-            of = "plastic strain (VP = 1)" if self.form.plastic_rate else "all strain (VP = 0)"
+            of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "all strain (VP = 0)"
             yield (
                 f"the rate is that of {of}, which the study smooths over {time:.3g} s; no field of this card does, and "
                 "with little mass vibration counts as rate"

@@ -37,9 +37,11 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _control(deck)
     yield from _output(deck)
     yield from stem_material(deck.material, deck.form)
-    if deck.form.lengths == "lsdyna" and deck.nonlocal_length > 0.0:
+    if deck.form.for_ls_dyna and deck.nonlocal_length > 0.0:
         yield from _nonlocal(deck.nonlocal_length)
-    held = _tools_are_held(deck.form)
+    # OpenRadioss takes the first group of elements for what says whether failure is nonlocal (``sforc3.F``), and sorts
+    # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
+    held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
     yield from _part_cards(deck.solver, STEM if held else BLADE)
     yield from _motion(deck.study, "SET" if held else "RIGID")
@@ -61,8 +63,7 @@ def _head(deck: Deck) -> Iterator[str]:
 def _control(deck: Deck) -> Iterator[str]:
     solver, stem, law = deck.solver, deck.parts.stem, deck.law
     yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration})
-    by_density = deck.form.lengths == "openradioss"
-    step = 0.0 if by_density else -wanted_step(solver, stem, law) + 0.0
+    step = 0.0 if deck.form.by_density else -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
@@ -85,20 +86,15 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
     """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
     elastic = {"mid": part, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
-    if form.material == "mat003":
-        rate = {
-            "src": value["c"],
-            "srp": value["p"],
-            "fs": value["fail"],
-            "vp": float(value["c"] > 0.0 and form.plastic_rate),
-        }
+    if form.for_ls_dyna:
+        rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": float(value["c"] > 0.0)}
         cards: list[Card] = [elastic | plastic | {"beta": value["beta"]}, rate]
-        yield from keyword("MAT_PLASTIC_KINEMATIC", *cards, long=form.long)
+        yield from keyword("MAT_PLASTIC_KINEMATIC", *cards, long=True)
         return
     failing = elastic | plastic | {"fail": value["fail"], "tdel": 0.0}
-    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": float(value["c"] > 0.0 and form.plastic_rate)}
+    rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": 0.0}
     curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
-    yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve, long=form.long)
+    yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve)
 
 
 def _nonlocal(length: float) -> Iterator[str]:
@@ -115,15 +111,6 @@ def _tool_materials(law: Material) -> Iterator[str]:
         held_card = {"cmo": 1.0, "con1": held, "con2": _NO_ROTATION}
         axes = dict.fromkeys(("lco", "a2", "a3", "v1", "v2", "v3"), 0.0)
         yield from keyword("MAT_RIGID", tool, held_card, axes)
-
-
-def _tools_are_held(form: DeckForm) -> bool:
-    """Tell whether every node of the tools is held or driven, in place of rigid bodies.
-
-    OpenRadioss takes the first group of elements for what says whether failure is nonlocal (``sforc3.F``), and sorts
-    groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
-    """
-    return form.lengths == "openradioss"
 
 
 def _held_tools(deck: Deck) -> Iterator[str]:

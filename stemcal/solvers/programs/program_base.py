@@ -15,7 +15,7 @@ from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.programs.run_folders import OUTPUT, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.time_limited_program import Ended, run_program
-from stemcal.study.model import Commanded, ProgramOptions, Study
+from stemcal.study.model import ProgramOptions, Study
 from stemcal.study.types.placeholders import fill
 
 # Characters of a program's last output that a record keeps.
@@ -113,41 +113,6 @@ class Program(ABC):
         """Run what is in the folder and return its answer, or why there is none."""
 
 
-@dataclass(frozen=True)
-class OneCommand(Program):
-    """A program that one command of the user's starts.
-
-    A kind of it says what stands for the placeholders of the command, and how the result is read.
-    """
-
-    def prepare(self) -> None:
-        """Refuse to begin if the program is not there."""
-        executable(self._given_command()[0], self.study.source.parent)
-
-    def identity(self, request: Request) -> dict[str, Any]:
-        """Return what determines the answer, the command among it."""
-        return {**super().identity(request), "command": list(self._given_command())}
-
-    def _given_command(self) -> Sequence[str]:
-        assert isinstance(self.options, Commanded)
-        return self.options.command
-
-    def _run(self, folder: Path, request: Request) -> Answer:
-        program, *arguments = self._given_command()
-        values = self._values(request)
-        filled = [fill(argument.encode(), values).decode() for argument in arguments]
-        command = [executable(program, self.study.source.parent), *filled]
-        return run_in(folder, command, self.options, lambda ended: self._read(folder, request, ended))
-
-    @abstractmethod
-    def _values(self, request: Request) -> Mapping[str, str]:
-        """Return what stands for each placeholder of the command."""
-
-    @abstractmethod
-    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
-        """Return the answer that a program has left; raise `NoResult` if there is none."""
-
-
 def executable(program: str, folder: Path, key: str = "command") -> str:
     """Return the full path of a program: one on PATH, or, if it is written with a folder, one beside the spec.
 
@@ -162,6 +127,20 @@ def executable(program: str, folder: Path, key: str = "command") -> str:
         where = f"in {folder}" if by_path else "on PATH"
         raise UsageError(f"solver.{key}: there is no program {program!r} {where}; install it or correct its name")
     return str(Path(found).absolute())
+
+
+def run_command(
+    folder: Path,
+    command: Sequence[str],
+    options: ProgramOptions,
+    place: Path,
+    values: Mapping[str, str],
+    read: Callable[[Ended], Answer],
+) -> Answer:
+    """Run a command of a spec in the folder `place`, its placeholders filled with `values`; see `run_in`."""
+    program, *arguments = command
+    filled = [fill(argument.encode(), values).decode() for argument in arguments]
+    return run_in(folder, [executable(program, place), *filled], options, read)
 
 
 def run_in(

@@ -266,7 +266,11 @@ class InvertResult(StageResult):
             for name, value in point.solution.items()
         ]
         keys = ("factor", "solution", "range_low", "range_high", "coded", "exact_low", "exact_high")
-        return {"invert": Table(tuple(map(Column, keys)), tuple(rows))}
+        tables = {"invert": Table(tuple(map(Column, keys)), tuple(rows))}
+        if self.joint is not None:
+            columns = ("condition", "response", "measured", "predicted", "error_percent", "left_out_error_percent")
+            tables["invert_responses"] = Table.of(columns, (*self.joint.rows, *self.joint.further))
+        return tables
 
     def entries(self) -> Iterator[Entries]:
         """Yield what is told of each factor of the solution."""

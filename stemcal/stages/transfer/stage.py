@@ -31,7 +31,7 @@ from stemcal.stages.transfer.result import (
 )
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
-from stemcal.study.model import EmbeddedSolver, OwnRange, Study, Target, TransferOptions
+from stemcal.study.model import EmbeddedSolver, OwnRange, Study, Target, TransferOptions, program_of
 from stemcal.study.types.units import from_internal
 from stemcal.version import __version__
 from stemcal.words import listed
@@ -135,7 +135,7 @@ def _told_of(there: Study, solver: Solver, condition: float, said: str) -> Targe
     """Return what answers there; its version as the spec names it, or else as the program `said` of itself."""
     version = __version__ if isinstance(there.solver, EmbeddedSolver) else getattr(there.solver, "version", "") or said
     belongs = solver.belongings(condition) if isinstance(solver, Belonging) else None
-    return TargetSolver(there.solver.kind, version or None, belongs)
+    return TargetSolver(program_of(there.solver), version or None, belongs)
 
 
 def _version_said(folder: StudyFolder, asked: Sequence[TransferRun]) -> str:

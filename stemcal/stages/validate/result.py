@@ -101,8 +101,11 @@ class ValidateResult(StageResult):
         return [row for row in self.compared if row.role != "calibration" and row.error_percent is not None]
 
     def _tables(self) -> dict[str, Table]:
-        """Return the comparison."""
-        return {"validate": Table.of(_COLUMNS, self.rows)}
+        """Return the comparison, that of further responses apart."""
+        further = [{"condition": row.compared.condition, **vars(one)} for row in self.rows for one in row.further]
+        tables = {"validate": Table.of(_COLUMNS, self.rows)}
+        keys = ("condition", "response", "measured", "simulated", "error_percent")
+        return tables | ({"validate_responses": Table.of(keys, further)} if further else {})
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield the outcome of every run, named by its condition."""

@@ -17,13 +17,13 @@ from stemcal.study.model.laboratory_tests import LaboratoryMeans, LaboratorySect
 from stemcal.study.model.measured_targets import Mean, Target, Targets
 from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
 from stemcal.study.model.program_options import (
-    Commanded,
+    OF_LSDYNA,
+    OF_OPENRADIOSS,
     CommandSolver,
     DeckAt,
     DeckSolver,
-    LsDynaSolver,
-    OpenRadiossSolver,
     ProgramOptions,
+    program_of,
 )
 from stemcal.study.model.result_readers import (
     CsvResult,
@@ -47,18 +47,19 @@ from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "PARAMETERS", "AnySolver", "BladeSection",
+    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "OF_LSDYNA", "OF_OPENRADIOSS", "PARAMETERS", "AnySolver",
+    "BladeSection",
     "ClimbOptions",
-    "CodingEntry", "CommandSolver", "Commanded", "Condition", "ContactSection",
+    "CodingEntry", "CommandSolver", "Condition", "ContactSection",
     "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
     "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
-    "LsDynaSolver", "MaterialSection", "Mean",
-    "OpenRadiossSolver", "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
+    "MaterialSection", "Mean",
+    "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SheetSolver", "SpecimenSection",
     "Study", "StudyForm",
     "SupportsSection", "Target", "Targets", "TransferOptions",
-    "TransferTest", "exponents_in", "factors_taken", "strongest_asked",
+    "TransferTest", "exponents_in", "factors_taken", "program_of", "strongest_asked",
 ]
 # fmt: on

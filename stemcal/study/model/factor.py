@@ -6,12 +6,12 @@ from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types import units
-from stemcal.study.types.field_types import ColumnName, FactorName, Label, Number, Readable, Title
+from stemcal.study.types.field_types import ColumnName, FactorName, Label, Number, Readable, Seen, Title
 
 MOST_FACTORS = 100
 
 
-Symbol = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable]
+Symbol = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable, Seen]
 UnitText = Annotated[
     str,
     BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),

@@ -32,13 +32,6 @@ TimeLimit = Annotated[
 ]
 
 
-class Commanded(Frozen):
-    """A program that one command starts."""
-
-    command: Command
-    """The program and its arguments, as a list; it never passes through a shell."""
-
-
 class ProgramOptions(Frozen):
     """What is said of every program that answers in place of the embedded solver."""
 
@@ -53,7 +46,7 @@ class ProgramOptions(Frozen):
     """Which run folders stay: those of failed runs, or all."""
 
 
-class CommandSolver(ProgramOptions, Commanded):
+class CommandSolver(ProgramOptions):
     """Any program that reads text files and leaves its result in one.
 
     In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
@@ -66,6 +59,8 @@ class CommandSolver(ProgramOptions, Commanded):
 
     kind: Literal["command"] = "command"
     """Any program that reads text and leaves a number."""
+    command: Command
+    """The program and its arguments, as a list; it never passes through a shell."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
     program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
@@ -99,12 +94,21 @@ class DeckAt(Frozen):
 
 
 class DeckSolver(ProgramOptions):
-    """What is said of every program that runs a keyword deck of the shear test.
+    """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
 
     The force is that of contact `interface`, times `scale` (4 for a quarter model), filtered, and its peak found like
     that of the embedded solver.
+
+    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. It can also
+    run your own `deck` with the stem's MAT_003 replaced, one for each diameter. OpenRadioss needs starter, engine and
+    ``th_to_csv``: those named here, else those of the installation in `home` or in the environment variable
+    ``OPENRADIOSS_PATH``, else those on PATH.
     """
 
+    kind: Literal["deck"] = "deck"
+    """A program that runs a keyword deck of the shear test."""
+    program: Literal["lsdyna", "openradioss"]
+    """The program that runs the deck."""
     time_limit: TimeLimit = 86400.0
     interface: Annotated[Whole, Field(ge=1)] = 1
     """Number of the contact whose force is read."""
@@ -112,6 +116,10 @@ class DeckSolver(ProgramOptions):
     """The force is multiplied by it: 4 for a quarter model."""
     filter_window: solver_options.FilterWindow = 0.010
     break_drop: solver_options.BreakDrop = 0.5
+    rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
+    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all. By default `cowper_symonds` for LS-DYNA, `paper` for
+    OpenRadioss."""
     nonlocal_failure: Flag = False
     """Whether the deck that stemcal writes carries the lengths of the study: failure by a nonlocal strain over an
     equivalent of `material.internal_length`, and a nose of radius `blade.edge_spread`. `false`: elements fail by their
@@ -127,49 +135,38 @@ class DeckSolver(ProgramOptions):
     time_step_safety: Share = 0.8
     """Share of the stable time step that is taken."""
     outputs: solver_options.Outputs = 500
-
-
-class LsDynaSolver(DeckSolver, Commanded):
-    """LS-DYNA, run on a deck that stemcal writes, or on the user's own `deck` with the stem's MAT_003 replaced.
-
-    A deck of the user's is of one stem: `deck` of that at the calibration diameter, `decks` of others.
-
-    In the arguments of `command`, ``{{deck}}`` stands for the file name of the deck. The force is the resultant of
-    contact `interface` along `component` in ``rcforc``. `files` (what the deck includes) are put beside it.
-    """
-
-    kind: Literal["lsdyna"] = "lsdyna"
-    """The program is LS-DYNA."""
+    command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
+    """LS-DYNA: the program and its arguments, as a list; `{{deck}}` stands for the deck."""
     deck: SpecFile | None = None
-    """Your own deck of the stem at the calibration diameter; without it stemcal writes one."""
+    """LS-DYNA: your own deck of the stem at the calibration diameter; without it stemcal writes one."""
     decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
-    """Your own decks of other diameters."""
+    """LS-DYNA: your own decks of other diameters."""
     material: Annotated[Whole, Field(ge=1)] | None = None
-    """Number of the material in your deck whose nine values are replaced; the only MAT_003 by default."""
+    """LS-DYNA: number of the material in your deck whose nine values are replaced; the only MAT_003 by default."""
     component: Literal["x", "y", "z"] = "z"
-    """Direction of the force."""
-
-
-class OpenRadiossSolver(DeckSolver):
-    """OpenRadioss, run on a deck that stemcal writes: starter, engine, ``th_to_csv``.
-
-    The programs are those named here, else those of the installation in `home` or in the environment variable
-    ``OPENRADIOSS_PATH``, else those on PATH. `rate_law` is that of the embedded solver.
-    """
-
-    kind: Literal["openradioss"] = "openradioss"
-    """OpenRadioss."""
+    """LS-DYNA: direction of the force."""
     home: Text | None = None
-    """Folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment variable
-    `OPENRADIOSS_PATH` names."""
+    """OpenRadioss: folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment
+    variable `OPENRADIOSS_PATH` names."""
     starter: Argument | None = None
-    """Name or path of the starter, where `home` has none of the usual name."""
+    """OpenRadioss: name or path of the starter, where `home` has none of the usual name."""
     engine: Argument | None = None
-    """The same of the engine."""
+    """OpenRadioss: the same of the engine."""
     th_to_csv: Argument | None = None
-    """The same of the program that makes a table of the time histories."""
+    """OpenRadioss: the same of the program that makes a table of the time histories."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
-    """Threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
-    rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
-    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""
+    """OpenRadioss: threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
+
+    @property
+    def law(self) -> str:
+        """The rate law, chosen or by default."""
+        return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
+
+
+OF_LSDYNA = ("command", "deck", "decks", "material", "component")
+OF_OPENRADIOSS = ("home", "starter", "engine", "th_to_csv", "threads")
+
+
+def program_of(solver: object) -> str:
+    """Return the program that answers: that of a deck, else the kind of the solver."""
+    return solver.program if isinstance(solver, DeckSolver) else str(getattr(solver, "kind", ""))

@@ -5,13 +5,13 @@ from typing import Annotated, Any, Literal
 from pydantic import AliasChoices, BeforeValidator, Field
 
 from stemcal.study.model.frozen import Frozen, Time
-from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
+from stemcal.study.model.program_options import CommandSolver, DeckSolver
 from stemcal.study.model.sheet_options import SheetSolver
 from stemcal.study.model.solver_options import EmbeddedSolver
 from stemcal.study.types.field_types import Number, Whole
 from stemcal.study.types.lengths import StemLengthOrZero
 
-Target = EmbeddedSolver | CommandSolver | SheetSolver | LsDynaSolver | OpenRadiossSolver
+Target = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
 
 
 class OwnRange(Frozen):

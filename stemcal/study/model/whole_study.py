@@ -22,7 +22,7 @@ from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
 from stemcal.study.model.measured_targets import Target, Targets, named_modes
 from stemcal.study.model.parameters import PARAMETERS
-from stemcal.study.model.program_options import CommandSolver, LsDynaSolver, OpenRadiossSolver
+from stemcal.study.model.program_options import CommandSolver, DeckSolver
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
@@ -42,7 +42,7 @@ from stemcal.words import counted, did_you_mean
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
 
-AnySolver = EmbeddedSolver | CommandSolver | SheetSolver | LsDynaSolver | OpenRadiossSolver
+AnySolver = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
 
 
 class StudyForm(Frozen):
@@ -301,7 +301,7 @@ class Study(StudyForm):
     @property
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
-        return isinstance(self.solver, EmbeddedSolver | OpenRadiossSolver) and self.solver.rate_law == "none"
+        return isinstance(self.solver, EmbeddedSolver | DeckSolver) and self.solver.rate_law == "none"
 
     @property
     def replicates(self) -> int:

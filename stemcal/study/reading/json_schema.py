@@ -13,7 +13,7 @@ from stemcal.study.model import StudyForm
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
-SOLVER_KINDS = ("embedded", "command", "sheet", "lsdyna", "openradioss")
+SOLVER_KINDS = ("embedded", "command", "sheet", "deck")
 _DEFS = "#/$defs/"
 RESULT_KINDS = ("json", "csv", "regex")
 
@@ -102,8 +102,8 @@ def _said_by_fields(model: type) -> dict[str, str]:
 def section_places() -> dict[str, str]:
     """Return where the keys of each class of the model stand in a spec.
 
-    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckHourglass", "Growth")]
-    ['targets.forces[]', 'rsm.coding.*', 'solver.hourglass, kind: lsdyna, openradioss', 'material.*']
+    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckAt", "Growth")]
+    ['targets.forces[]', 'rsm.coding.*', 'solver.decks[], kind: deck', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for name, path, kind in _sections(_schema(), "", ""):

@@ -68,6 +68,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     program_rules.every_response_is_read,
     program_rules.own_names_belong_to_programs,
     program_rules.command_names_deck,
+    program_rules.keys_belong_to_the_program,
     program_rules.openradioss_hardens_isotropically,
     transfer_rules.target_can_be_reached,
 )

@@ -48,7 +48,9 @@ class Draft:
     @property
     def rate_law(self) -> str | None:
         """The rate law that the spec chooses, where its solver lets it."""
-        return self.solver.rate_law if isinstance(self.solver, model.EmbeddedSolver | model.OpenRadiossSolver) else None
+        if isinstance(self.solver, model.DeckSolver):
+            return self.solver.law
+        return self.embedded.rate_law if self.embedded else None
 
     @property
     def embedded(self) -> model.EmbeddedSolver | None:
@@ -67,7 +69,7 @@ class Draft:
             return "embedded"
         if not isinstance(self.solver, model.DeckSolver):
             return ""
-        return "LS-DYNA" if isinstance(self.solver, model.LsDynaSolver) else "OpenRadioss"
+        return "LS-DYNA" if self.solver.program == "lsdyna" else "OpenRadioss"
 
     @property
     def diameters(self) -> dict[NodePath, float]:

@@ -155,8 +155,11 @@ def has_abscissa(result: model.ResultReader) -> bool:
 
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:
-    """LS-DYNA is told its deck."""
-    if not isinstance(draft.solver, model.LsDynaSolver):
+    """LS-DYNA has a command that names its deck."""
+    if not isinstance(draft.solver, model.DeckSolver) or draft.solver.program != "lsdyna":
+        return
+    if not draft.solver.command:
+        yield Finding(("solver",), "LS-DYNA has no command", 'add command: [ls-dyna, "i={{deck}}"]')
         return
     names = [name for argument in draft.solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:
@@ -166,9 +169,22 @@ def command_names_deck(draft: Draft) -> Iterator[Finding]:
         yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
 
 
+def keys_belong_to_the_program(draft: Draft) -> Iterator[Finding]:
+    """A deck's solver has no keys of the other program."""
+    if not isinstance(draft.solver, model.DeckSolver):
+        return
+    program = draft.solver.program
+    for key in model.OF_OPENRADIOSS if program == "lsdyna" else model.OF_LSDYNA:
+        if key in draft.solver.model_fields_set:
+            other = "openradioss" if program == "lsdyna" else "lsdyna"
+            yield Finding(("solver", key), f"is a key of program: {other} (program is {program})", "remove it")
+
+
 def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
+    if not isinstance(draft.solver, model.DeckSolver) or draft.solver.program != "openradioss":
+        return
     for index, factor in draft.factors.items():
-        if isinstance(draft.solver, model.OpenRadiossSolver) and factor.name == "hardening_parameter":
+        if factor.name == "hardening_parameter":
             message = "has no effect: OpenRadioss's deck hardens isotropically"
             yield Finding(("factors", index, "name"), message, "give it a fixed value under material")

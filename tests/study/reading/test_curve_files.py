@@ -249,9 +249,9 @@ def test_the_curve_of_a_program_is_scored_too(tmp_path: Path) -> None:
 
 
 OF_DECKS = {
-    "lsdyna": 'command: [ls-dyna, "i={{deck}}"], element_size: 2 mm',
-    "openradioss": "element_size: 2 mm, rate_law: cowper_symonds",
-    "sheet": "",
+    "lsdyna": 'kind: deck, program: lsdyna, command: [ls-dyna, "i={{deck}}"], element_size: 2 mm',
+    "openradioss": "kind: deck, program: openradioss, element_size: 2 mm, rate_law: cowper_symonds",
+    "sheet": "kind: sheet",
 }
 
 
@@ -259,7 +259,7 @@ def of_decks(folder: Path, kind: str, more: str = "") -> Study:
     study_in(folder)
     text = (folder / "study.yaml").read_text(encoding="utf-8")
     begin, end = text.index("solver:"), text.index("targets:")
-    solver = f"solver: {{kind: {kind}, {OF_DECKS[kind]}}}\n"
+    solver = f"solver: {{{OF_DECKS[kind]}}}\n"
     (folder / "deck.yaml").write_text(text[:begin] + solver + text[end:] + more, encoding="utf-8")
     return load_study(folder / "deck.yaml")
 
@@ -278,7 +278,7 @@ def test_parameters_are_not_transferred_by_curves(tmp_path: Path, kind: str) -> 
     with pytest.raises(SpecError, match="transfer: curves are compared here alone"):
         study_in(tmp_path)
         text = (tmp_path / "study.yaml").read_text(encoding="utf-8")
-        there = f"transfer: {{solver: {{kind: {kind}, {OF_DECKS[kind]}}}}}\n"
+        there = f"transfer: {{solver: {{{OF_DECKS[kind]}}}}}\n"
         (tmp_path / "study.yaml").write_text(text + there, encoding="utf-8")
         load_study(tmp_path / "study.yaml")
 

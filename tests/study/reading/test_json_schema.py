@@ -41,6 +41,7 @@ def test_sections_have_places() -> None:
     assert places["Target"] == "targets.forces[]"
     assert places["CodingEntry"] == "rsm.coding.*"
     assert places["RegexResult"] == "solver.result, kind: regex"
+    assert places["DeckAt"] == "solver.decks[], kind: deck"
 
 
 def test_keys_are_found_by_path() -> None:

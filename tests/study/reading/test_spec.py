@@ -165,7 +165,7 @@ def test_lengths_that_make_no_sense_are_refused(given: str) -> None:
 def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     text = (ROOT / "configs" / "wild-chrysanthemum.yaml").read_text(encoding="utf-8")
     start, end = text.index("solver:\n"), text.index("\n\n", text.index("solver:\n"))
-    deck = "solver: {kind: lsdyna, command: [ls-dyna, 'i={{deck}}'], element_size: d/12"
+    deck = "solver: {kind: deck, program: lsdyna, command: [ls-dyna, 'i={{deck}}'], element_size: d/12"
     with_lengths = f"{text[:start]}{deck}, nonlocal_failure: true}}{text[end:]}"
     for coarse in (text.replace("element_size: d/16", "element_size: d/12"), with_lengths):
         said = study_of(coarse).warnings

@@ -1,9 +1,10 @@
 """From the force of a contact over time to an answer, by the rule of the embedded solver."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stemcal.cutting.result import break_row, moving_mean
 from stemcal.cutting.stroke import stroke_end
@@ -11,10 +12,23 @@ from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
-from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.study.model import DeckSolver, LoadingSection
+
+Array = NDArray[np.float64]
+
+
+class ContactForce(NamedTuple):
+    """Time (s) and one component of the force on one side of a contact (N), turned so that its peak is positive."""
+
+    time: Array
+    force: Array
+
+    @classmethod
+    def turned(cls, time: Array, force: Array) -> "ContactForce":
+        """Return the force with its larger extreme positive."""
+        return cls(time, force if force.max() >= -force.min() else -force)
 
 
 def peak_answer(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from stemcal.solvers.deck import Deck
+from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.writer import STEM
 
 # Files of a run: all are named after the deck.
@@ -11,15 +11,19 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("runT01", "runT01.csv"),
 )
 STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
+# Without it the time histories have no titles, and th_to_csv leaves impulses in place of forces.
+TITLES = "/TH/TITLE"
 
 
 def starter_text(deck: Deck, name: str) -> str:
-    """Return the starter's file that includes the deck of a file `name` (run.k) and makes its failure nonlocal."""
+    """Return the starter's file that includes the deck of a file `name` (run.k)."""
     return starter_around(name, deck.nonlocal_length)
 
 
 def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = ()) -> str:
-    """Return the starter's file around any deck whose stem averages over a length (mm), with `further` lines."""
+    """Return the starter's file around any deck, with `further` lines; a length (mm) makes the failure nonlocal."""
+    length = (f"/NONLOCAL/MAT/{STEM}", f"#{'LENGTH':>19}{'LE_MAX':>20}", f"{nonlocal_length!r:>20}{0:>20}")
+    averaging = length if nonlocal_length > 0.0 else ()
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
     return "\n".join(
         [
@@ -31,9 +35,7 @@ def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = (
             units,
             "/INCLUDE_LS-DYNA/",
             name,
-            f"/NONLOCAL/MAT/{STEM}",
-            f"#{'LENGTH':>19}{'LE_MAX':>20}",
-            f"{nonlocal_length!r:>20}{0:>20}",
+            *averaging,
             *further,
             "/END",
             "",
@@ -57,7 +59,7 @@ def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
             "/DT",
             f"{safety!r} 0",
             "/PARITH/OFF",
-            "/TH/TITLE",
+            TITLES,
             "/PRINT/-1000",
             "",
         ]

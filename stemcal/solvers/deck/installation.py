@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stemcal.errors import UsageError
 from stemcal.solvers.programs.program_base import executable
 from stemcal.solvers.time_limited_program import run_program
-from stemcal.study.model import OpenRadiossSolver
+from stemcal.study.model import DeckSolver
 
 HOME = "OPENRADIOSS_PATH"
 # What the starter says of itself when asked, within so many seconds.
@@ -38,7 +38,7 @@ class Installation(NamedTuple):
     environment: dict[str, str]
 
 
-def installation(options: OpenRadiossSolver, folder: Path) -> Installation:
+def installation(options: DeckSolver, folder: Path) -> Installation:
     """Return the programs that a spec in `folder` means.
 
     Raises
@@ -105,7 +105,7 @@ def _in_home(name: str, home: Path | None) -> list[Path]:
     return [path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK)]
 
 
-def _variables(options: OpenRadiossSolver, home: Path | None) -> dict[str, str]:
+def _variables(options: DeckSolver, home: Path | None) -> dict[str, str]:
     """Return what OpenRadioss asks for, but for what the environment has already."""
     threads = {"OMP_NUM_THREADS": str(options.threads)}
     if home is None:

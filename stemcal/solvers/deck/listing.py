@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stemcal.solvers.deck.peak import ContactForce
+from stemcal.solvers.deck.radioss_files import TITLES
 from stemcal.solvers.fortran import NUMBER
-from stemcal.solvers.programs.rcforc import ContactForce
 from stemcal.solvers.programs.reductions import NoResult, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
@@ -146,7 +147,9 @@ def contact_force(text: str, interface: int) -> ContactForce:
     Raises
     ------
     NoResult
-        ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
+        ``impulse`` if the table has no titles or its force never drops: OpenRadioss stores impulses, of which
+        ``th_to_csv`` makes forces by their titles. ``no_result`` if the contact is not there, ``nan`` or
+        ``bad_result`` if its numbers are none.
     """
     try:
         header, *rows = csv.reader(text.splitlines())
@@ -154,6 +157,12 @@ def contact_force(text: str, interface: int) -> ContactForce:
         raise NoResult("bad_result", f"the table of time histories is not a CSV table: {error}") from None
     names = [" ".join(name.split()) for name in header]
     chosen = [index for index, number in _columns(names) if number == interface]
+    if not any(_columns(names)):
+        raise NoResult(
+            "impulse",
+            "the time histories have no titles, so they may hold impulses in place of forces; the engine's file needs "
+            f"{TITLES}, and th_to_csv the file runT01_TITLES",
+        )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
         raise NoResult(
@@ -168,7 +177,14 @@ def contact_force(text: str, interface: int) -> ContactForce:
     time, force = values[:, 0], values[:, 1] + values[:, 2]
     if not (np.diff(time) > 0).all():
         raise NoResult("bad_result", "the times of the time histories do not rise")
-    return ContactForce(time, force if force.max() >= -force.min() else -force)
+    found = ContactForce.turned(time, force)
+    if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
+        raise NoResult(
+            "impulse",
+            f"the force of contact {interface} never drops, so the time histories hold impulses in place of forces; "
+            "install a th_to_csv of the same OpenRadioss",
+        )
+    return found
 
 
 def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
