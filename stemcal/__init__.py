@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from stemcal.stages.refine.result import RefineResult as RefineResult
     from stemcal.stages.screen import ScreenResult as ScreenResult
     from stemcal.stages.surface.result import SurfaceResult as SurfaceResult
-    from stemcal.stages.transfer.result import TransferResult as TransferResult
     from stemcal.stages.validate.result import ValidateResult as ValidateResult
     from stemcal.study.model import Study as Study
 
@@ -44,7 +43,6 @@ _NAMES = {
     "SurfaceResult": "stemcal.stages.surface.result",
     "InvertResult": "stemcal.stages.invert.result",
     "RefineResult": "stemcal.stages.refine.result",
-    "TransferResult": "stemcal.stages.transfer.result",
     "ValidateResult": "stemcal.stages.validate.result",
     "Study": "stemcal.study.model",
 }

@@ -7,7 +7,6 @@
     refine        simulate at the solution, correct it, again              refine.json
     mesh          the solution on other meshes, if the spec asks for it    mesh.json
     validate      every diameter → measured against simulated              validate.json
-    transfer      the result in another program, corrected there           transfer.json
 
 A stage reads the file of the one before and leaves its own, so each can be run alone and again. Runs come
 from the records of the study folder where they are there; a stage that would be made of the same as before is read
@@ -26,7 +25,6 @@ from stemcal.stages.refine.stage import refine
 from stemcal.stages.result import read_result
 from stemcal.stages.screen import screen
 from stemcal.stages.surface.stage import fit_response_surface as fit_surface
-from stemcal.stages.transfer.stage import transfer
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.validate.stage import validate
 from stemcal.study.model import Study
@@ -40,7 +38,6 @@ __all__ = [
     "plan",
     "refine",
     "screen",
-    "transfer",
     "validate",
 ]
 

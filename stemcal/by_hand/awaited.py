@@ -19,7 +19,7 @@ from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Request
 from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
 from stemcal.solvers.sheet.solver import Sheet
-from stemcal.stages.base import stages_of
+from stemcal.stages.base import stages_of, study_of
 from stemcal.stages.fresh import make
 from stemcal.study.model import SheetSolver, Study
 
@@ -47,7 +47,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
 
     Where equal runs may differ they are in random order, so that no drift is taken for an effect.
     """
-    study = study.seen_by(waiting.stage)
+    study = study_of(waiting.stage, study)
     solver = make_solver(study)
     wanted = {record_key(solver, request): request for request in waiting.requests}
     for part in asked(study, solver, folder):
@@ -65,7 +65,7 @@ def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> li
     there = study.by_hand is not study
     solver = make_solver(study.by_hand)
     awaited = [] if waiting is None else list(waiting.requests)
-    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage == "transfer") is there]
+    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage == "refine") is there]
     return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())
 
 

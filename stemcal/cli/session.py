@@ -36,6 +36,7 @@ class Session:
     def foresee(self, stage: str | None = None) -> None:
         """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days."""
         from stemcal.solvers import make_solver
+        from stemcal.stages.base import study_of
         from stemcal.stages.fresh import finished
 
         if finished(self.study, self.folder, stage):
@@ -43,7 +44,7 @@ class Session:
         from stemcal.executors.local import LocalExecutor
         from stemcal.overview.foresight import demand_of, left_to_run
 
-        here, solver = isinstance(self.executor, LocalExecutor), make_solver(self.study.seen_by(stage or ""))
+        here, solver = isinstance(self.executor, LocalExecutor), make_solver(study_of(stage or "", self.study))
         left = left_to_run(self.study, self.folder, solver, stage)
         require_sense(demand_of(left, solver), self.executor.workers, here)
 

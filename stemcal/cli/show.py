@@ -96,8 +96,8 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
         say_tables(*joint_tables(found, Names(found.naming)))
     if found is not None and verdict.holds:
         say(*spoken(found))
-    if results.transfer is not None:
-        say_tables(*(table for table in tables_of(results.transfer) if not table.detail))
+    if results.refined_there is not None:
+        say_tables(*(table for table in tables_of(results.refined_there) if not table.detail))
     warnings = [] if verdict.has("physics") else warned(run_warnings(read_records(results, folder)))
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
     said = [(title, remark) for title, remark in said if remark.kind != KNOWN]

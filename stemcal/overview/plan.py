@@ -19,9 +19,10 @@ from stemcal.solvers.protocol import ByHand, Request, Solver, Weighing
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
+from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
-from stemcal.stages.validate.stage import calibrated_parameters, requests_at
+from stemcal.stages.validate.stage import requests_at
 from stemcal.stages.work import second_time
 from stemcal.study.model import EmbeddedSolver, Study, program_of
 
@@ -69,7 +70,7 @@ class AskedTogether(Note):
 
 
 class InAnotherProgram(Note):
-    """The transfer has runs of its own in another solver of this kind: so many at most, beside those here.
+    """The refinement runs in another solver of this kind: so many runs at most, in addition to those here.
 
     `seconds` are what these take on one core; None where nothing tells.
     """
@@ -136,7 +137,7 @@ def plan(
     to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
-    there = _transfer(study, folder)
+    there = _there(study, folder)
     rest = overhead(solver)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [
@@ -171,7 +172,7 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     each = [cost(Request("refine", 0, study.midlevels(), condition, True)) for condition in conditions]
     climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
-    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine is not None else []
+    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine and study.refined_here else []
     return [*climbs, *refinements]
 
 
@@ -179,41 +180,37 @@ def _decided_later(study: Study) -> Iterator[Note]:
     """Yield how many runs may come on top, one by one."""
     if study.climb is not None:
         yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
-    if study.refine is not None:
+    if study.refine is not None and study.refined_here:
         yield DecidedLater("refine", study.refine.budget)
 
 
 @dataclass(frozen=True)
 class _There:
-    """What the transfer may still ask of its solver: so many runs, and their seconds as far as these are known.
+    """The runs that the refinement in another model may still need, and their seconds as far as these are known.
 
-    Those of the search follow each other, those elsewhere are asked together.
+    Those of the search follow each other; those at other conditions run together.
     """
 
     runs: int = 0
     seconds: Sequence[Sequence[float]] = ()
 
 
-def _transfer(study: Study, folder: StudyFolder | None) -> _There:
-    """Return what the transfer still takes at most; only the embedded solver tells how long."""
-    if study.transfer is None:
+def _there(study: Study, folder: StudyFolder | None) -> _There:
+    """Return what the refinement in another model still needs at most; only the embedded solver estimates its time."""
+    if study.refine is None or study.refined_here:
         return _There()
-    most, there = study.transfer.budget, study.seen_by("transfer")
-    left, at = max(0, most - _recorded({"transfer"}, there, folder)), study.calibration_target.condition
-    if not left or not isinstance(there.solver, EmbeddedSolver):
+    there, at = study.there, study.calibration_target.condition
+    left = max(0, study.refine.budget - _recorded({"refine"}, there, folder))
+    probe = Request("plan", 0, there.midlevels(), at)
+    cost = costs_of(make_solver(there), folder, probe).of if isinstance(there.solver, EmbeddedSolver) else None
+    if not left or cost is None:
         return _There(left)
-    cost = costs_of(make_solver(there), folder, Request("plan", 0, there.midlevels(), at)).of
-    if cost is None:
-        return _There(left)
-    elsewhere = [target.condition for target in study.targets.means if target.condition != at]
-    own, *others = [
-        cost(Request("transfer", 0, there.midlevels(), condition, True))
-        for condition in (at, *(elsewhere if study.transfer.conditions == "all" else ()))
-    ]
+    others = [target.condition for target in study.targets.means if target.condition != at]
+    seconds = {condition: cost(replace(probe, condition=condition, pictured=True)) for condition in (at, *others)}
     searched = max(1, left - 2 * len(others))
-    after = others[: left - searched]
-    before = others[: left - searched - len(after)]
-    return _There(left, [*([own] for _ in range(searched)), *(part for part in (after, before) if part)])
+    elsewhere = [seconds[condition] for condition in (*others, *others)][: left - searched]
+    together = [elsewhere[: len(others)], elsewhere[len(others) :]]
+    return _There(left, [*([seconds[at]] for _ in range(searched)), *filter(None, together)])
 
 
 def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None) -> int:
@@ -229,10 +226,10 @@ def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None)
 
 
 def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note]:
-    """Yield how many runs the transfer may still ask of its solver, beside those here."""
-    if study.transfer is not None:
+    """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
+    if study.refine is not None and study.refine.in_ is not None:
         seconds = sum(map(sum, there.seconds)) if there.seconds else None
-        yield InAnotherProgram(program_of(study.transfer.solver), here, there.runs, seconds)
+        yield InAnotherProgram(program_of(study.refine.in_), here, there.runs, seconds)
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:

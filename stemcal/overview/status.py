@@ -15,7 +15,7 @@ from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.base import STAGES, stage_called, stages_of
+from stemcal.stages.base import STAGES, stage_called, stages_of, study_of
 from stemcal.stages.fresh import CODE, changes_since, read
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -136,7 +136,7 @@ def _others(
     known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder, solver: Solver
 ) -> Iterator[Entry]:
     """Yield the records of stages that decide from run to run what to ask next, those of this spec alone."""
-    own = {stage.name: study.seen_by(stage.name) for stage in stages_of(study) if stage.name not in stages}
+    own = {stage.name: study_of(stage.name, study) for stage in stages_of(study) if stage.name not in stages}
     solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key) if key not in known else None
@@ -240,7 +240,7 @@ def retry(
         chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            own = solver or make_solver(study.seen_by(stage))
+            own = solver or make_solver(study_of(stage, study))
             folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]

@@ -30,7 +30,6 @@ from stemcal.stages.result import R, StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import Prediction, SurfaceResult
-from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -240,7 +239,7 @@ class StudyResults:
 
     @property
     def refinement(self) -> RefineResult:
-        """What simulating at the solution corrected."""
+        """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
         return self._there(self._results.refinement, "refine")
 
     @property
@@ -248,11 +247,6 @@ class StudyResults:
         """Measured against simulated response."""
         found = self._there(self._results.validation, "validate")
         return _plotted(Validation, found, ValidationPlots(found, self.study))
-
-    @property
-    def transfer(self) -> TransferResult:
-        """The parameters for another program or mesh, and what they give there."""
-        return self._there(self._results.transfer, "transfer")
 
     def _there(self, result: R | None, stage: str) -> R:
         if result is None:

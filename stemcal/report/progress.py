@@ -13,7 +13,6 @@ from stemcal.stages.base import STAGES
 from stemcal.text.language import say
 from stemcal.text.runs import compiling
 from stemcal.text.tables import line
-from stemcal.words import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
-TITLES = {stage.name: stage.title for stage in STAGES} | {"regularise": line("regularisation")}
+TITLES = {stage.name: stage.title for stage in STAGES} | {"material": line("strain by size")}
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
@@ -47,13 +46,13 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
 
     >>> from types import SimpleNamespace as Progress
     >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
-    ...                   last_condition=8.0, preparing=0.0, counts="run"))
+    ...                   last_condition=8.0, preparing=0.0))
     'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
     title = TITLES.get(progress.stage, progress.stage)
     if progress.preparing != 0.0:
         return f"{title}: {compiling(progress.preparing)}"
-    parts = [f"{title}: {_stand(progress)}"]
+    parts = [f"{title}: {progress.done}/{progress.total} runs"]
     if progress.cached:
         parts.append(f"{progress.cached} from earlier")
     if progress.failed:
@@ -61,14 +60,6 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     if progress.last_response is not None:
         parts.append(f"last {_response(progress, naming)}")
     return ", ".join(parts)
-
-
-def _stand(progress: Progress) -> str:
-    """Say how many rows are done, or which of them is computed where each takes several runs."""
-    done, total = progress.done, progress.total
-    if progress.counts == "run":
-        return f"{done}/{total} runs"
-    return f"{progress.counts} {done + 1} of {total}" if done < total else counted(total, progress.counts)
 
 
 def _response(progress: Progress, naming: Naming) -> str:
@@ -99,7 +90,7 @@ class Watcher:
 
 
 class Lines(Watcher):
-    """A line at a stage's start and end, where a further size begins, and one every half minute between."""
+    """A line at a stage's start and end, and one every half minute between."""
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
         self.console, self.clock, self.naming = console, clock, naming
@@ -109,7 +100,6 @@ class Lines(Watcher):
         """Print the line if it is new and due."""
         line = describe(progress, self.naming)
         edge = progress.stage != self.stage or progress.done >= progress.total or progress.preparing != 0.0
-        edge = edge or (progress.counts != "run" and progress.done != self.done)
         due = self.clock() - self.last_time >= SPARSE_SECONDS
         if line != self.last_line and (edge or due):
             self.console.print(line, soft_wrap=True)
@@ -146,7 +136,7 @@ class Bar(Watcher):
             self.tasks[stage],
             completed=done,
             total=None if preparing else total,  # without a total the bar pulses
-            runs=f"{done}/{total}" if progress.counts == "run" else _stand(progress),
+            runs=f"{done}/{total}",
             tail=say("compiling, once") if preparing else self._tail(progress),
         )
 

@@ -33,7 +33,6 @@ class Progress:
     """Where a stage stands, in rows of its design.
 
     `preparing` is how many seconds what no row can begin without takes (None: unknown), 0 where nothing is prepared.
-    `counts` names a row: `size` where element sizes are counted, each with as many runs as it needs.
     """
 
     stage: str
@@ -44,7 +43,6 @@ class Progress:
     last_response: float | None
     last_condition: float | None = None
     preparing: float | None = 0.0
-    counts: str = "run"
 
 
 Watch = Callable[[Progress], None]

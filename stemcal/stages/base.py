@@ -60,7 +60,7 @@ def _before_surface(study: Study) -> str | None:
 
 def _before_validation(study: Study) -> str:
     """The last stage at the solution that the study asks for."""
-    return "invert" if study.refine is None else "refine"
+    return "refine" if study.refined_here else "invert"
 
 
 STAGES: tuple[Stage, ...] = (
@@ -113,12 +113,13 @@ STAGES: tuple[Stage, ...] = (
         "stemcal.stages.refine.stage.refine",
         "stemcal.stages.refine.result.RefineResult",
         ("refine", "targets"),
-        lambda _study: "invert",
-        """Simulate at the solution, add the point, refit and step, until the simulated response is right.
+        lambda study: "invert" if study.refine is None or study.refined_here else "validate",
+        """Simulate at the solution, correct it and step, until the simulated response is right.
 
         It ends within refine.tolerance_percent of the measured value, or after refine.budget simulations. A joint fit
         (invert.diameters) is simulated at each of its diameters; it also ends when the fit no longer moves. With a
-        section refine in the spec it is part of `stemcal run`, and the validation takes the refined parameters.
+        section refine in the spec it is part of `stemcal run`, and the validation uses the refined parameters. With
+        refine.in it runs after the validation, in the program or on the mesh where the parameters will be used.
         """,
         lambda study: study.refine is not None,
         pictured=True,
@@ -133,21 +134,6 @@ STAGES: tuple[Stage, ...] = (
         "Simulate whatever was measured, at every diameter or other condition, with the calibrated parameters.",
         pictured=True,
     ),
-    Stage(
-        "transfer",
-        "Transfer",
-        "stemcal.stages.transfer.stage.transfer",
-        "stemcal.stages.transfer.result.TransferResult",
-        ("transfer", "targets"),
-        lambda _study: "validate",
-        """Run the calibrated point in another program or on another mesh, and correct it there.
-
-        What answers there stands under transfer.solver. It ends within transfer.tolerance_percent of the measured
-        value, or after transfer.budget runs of that program. With a section transfer in the spec it is part of
-        `stemcal run`.
-        """,
-        lambda study: study.transfer is not None,
-    ),
 )
 _BY_NAME = {stage.name: stage for stage in STAGES}
 
@@ -158,5 +144,11 @@ def stage_called(name: str) -> Stage:
 
 
 def stages_of(study: Study) -> tuple[Stage, ...]:
-    """Return the stages of a whole study, in order."""
-    return tuple(stage for stage in STAGES if stage.asked_for(study))
+    """Return the stages of a whole study, in order: a refinement in another model comes last."""
+    stages = [stage for stage in STAGES if stage.asked_for(study)]
+    return tuple(sorted(stages, key=lambda stage: stage.name == "refine" and not study.refined_here))
+
+
+def study_of(stage: str, study: Study) -> Study:
+    """Return the study as a stage simulates it: the refinement may have another model."""
+    return study.there if stage == "refine" else study

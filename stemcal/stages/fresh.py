@@ -24,7 +24,7 @@ from stemcal.runs.outcome import counted, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.solvers.protocol import RESPONSES, ByHand, OfSpecAlone, Request, Solver
-from stemcal.stages.base import Stage, stage_called, stages_of
+from stemcal.stages.base import Stage, stage_called, stages_of, study_of
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.version import __version__
@@ -44,7 +44,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 
     Without a `solver` of one's own it is the spec's.
     """
-    whole, study = study, study.seen_by(stage)
+    whole, study = study, study_of(stage, study)
     if study is not whole:
         solver = None  # the stage has one of its own
     dump = _with_contents(whole.model_dump())
@@ -139,7 +139,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
         differing = _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    corrected = not differing and study.seen_by(stage).solver.kind == "sheet" and _corrected(stage, study, folder)
+    corrected = not differing and study_of(stage, study).solver.kind == "sheet" and _corrected(stage, study, folder)
     return ["results"] if corrected else differing
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from html import escape
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import plain
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 R = TypeVar("R", bound="StageResult")
 Interval = tuple[float, float]
-AimsAt = Literal["measured", "study"]  # what a transfer aims at there
 Entries = tuple[str, Collection[str], Iterable[str]]
 
 

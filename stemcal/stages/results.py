@@ -22,11 +22,10 @@ if TYPE_CHECKING:
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.screen import ScreenResult
     from stemcal.stages.surface.result import SurfaceResult
-    from stemcal.stages.transfer.result import TransferResult
     from stemcal.stages.validate.result import ValidateResult
 
 _FIELDS = {"screen": "screen", "climb": "climb", "rsm": "surface", "invert": "inversion", "refine": "refinement",
-           "validate": "validation", "transfer": "transfer"}  # fmt: skip
+           "validate": "validation"}  # fmt: skip
 """Of each stage, where its result stands."""
 
 
@@ -40,13 +39,12 @@ class Results:
     inversion: InvertResult | None = None
     refinement: RefineResult | None = None
     validation: ValidateResult | None = None
-    transfer: TransferResult | None = None
     stale: tuple[str, ...] = ()
 
     def done(self) -> Iterator[StageResult]:
         """Yield the results that are there, in the order of the stages."""
-        everything = (getattr(self, field) for field in _FIELDS.values())
-        yield from (result for result in everything if result is not None)
+        everything = [result for field in _FIELDS.values() if (result := getattr(self, field)) is not None]
+        yield from sorted(everything, key=lambda result: result is self.refined_there)
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run of every stage."""
@@ -54,11 +52,22 @@ class Results:
             yield from result.runs()
 
     @property
+    def refined_here(self) -> RefineResult | None:
+        """The refinement in the study's own model."""
+        return None if self.refinement is None or self.refinement.elsewhere else self.refinement
+
+    @property
+    def refined_there(self) -> RefineResult | None:
+        """The refinement in the program or on the mesh of `refine.in`."""
+        return None if self.refined_here is not None else self.refinement
+
+    @property
     def parameters(self) -> dict[str, float]:
-        """The calibrated level of every factor, refined if that was done, in the units of the spec; raise `UsageError`
-        if nothing is calibrated yet.
+        """The calibrated level of every factor in the study's own model, in the units of the spec.
+
+        Raises `UsageError` if nothing is calibrated yet.
         """
-        last = self.refinement or self.inversion
+        last = self.refined_here or self.inversion
         if last is None:
             raise UsageError("nothing is calibrated yet; run `stemcal run SPEC` first")
         return dict(last.parameters)

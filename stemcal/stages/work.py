@@ -36,10 +36,10 @@ class Work:
     watch: Watch
     solver: Solver
 
-    def seeing(self, stage: str) -> "Work":
-        """Return this work as a stage does it whose solver may be another."""
-        study = self.study.seen_by(stage)
-        return self if study is self.study else replace(self, study=study, solver=make_solver(study))
+    def there(self) -> "Work":
+        """Return this work in the model of `refine.in`."""
+        study = self.study.there
+        return replace(self, study=study, solver=make_solver(study))
 
     def result(self, kind: type[R]) -> R:
         """Return the result of a stage before, which is fresh while a stage works."""

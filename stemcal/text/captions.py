@@ -37,8 +37,7 @@ SENTENCES = {
     "bars": "Bars: standard deviation of the measurements.",
     "growth": "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow.",
     # another program
-    "transfer": "{capital}: measured, simulated by the study's own solver with the calibrated values, and by {there} "
-    "with them (before) and with its own (after); the ringed value is what was aimed at.",
+    "refinement": "{capital}: measured, and simulated before and after the refinement; the target is ringed.",
     # runs
     "force": "Force over blade travel: validation runs in colour, all others in grey.",
     "dotted": "Dotted: after the stem has broken, not cutting any more.",

@@ -11,7 +11,7 @@ from stemcal.text.language import all_of, say, say_number
 from stemcal.text.names import Names
 from stemcal.version import __version__
 
-_FOLLOWING = ("climb", "refine", "transfer")  # their runs follow from each other; a failed one is answered by the next
+_FOLLOWING = ("climb", "refine")  # their runs follow from each other; a failed one is answered by the next
 
 
 def kind_of(study: Study) -> str:

@@ -85,9 +85,9 @@ states(
 )
 states(
     plan.InAnotherProgram,
-    "{here} runs here, at most {there} in {solver:program} (transfer). Those take at most {seconds:duration} on one "
+    "{here} runs here, at most {there} in {solver:program} (refine). Those take at most {seconds:duration} on one "
     "core.",
-    otherwise="{here} runs here, at most {there} in {solver:program} (transfer).",
+    otherwise="{here} runs here, at most {there} in {solver:program} (refine).",
     by=lambda note: note.seconds is not None,
 )
 

@@ -1,101 +1,113 @@
-"""What the closed loop says: how near it ended, and what its runs tell of the surface."""
-
-from collections.abc import Iterator
+"""What the refinement reports: the parameters, the error that is left, and why it ended."""
 
 from stemcal.notes import Weight
+from stemcal.numbers import significant
+from stemcal.stages.refine import result as facts
 from stemcal.stages.refine.result import RefineResult
 from stemcal.text.language import say, say_number
-from stemcal.text.names import Names
-from stemcal.text.notes import Remark
+from stemcal.text.names import Names, program
+from stemcal.text.notes import Remark, remark, states
 
 
 def outcome(stage: RefineResult, names: Names) -> list[str]:
-    """Say how far from the target the loop ended."""
-    within = (
-        "{count} run at the solution: the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
-        "{count} runs corrected the solution: the error is {error:fixed 2} %, within the tolerance of {tolerance:g} %.",
+    """Say what the refinement changed, and the error that is left."""
+    return _there(stage, names) if stage.elsewhere else _here(stage, names)
+
+
+def _here(stage: RefineResult, names: Names) -> list[str]:
+    error = f"{abs(stage.error_percent):.2f} %, {'' if stage.converged else 'not '}within the tolerance of"
+    one, many = "{count} run at the solution", "{count} runs corrected the solution"
+    return [f"{say_number(one, many, len(stage.made))}: the error is {error} {stage.tolerance_percent:g} %."]
+
+
+def _there(stage: RefineResult, names: Names) -> list[str]:
+    moved = [one for one in stage.adjusted if one.value != one.calibrated]
+    values = ", ".join(f"{names.factor(one.factor)} {significant(one.value)}" for one in moved)
+    kept = "In {there} the calibrated parameters give {found:response .4g}; the target is {aim:response .4g}."
+    changed = "For {there}: {values}. It gives {found:response .4g}; the target is {aim:response .4g}."
+    known = (
+        "For {there}: {values}. It gives {found:response .4g}, with the calibrated values {start:response .4g}; the "
+        "target is {aim:response .4g}."
     )
-    beyond = (
-        "{count} run at the solution: the error is {error:fixed 2} %, not within the tolerance of {tolerance:g} %.",
-        "{count} runs corrected the solution: the error is {error:fixed 2} %, not within the tolerance of "
-        "{tolerance:g} %.",
-    )
-    fields = {"error": abs(stage.error_percent), "tolerance": stage.tolerance_percent}
-    return [names.say_number(*(within if stage.converged else beyond), len(stage.rows), **fields)]
+    row = stage.fitted
+    template = kept if not moved else changed if row.before is None else known
+    fields = {"there": program(stage.model.kind), "found": row.after, "start": row.before, "aim": stage.aim}
+    return [] if row.after is None else [names.say(template, values=values, **fields)]
+
+
+def certainty(stage: RefineResult, names: Names) -> list[str]:
+    """Say how large the errors are in another model."""
+    if not stage.elsewhere or stage.max_abs_error_percent is None:
+        return []
+    at = [row.condition for row in stage.rows if row.error_percent is not None]
+    template = "In {there} the largest error is {error:.1f} %" + (" ({at:conditions})." if names.placed else ".")
+    return [names.say(template, there=program(stage.model.kind), at=at, error=stage.max_abs_error_percent)]
 
 
 def shortfall(stage: RefineResult) -> str:
-    """Say how far from the target a loop ended that did not meet its tolerance."""
+    """Say how far from the target a refinement ended that did not reach it."""
     one = "refine: {error:.2f} % from the target after {count} run"
     many = "refine: {error:.2f} % from the target after {count} runs"
-    return say_number(one, many, len(stage.rows), error=abs(stage.error_percent))
+    return say_number(one, many, len(stage.made), error=abs(stage.error_percent))
 
 
 def remarks(stage: RefineResult, names: Names) -> list[Remark]:
-    """Return what the loop tells of the surface, and why it ended."""
-    return list(_of_numbers(stage, names))
+    """Return the notes, and whether the point is still that of the surface."""
+    said = [remark(note, names) for note in stage.notes]
+    if not stage.elsewhere and stage.parameters != stage.made[0].levels:
+        found = "The parameters were found by simulation; they are no longer those that `invert.rule` chose."
+        said.append(Remark(say(found), Weight.ASIDE, "found_by_simulation"))
+    return said
 
 
-def _of_numbers(stage: RefineResult, names: Names) -> Iterator[Remark]:
-    if any(row.iteration == 1 and row.inside_interval is False for row in stage.rows):
-        yield Remark(_outside(stage, names), Weight.USE, "first_outside")
-    if stage.stopped is not None:
-        yield Remark(_end(stage), Weight.ASIDE if stage.stopped == "tolerance" else Weight.USE, "stopped")
-        return
-    if not stage.converged:
-        yield Remark(_not_converged(stage, names), Weight.USE, "not_converged")
-    if stage.iteration > 1:
-        found = "The point is the one found by simulation, no longer the one that the rule of `invert` chose."
-        yield Remark(say(found), Weight.ASIDE, "found_by_simulation")
-
-
-def _outside(stage: RefineResult, names: Names) -> str:
-    one = (
-        "At the surface's solution the simulated {response}, {simulated:response}, lies outside the prediction "
-        "interval: the surface misses more there than its residuals show."
-    )
-    many = (
-        "At the joint solution the simulated {response} lies outside the prediction interval at {conditions:all}: the "
-        "surfaces miss more there than their residuals show."
-    )
-    anywhere = (
-        "At the joint solution the simulated {response} lies outside the prediction interval: the surfaces miss more "
-        "there than their residuals show."
-    )
-    first = [row for row in stage.rows if row.iteration == 1 and row.inside_interval is False]
-    jointly = anywhere if names.naming.condition is None else many
-    return names.say(
-        jointly if stage.at_conditions else one,
-        response=names.response.long,
-        simulated=first[0].outcome.response,
-        conditions=[names.naming.place(row.condition) for row in first if row.condition is not None],
-    )
-
-
-def _end(stage: RefineResult) -> str:
-    ends = {
-        "tolerance": "After {runs} runs the largest error is {error:.2f} %, within the tolerance.",
-        "budget": "After {runs} runs the largest error is {error:.2f} %; refine.budget allows no further iteration.",
-        "settled": (
-            "After {runs} runs the joint fit no longer moves: the largest error is {error:.2f} %, and no parameters "
-            "nearby do better. What remains is the model's error or the measured scatter, not the surfaces'."
-        ),
-    }
-    return say(ends[stage.stopped or "budget"], runs=len(stage.rows), error=stage.max_abs_error_percent)
-
-
-def _not_converged(stage: RefineResult, names: Names) -> str:
-    of_stems = (
-        "After {runs} runs the simulated {response} is still {error:.2f} % from the target; the best point is kept. "
-        "Raise refine.budget, or refine the mesh: the {response} may jump between points."
-    )
-    of_others = (
-        "After {runs} runs the simulated {response} is still {error:.2f} % from the target; the best point is kept. "
-        "Raise refine.budget, or compute more finely: the {response} may jump between points."
-    )
-    return say(
-        of_stems if names.naming.is_cutting else of_others,
-        runs=len(stage.rows),
-        response=names.response.long,
-        error=abs(stage.error_percent),
-    )
+states(
+    facts.FirstOutside,
+    "At the solution of the surface the simulated {names.response.long} is outside its prediction interval "
+    "({conditions:conditions}): the surface is less accurate there than its residuals indicate.",
+    otherwise="At the solution of the surface the simulated {names.response.long} is outside its prediction interval: "
+    "the surface is less accurate there than its residuals indicate.",
+    by="names.placed",
+)
+states(
+    facts.NotRunThere,
+    "refine.budget left no run of the result at {conditions:conditions}.",
+    otherwise="The result was not run at {conditions:conditions}, because the target at the calibration was not "
+    "reached.",
+    by="converged",
+)
+states(
+    facts.BeyondRange,
+    "{factor:factor} {value:.4g} is outside the study's range ({low:g} to {high:g}); that range is for the study's own "
+    "model.",
+)
+states(
+    facts.StillRose,
+    "In {count} run the {names.response.long} still rose at the end of the stroke: it is a lower bound. Increase "
+    "refine.test.duration.",
+    "In {count} runs the {names.response.long} still rose at the end of the stroke: they are lower bounds. Increase "
+    "refine.test.duration.",
+    by="runs",
+)
+states(
+    facts.FailedThere,
+    "Runs with the result failed at {conditions:conditions} ({reason}).",
+    otherwise="The run with the result failed ({reason}).",
+    by="names.placed",
+)
+states(
+    facts.NotReached,
+    {
+        "here budget": "The {names.response.long} is still {missed_percent:.2f} % from the target; the best point is "
+        "kept. Raise refine.budget, or check whether the {names.response.long} jumps between neighbouring points.",
+        "here settled": "The error is {missed_percent:.2f} %, and no parameters nearby reduce it. What remains is the "
+        "error of the model or the measured scatter.",
+        "there budget": "The {names.response.long} is still {missed_percent:.1f} % from the target; the best point is "
+        "kept. Raise refine.budget, or give {factors:factors} a wider range under refine.adjust.",
+        "there out_of_reach": "The {names.response.long} is {missed_percent:.1f} % from the target at the end of the "
+        "range of {factors:factors}. Give it a wider range, or add another factor, under refine.adjust.",
+        "there settled": "The {names.response.long} is {missed_percent:.1f} % from the target, and no step is left "
+        "between the runs: it jumps, or does not depend on {factors:factors}. Average over several positions of the "
+        "mesh (replicates of the embedded solver), or adjust another factor.",
+    },
+    by=lambda note: f"{'there' if note.factors else 'here'} {note.stopped}",
+)

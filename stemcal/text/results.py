@@ -18,11 +18,11 @@ MOST = 5
 
 
 _TOPICS = {"screen": "screening", "climb": "climb", "rsm": "surface", "invert": "calibration", "refine": "refinement",
-           "validate": "validation", "transfer": "transfer"}  # fmt: skip
+           "validate": "validation"}  # fmt: skip
 """The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
 TOPICS = (runs,)
 """What gives notes of several stages their sentences."""
-_AGREEING = ("refine", "validate", "transfer")
+_AGREEING = ("refine", "validate")
 _CLAIMING = ("invert", *_AGREEING)
 
 

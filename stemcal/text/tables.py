@@ -45,11 +45,21 @@ LINES = {
     "target": "Target {target:response .6g}.",
     "target at": "Target {target:response .6g} at {at:condition}.",
     "centre": "The design of the surface: {levels} (coded 0 ± 1).",
-    "refinement": "Simulated at the solution",
+    # refinement
+    "refinement": "Measured and simulated, {there}",
+    "own model": "the study's own model",
     "within": "The best point is within {tolerance:g} %, after {runs} of {budget} runs.",
     "beyond": "The best point is not within {tolerance:g} %, after {runs} of {budget} runs.",
-    "predicted then": "Surface: as it was then. Interval: whether the simulated {response} lies inside or outside its "
-    "95 % prediction interval.",
+    "aim of own": "After a joint fit the target is what the study's own model gives: {aim:response .4g}.",
+    "error after": "Error = 100·(measured − after)/measured.",
+    "refinement runs": "Runs of the refinement",
+    "predicted then": "Predicted: before the run. Interval: whether the simulated {response} is inside its 95 % "
+    "prediction interval.",
+    "refined there": "Parameters for {there}",
+    "alone": "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
+    "others may be as near.",
+    "range there": "95 % range: by the scatter of the measured mean, the other parameters fixed.",
+    "belongs": "They depend on {settings}.",
     # responses, measured beside simulated
     "error": "Error = 100·(measured − simulated)/measured.",
     "scores": "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the "
@@ -60,28 +70,10 @@ LINES = {
     "smaller": "Not shown, of smaller error: {count}; see the report.",
     "further": "Beside the {response}",
     "of stems": "Travel and work of the blade from first touch to the maximum force.",
-    # a transfer to another program
-    "transferred": "Parameters for {there}",
-    "alone": "What is not named stays as calibrated. The search ends at the first values within its tolerance; "
-    "others may come as near.",
-    "range there": "95 % range: by the scatter of the measured mean, all else as it is.",
-    "belongs": "They belong to {settings}.",
-    "there": "The {response} in {there}",
-    "reached measured": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off the measured "
-    "{response}.",
-    "reached study": "Within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off what the study's own "
-    "solver gives, which is the aim after a joint fit.",
-    "not reached measured": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off the "
-    "measured {response}.",
-    "not reached study": "Not within {tolerance:g} % after {runs} of {budget} runs: {missed:fixed} % off what the "
-    "study's own solver gives, which is the aim after a joint fit.",
-    "error there": "Error = 100·(measured − there after)/measured.",
-    "runs there": "Runs in {there}",
-    "regularisation": "Failure strain over element size",
-    "regularised": "With it the mean force over {places} places of the mesh is {aim:.4g} N (stem of {at:g} mm): the "
-    "search ends at the first strain within {tolerance:g} %, others may come as near. At one place: what the places "
-    "would take each by itself. Valid: the mean is within 5 %, its standard error over the places is at most 5 %, and "
-    "every place reaches the force within the strains searched, {lowest:g} to {highest:g}.",
+    "strain by size": "Failure strain over element size",
+    "strains": "The mean force over the positions of the mesh is {aim:.4g} N (stem of {at:g} mm); the search ends at "
+    "the first strain within {tolerance:g} %. 95 % range: by the scatter over the positions. Valid: the mean and its "
+    "standard error are within 5 %.",
     "valid": "yes",
     "not valid": "no",
     # runs
@@ -137,7 +129,7 @@ LINES = {
     "0.05).",
     "coded": "{equation} (coded values).",
     "relative error": "Relative error = 100·(measured − simulated)/measured, measured {target:response .6g}.",
-    "then": "Predicted by the surface as it was before the run; error = 100·(measured − simulated)/measured.",
+    "then": "Predicted by the surface before the run.",
     "served": "Error = 100·(measured − simulated)/measured; the {response} served for calibration and checks nothing.",
     "served at": "Error = 100·(measured − simulated)/measured; {at:conditions} served for calibration and checks "
     "nothing.",

@@ -76,14 +76,14 @@ def test_have_your_own_program_answer(clone: Path) -> None:
 
 @pytest.mark.slow
 def test_take_the_parameters_to_another_mesh(clone: Path) -> None:
-    """The page's tables are what its commands print; the material has the file that its deck is checked by."""
+    """The page's tables are what its commands print."""
     page = HOWTO / "transfer.md"
     printed = give(commands(page), clone)
     are_printed(outputs(page), printed.values())
     planned = printed["stemcal check configs/wild-chrysanthemum-transfer.yaml"]
-    assert "runs here, at most 8 in the other model (transfer)." in " ".join(planned.split())
-    told = json.loads((clone / "material" / "material.json").read_text("utf-8"))
-    assert told["valid_sizes"] == [0.7071, 1.0, 1.414, 2.0] and told["check"]["deck"] == "check.k"
+    assert "runs here, at most 8 in the other model (refine)." in " ".join(planned.split())
+    written = json.loads((clone / "material" / "material.json").read_text("utf-8"))
+    assert [row["valid"] for row in written["rows"]] == [True] and written["files"] == ["material.k", "material.json"]
 
 
 @pytest.mark.slow

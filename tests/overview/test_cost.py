@@ -76,10 +76,10 @@ def test_a_plan_counts_preparing_and_page(tmp_path: Path) -> None:
     assert two.elapsed - two.overhead < 0.6 * one.seconds
 
 
-def test_the_runs_of_a_transfer_on_another_mesh_are_counted_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_runs_of_a_refinement_on_another_mesh_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stemcal.overview.plan.make_solver", lambda _study: TriedSolver())
     alone = plan(make_study(tmp_path), None, TriedSolver(), 1)
-    section = "transfer: {solver: {kind: embedded, element_size: 1 mm}, budget: 6}\n"
+    section = "refine: {in: {kind: embedded, element_size: 1 mm}, budget: 6}\n"
     both = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
     (note,) = (note for note in both.notes if isinstance(note, InAnotherProgram))
     assert note.there == 6 and note.seconds is not None and note.seconds >= 30.0
@@ -87,7 +87,7 @@ def test_the_runs_of_a_transfer_on_another_mesh_are_counted_in(tmp_path: Path, m
 
 
 def test_a_program_that_tells_no_time_is_counted_without(tmp_path: Path) -> None:
-    section = "transfer: {solver: {kind: sheet}, budget: 6}\n"
+    section = "refine: {in: {kind: sheet}, budget: 6}\n"
     found = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
     (note,) = (note for note in found.notes if isinstance(note, InAnotherProgram))
     assert (note.there, note.seconds) == (6, None)

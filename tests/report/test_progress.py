@@ -38,22 +38,6 @@ def test_lines_are_sparse() -> None:
     ]
 
 
-def test_sizes_are_told_where_each_takes_several_runs() -> None:
-    """A line for each, none for each of their runs; the bar has the same words."""
-    out, lines = io.StringIO(), io.StringIO()
-    for watch in (bar(out), Lines(Console(file=lines, width=200), clock=lambda: 0.0)):
-        with watch:
-            for done, force in ((0, 90.0), (0, 110.0), (1, 100.0), (1, 110.0), (2, None)):
-                watch(Progress("regularise", done, 2, 0, 0, force, counts="size"))
-    title = "Failure strain over element size"
-    assert lines.getvalue().splitlines() == [
-        f"{title}: size 1 of 2, last 90.0 N",
-        f"{title}: size 2 of 2, last 100.0 N",
-        f"{title}: 2 sizes",
-    ]
-    assert "2 sizes" in shown(out)
-
-
 def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
     out, lines = io.StringIO(), io.StringIO()
     for watch in (bar(out), Lines(Console(file=lines, width=200))):

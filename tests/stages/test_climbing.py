@@ -14,7 +14,6 @@ from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.numbers import fixed
 from stemcal.report.export.paper import paper_tables
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.refine.result import RefineResult
@@ -85,7 +84,7 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     published = paper_tables(study, Results(climb=steps, refinement=loop))
     assert [table.name for table in published] == ["factors", "ascent", "refinement"]
     assert len(published[1].cells) == len(steps.rows) == 4  # until the target is passed
-    assert published[2].cells[-1][-1] == fixed(loop.rows[-1].error_percent, 1)
+    assert published[2].cells[-1][-1] == f"{loop.made[-1].outcome.response:.1f}"
 
 
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:

@@ -16,7 +16,11 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.stages import tables_of
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.loop import SurfaceSteps
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.result import read_result
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 
 SPEC = (
@@ -75,18 +79,14 @@ def refined(
 def test_ends_when_every_diameter_is_within_the_tolerance(tmp_path: Path) -> None:
     """The surfaces alone were off; at the end a = 0.5, b = −0.4 again: 17.5 MPa, 0.022."""
     stage, folder = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}")
-    first = stage["iterations"][0]
-    assert first["max_abs_error_percent"] > 0.3
+    assert max(abs(row["measured"] / row["before"] - 1.0) for row in stage["rows"]) > 0.003
     assert stage["converged"] and stage["stopped"] == "tolerance" and stage["max_abs_error_percent"] <= 0.01
-    assert list(stage["solution"].values()) == pytest.approx([17.5, 0.022], rel=2e-3)
-    assert len(stage["rows"]) == 3 * len(stage["iterations"]) <= 24
+    assert stage["parameters"]["yield_stress"] == pytest.approx(17.5, rel=2e-3)
+    assert stage["parameters"]["failure_strain"] == pytest.approx(0.022, rel=2e-3)
+    assert len(stage["runs"]) <= 24 and [row["condition"] for row in stage["rows"]] == [7.0, 8.0, 10.0]
     header, *lines = (folder.path / "refine.csv").read_text("utf-8").splitlines()
-    assert "diameter" in header.split(",") and len(lines) == len(stage["rows"])
-
-
-def test_misfits_never_rise_at_what_is_kept(tmp_path: Path) -> None:
-    stage, _ = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}")
-    assert stage["iterations"][-1]["misfit"] == min(entry["misfit"] for entry in stage["iterations"])
+    assert "diameter" in header.split(",") and len(lines) == 3
+    assert "Diameter, mm" in tables_of(RefineResult.from_json(stage))[0].heads
 
 
 def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
@@ -94,19 +94,19 @@ def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
 
     Its gradient vanishes: moving a or b by a little either way raises Σ (measured − F)²/variance.
     """
-    stage, _ = refined(tmp_path, "{tolerance_percent: 0.1, budget: 90}", bias=(1.05, 0.95, 1.05))
-    assert stage["stopped"] == "settled" and not stage["converged"]
+    stage, folder = refined(tmp_path, "{tolerance_percent: 0.1, budget: 90}", bias=(1.05, 0.95, 1.05))
+    assert stage["stopped"] == "settled" and not stage["converged"] and stage["notes"][0]["kind"] == "not_reached"
     measured = {d: part * force(0.5, -0.4, d) for d, part in ((7, 1.05), (8, 0.95), (10, 1.05))}
-    solution = stage["solution"]
-    a, b = (solution["yield_stress"] - 15.0) / 5.0, (solution["failure_strain"] - 0.03) / 0.02
 
-    variance = {entry["condition"]: entry["variance"] for entry in stage["surfaces"]}
+    study = load_study(tmp_path / "closing.yaml")
+    steps = SurfaceSteps(study, read_result(folder, SurfaceResult), read_result(folder, InvertResult))
+    variance = dict(zip(measured, steps.misfit.whole_variance, strict=True))
 
     def misfit(a: float, b: float) -> float:
         return sum((y - force(a, b, d)) ** 2 / variance[d] for d, y in measured.items())
 
-    assert misfit(a, b) == pytest.approx(stage["iterations"][stage["iteration"] - 1]["misfit"], rel=1e-6)
-
+    at = stage["parameters"]
+    a, b = (at["yield_stress"] - 15.0) / 5.0, (at["failure_strain"] - 0.03) / 0.02
     for da, db in ((0.02, 0.0), (-0.02, 0.0), (0.0, 0.05), (0.0, -0.05)):
         assert misfit(a + da, b + db) > misfit(a, b)
 
@@ -114,28 +114,30 @@ def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
 def test_a_spent_budget_ends_it(tmp_path: Path) -> None:
     """Seven runs are two rounds of three."""
     stage, _ = refined(tmp_path, "{tolerance_percent: 1e-9, budget: 7}")
-    assert stage["stopped"] == "budget" and len(stage["rows"]) == 6
+    assert stage["stopped"] == "budget" and len(stage["runs"]) == 6
 
 
-def test_the_first_point_is_the_joint_solution_beside_its_intervals(tmp_path: Path) -> None:
+def test_the_first_point_is_the_joint_solution_with_its_intervals(tmp_path: Path) -> None:
     stage, folder = refined(tmp_path, "{budget: 3}")
     invert = folder.read_stage("invert")
-    assert stage["iterations"][0]["coded"] == pytest.approx(invert["coded"])
-    predicted = [row["predicted"] for row in stage["rows"]]
+    predicted = [run["predicted"] for run in stage["runs"]]
     assert predicted == pytest.approx([row["predicted"] for row in invert["joint"]["rows"]])
-    for row in stage["rows"]:
-        low, high = row["prediction_interval"]
-        assert row["inside_interval"] == (low <= row["response"] <= high)
+    result = RefineResult.from_json(stage)
+    for run, made in zip(stage["runs"], result.made, strict=True):
+        low, high = run["prediction_interval"]
+        assert made.inside_interval == (low <= run["response"] <= high)
+    outside = [run.condition for run in result.made if not run.inside_interval]
+    assert outside == next((n["conditions"] for n in stage["notes"] if n["kind"] == "first_outside"), [])
 
 
 def test_a_failed_run_at_one_diameter_is_stepped_back_from(tmp_path: Path) -> None:
     stage, _ = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}", solver=Curved(fails=frozenset({1})))
-    assert stage["iterations"][1]["misfit"] is None and stage["iterations"][2]["how"] == "back"
-    assert stage["converged"]
+    assert [run["status"] for run in stage["runs"][3:6]] == ["ok", "ok", "failed"]
+    assert stage["runs"][6]["how"] == "back" and stage["converged"]
 
 
 def test_only_failures_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RunsFailed, match="in none of 2 iterations did every run succeed"):
+    with pytest.raises(RunsFailed, match="no point was simulated without a failure in 6 runs"):
         refined(tmp_path, "{budget: 6}", solver=Curved(fails=frozenset(range(9))))
 
 
@@ -144,31 +146,27 @@ def test_responses_are_met_too(tmp_path: Path) -> None:
     stage, _ = refined(
         tmp_path, "{tolerance_percent: 0.01, budget: 60}", solver=Curved(travels=True), spec=spec, travel=True
     )
-    (travel,) = stage["rows"][-1]["further"]
-    assert travel["simulated"] == pytest.approx(math.exp(-0.12), rel=2e-3) and stage["converged"]
+    travels = [row for row in stage["rows"] if row["response"] == "travel"]
+    assert travels[-1]["after"] == pytest.approx(math.exp(-0.12), rel=2e-3) and stage["converged"]
 
 
 @dataclass(frozen=True)
 class Forgetful(Curved):
-    """Tells no travel of the runs of the refining, as records of an earlier version."""
+    """Gives no travel in the runs of the refinement, as records of another version."""
 
     def solve(self, request: Request) -> Answer:
         answer = super().solve(request)
         return replace(answer, details={}) if request.stage == "refine" else answer
 
 
-def test_records_without_the_travel_are_named(tmp_path: Path) -> None:
+def test_records_without_the_travel_are_reported(tmp_path: Path) -> None:
     spec = SPEC.replace("diameters: all", "diameters: all, responses: [force, travel]")
-    with pytest.raises(RunsFailed, match="the records hold no travel"):
+    with pytest.raises(RunsFailed, match="their records lack a fitted response"):
         refined(tmp_path, "{budget: 6}", solver=Forgetful(travels=True), spec=spec, travel=True)
 
 
-def test_running_again_computes_nothing_and_the_table_shows_diameters(tmp_path: Path) -> None:
+def test_running_again_computes_nothing(tmp_path: Path) -> None:
     stage, folder = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}")
-    keys = folder.keys()
-    study = load_study(tmp_path / "closing.yaml")
-    assert (
-        workflow.refine(study, folder, InlineExecutor(), solver=Curved()).to_json() == stage and folder.keys() == keys
-    )
-    table = tables_of(RefineResult.from_json(stage))[0]
-    assert "Diameter, mm" in table.heads and len(table.strong) == 3
+    keys, study = folder.keys(), load_study(tmp_path / "closing.yaml")
+    again = workflow.refine(study, folder, InlineExecutor(), solver=Curved()).to_json()
+    assert again == stage and folder.keys() == keys

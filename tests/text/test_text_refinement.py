@@ -1,103 +1,143 @@
-"""What the closed loop says."""
+"""What the refinement reports, in the study's own model and in another."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
+from stemcal.overview.plan import InAnotherProgram
+from stemcal.report.tables.of_refinement import refine_tables
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.refine.result import RefineResult, RefineRow
+from stemcal.stages.refine.result import (
+    AdjustedFactor,
+    BeyondRange,
+    FailedThere,
+    FirstOutside,
+    Model,
+    NotReached,
+    NotRunThere,
+    RefineResult,
+    RefineRow,
+    RefineRun,
+    StillRose,
+    Stopped,
+)
 from stemcal.stages.result import Head
 from stemcal.text import refinement
-from stemcal.text.names import Names
-from stemcal.text.results import remarks_of
+from stemcal.text.names import Names, program
+from stemcal.text.notes import sentence
+from stemcal.text.plan import sentences
 
-
-def row(iteration: int, inside: bool | None, condition: float | None = None) -> RefineRow:
-    return RefineRow(
-        iteration=iteration,
-        how="surface",
-        condition=condition,
-        levels={"a": 1.0},
-        predicted=160.0,
-        prediction_interval=(155.0, 165.0),
-        inside_interval=inside,
-        error_percent=1.2,
-        outcome=Outcome(response=170.0),
-    )
-
-
-ONE = RefineResult(
+STEM = Names()
+HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
+RUN = RefineRun(
+    run=1, how="solution", condition=8.0, levels={"strain": 0.035}, predicted=158.5, outcome=Outcome(response=66.7)
+)
+THERE = RefineResult(
     head=Head(2, "refine", "known"),
-    target=159.2,
+    elsewhere=True,
+    model=Model("openradioss"),
     condition=8.0,
-    tolerance_percent=1.0,
-    budget=6,
+    aim=159.2,
+    tolerance_percent=2.0,
+    budget=8,
     converged=True,
-    iteration=2,
-    solution={"a": 1.0},
-    coded={"a": 0.0},
-    coded_radius=0.0,
-    simulated=159.0,
-    error_percent=-0.13,
-    parameters={"a": 1.0},
-    rows=Rows([row(1, False), row(2, True)]),
+    stopped="tolerance",
+    error_percent=0.06,
+    parameters={"strain": 0.26},
+    adjusted=Rows([AdjustedFactor("strain", 0.035, 0.26, None, 0.001, 1.0)]),
+    rows=Rows([RefineRow(8.0, "force", 159.2, 66.7, 159.1, 0.06)]),
+    max_abs_error_percent=0.06,
+    made=Rows([RUN, replace(RUN, run=2, how="path", levels={"strain": 0.26}, outcome=Outcome(response=159.1))]),
 )
-MANY = replace(
-    ONE, at_conditions=(8.0, 10.0), max_abs_error_percent=3.456, rows=Rows([row(1, False, 8.0), row(1, True, 10.0)])
-)
+HERE = replace(THERE, elsewhere=False, model=Model("embedded"), adjusted=Rows(), error_percent=-0.13)
 
 
-def said(stage: RefineResult) -> dict[str, tuple[str, Weight]]:
-    return {remark.kind: (remark.sentence, remark.weight) for remark in remarks_of(stage)}
-
-
-def test_the_outcome_counts_the_runs() -> None:
-    assert refinement.outcome(ONE, Names()) == [
-        "2 runs corrected the solution: the error is 0.13 %, within the tolerance of 1 %."
+def test_the_outcome_there() -> None:
+    assert refinement.outcome(THERE, STEM) == [
+        "For OpenRadioss: strain 0.2600. It gives 159.1 N, with the calibrated values 66.7 N; the target is 159.2 N."
     ]
-    first = replace(ONE, rows=Rows(ONE.rows[:1]), converged=False, error_percent=6.2)
-    assert refinement.outcome(first, Names()) == [
-        "1 run at the solution: the error is 6.20 %, not within the tolerance of 1 %."
+    same = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], value=0.035)]))
+    assert refinement.outcome(same, STEM) == [
+        "In OpenRadioss the calibrated parameters give 159.1 N; the target is 159.2 N."
+    ]
+    assert refinement.certainty(THERE, STEM) == ["In OpenRadioss the largest error is 0.1 % (8 mm)."]
+    assert refinement.certainty(HERE, STEM) == [] == refinement.remarks(THERE, STEM)
+
+
+def test_the_outcome_here_counts_the_runs() -> None:
+    assert refinement.outcome(HERE, STEM) == [
+        "2 runs corrected the solution: the error is 0.13 %, within the tolerance of 2 %."
+    ]
+    first = replace(HERE, made=Rows(HERE.made[:1]), converged=False, error_percent=6.2)
+    assert refinement.outcome(first, STEM) == [
+        "1 run at the solution: the error is 6.20 %, not within the tolerance of 2 %."
     ]
     assert refinement.shortfall(first) == "refine: 6.20 % from the target after 1 run"
+    (found,) = refinement.remarks(HERE, STEM)
+    assert found.kind == "found_by_simulation" and found.weight is Weight.ASIDE
 
 
-def test_a_first_run_outside_the_interval_tells_of_the_surface() -> None:
-    assert said(ONE)["first_outside"][0] == (
-        "At the surface's solution the simulated maximum force, 170 N, lies outside the prediction interval: the "
-        "surface misses more there than its residuals show."
+def test_the_tables_state_what_they_refer_to() -> None:
+    parameters, responses, runs = refine_tables(THERE, STEM)
+    assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
+    known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
+    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % range: by the scatter")
+    assert responses.foot == (
+        "The best point is within 2 %, after 2 of 8 runs.",
+        "Error = 100·(measured − after)/measured.",
     )
-    assert (
-        "outside the prediction interval at 8 mm: the surfaces"
-        in said(replace(MANY, stopped="budget"))["first_outside"][0]
+    assert [row[1] for row in runs.cells] == ["solution", "path"]
+    after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
+    assert after_a_joint_fit[:2] == (
+        "The best point is not within 2 %, after 2 of 8 runs.",
+        "After a joint fit the target is what the study's own model gives: 150 N.",
     )
-    assert "first_outside" not in said(replace(ONE, rows=Rows(ONE.rows[1:])))
+    assert len(refine_tables(HERE, STEM)) == 2
 
 
-def test_a_loop_that_did_not_converge_names_the_remedy() -> None:
-    still, weight = said(replace(ONE, converged=False, error_percent=2.0))["not_converged"]
-    assert weight is Weight.USE and "still 2.00 % from the target" in still and "or refine the mesh" in still
-    angle = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
-    other = replace(ONE, converged=False, head=replace(ONE.head, naming=angle))
-    assert "the simulated angle of repose is still" in said(other)["not_converged"][0]
-    assert "compute more finely" in said(other)["not_converged"][0]
-    assert "not_converged" not in said(ONE) and said(ONE)["found_by_simulation"][1] is Weight.ASIDE
+def test_programs_by_their_names() -> None:
+    names = [program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "manual")]
+    assert names == ["the other model", "LS-DYNA", "OpenRadioss", "the other program", "the other program"]
+
+
+def test_notes() -> None:
+    assert sentence(BeyondRange("strain", 0.2622, 0.01, 0.05), STEM) == (
+        "strain 0.2622 is outside the study's range (0.01 to 0.05); that range is for the study's own model."
+    )
+    assert sentence(NotRunThere((10.0, 11.0), True), STEM) == (
+        "refine.budget left no run of the result at 10 and 11 mm."
+    )
+    assert sentence(NotRunThere((10.0,), False), STEM).startswith("The result was not run at 10 mm, because")
+    assert sentence(FailedThere((11.0,), "timeout"), STEM) == "Runs with the result failed at 11 mm (timeout)."
+    assert sentence(FailedThere((0.0,), "timeout"), HEAP) == "The run with the result failed (timeout)."
+    assert sentence(StillRose(1), STEM).startswith("In 1 run the maximum force still rose at the end of the stroke")
+    assert sentence(StillRose(3), HEAP).startswith("In 3 runs the angle of repose still rose")
+    assert "outside its prediction interval (8 mm): the surface" in sentence(FirstOutside((8.0,)), STEM)
+    assert "outside its prediction interval: the surface" in sentence(FirstOutside((0.0,)), HEAP)
 
 
 @pytest.mark.parametrize(
-    ("stopped", "weight", "words"),
+    ("stopped", "factors", "words"),
     [
-        ("tolerance", Weight.ASIDE, "After 2 runs the largest error is 3.46 %, within the tolerance."),
-        ("budget", Weight.USE, "refine.budget allows no further iteration."),
-        ("settled", Weight.USE, "After 2 runs the joint fit no longer moves: the largest error is 3.46 %"),
+        (
+            "budget",
+            (),
+            "The maximum force is still 36.70 % from the target; the best point is kept. Raise",
+        ),
+        ("settled", (), "The error is 36.70 %, and no parameters nearby reduce it."),
+        ("budget", ("strain",), "Raise refine.budget, or give strain a wider range under refine.adjust."),
+        ("out_of_reach", ("strain", "stress"), "from the target at the end of the range of strain and stress. Give"),
+        ("settled", ("strain",), "no step is left between the runs: it jumps, or does not depend on strain."),
     ],
 )
-def test_why_a_joint_loop_ended(stopped: Any, weight: Weight, words: str) -> None:
-    sentence, found = said(replace(MANY, stopped=stopped))["stopped"]
-    assert words in sentence and found is weight
+def test_where_it_ended(stopped: Stopped, factors: tuple[str, ...], words: str) -> None:
+    assert words in sentence(NotReached(stopped, 36.7, factors), STEM)
+
+
+def test_the_plan_names_the_program() -> None:
+    assert sentences([InAnotherProgram("openradioss", 26, 6)]) == ["26 runs here, at most 6 in OpenRadioss (refine)."]

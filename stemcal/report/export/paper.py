@@ -11,7 +11,8 @@ from stemcal.naming import FIRST, FORCE, Named, capital
 from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
-from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table, refine_table
+from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table
+from stemcal.report.tables.of_refinement import runs
 from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
@@ -83,8 +84,8 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         calibrated = {name: results.parameters[name] for name in inversion.point.solution}
         tables.append(_parameters(study, labels, calibrated, cited_ranges(inversion) if holds else None))
     if results.refinement is not None:
-        heads = {**_runs(study, "iteration"), "predicted": "Predicted Value", "error_percent": ""}
-        tables.append(_printed("refinement", refine_table(results.refinement, symbols), heads, line("then")))
+        heads = {**_runs(study, "run"), "predicted": "Predicted Value"}
+        tables.append(_printed("refinement", runs(results.refinement, symbols), heads, line("then")))
     if results.validation is not None:
         tables.append(_validation(results.validation))
     return tables

@@ -17,20 +17,20 @@ from stemcal.report.figures.effects import half_normal, pareto
 from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fields, fracture_frames, mesh
+from stemcal.report.figures.refinement import refined
 from stemcal.report.figures.style import Figure, png, resize, save, svg, write_both
-from stemcal.report.figures.transfer import transferred
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.records import Details, Records, curves_of
 from stemcal.solvers.film import frames_of
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.transfer.result import TransferResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.text.captions import caption
-from stemcal.text.names import Names, program
+from stemcal.text.names import Names
 
 CLAIMING = ("profiles", "solutions")
 """Figures of intervals, which suppose that the model fits: not shown where nothing is calibrated."""
@@ -80,8 +80,8 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
         plots += inversion_plots(results.surface, results.inversion, labels) if results.inversion is not None else []
     if results.validation is not None:
         plots += validation_plots(study, results.validation)
-    if results.transfer is not None:
-        plots.append(transfer_plot(results.transfer))
+    if results.refinement is not None and len(results.refinement.rows) > 1:
+        plots.append(refinement_plot(results.refinement))
     return plots + run_plots(study, records)
 
 
@@ -175,10 +175,9 @@ def validation_plots(study: Study, validate: ValidateResult) -> list[Plot]:
     return plots
 
 
-def transfer_plot(transfer: TransferResult) -> Plot:
-    """Return the figure of a transfer."""
-    text = caption(Names(transfer.naming), "transfer", there=program(transfer.solver.kind))
-    return Plot("transfer", "transfer", text, partial(transferred, transfer))
+def refinement_plot(refinement: RefineResult) -> Plot:
+    """Return the figure of a refinement at several conditions."""
+    return Plot("refinement", "refine", caption(Names(refinement.naming), "refinement"), partial(refined, refinement))
 
 
 def spread_of(study: Study, response: Named) -> dict[float, float]:

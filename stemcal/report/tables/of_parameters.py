@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.numbers import interval, significant
-from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated, to_decimals
+from stemcal.report.tables.columns import ERROR, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
 from stemcal.text.language import say
@@ -16,7 +16,6 @@ from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.stages.climb import ClimbResult
-    from stemcal.stages.refine.result import RefineResult
 
 
 def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:
@@ -86,26 +85,6 @@ def climb_table(stage: ClimbResult, names: Names) -> Table:
     return Table.of(columns, stage.rows, line("climb"), foot, strong=frozenset({stage.best_step}))
 
 
-def _target(stage: ClimbResult | RefineResult, names: Names) -> str:
+def _target(stage: ClimbResult, names: Names) -> str:
     at = "target" if names.naming.condition is None else "target at"
     return line(at, names, target=stage.target, at=stage.condition)
-
-
-def refine_table(stage: RefineResult, names: Names) -> Table:
-    """Return every iteration of the closed loop: where, what was predicted, what was simulated."""
-    places = {True: say("inside"), False: say("outside"), None: ""}
-    columns = [
-        Column("iteration", "No.", form=format),
-        Column("how", "From"),
-        *(condition(names.naming) if stage.at_conditions else ()),
-        *levels(stage.solution, names),
-        Column("predicted", "Surface", names.response.written, significant),
-        Column("interval", "Interval", of=lambda row: places[row.inside_interval]),
-        simulated(names.response, "Simulated"),
-        ERROR,
-    ]
-    best = frozenset(i for i, row in enumerate(stage.rows) if row.iteration == stage.iteration)
-    near = {"tolerance": stage.tolerance_percent, "runs": len(stage.rows), "budget": stage.budget}
-    within = line("within" if stage.converged else "beyond", **near)
-    foot = (*(() if stage.at_conditions else [_target(stage, names)]), within, line("predicted then", names))
-    return Table.of(columns, stage.rows, line("refinement"), foot, strong=best)

@@ -14,8 +14,8 @@ from stemcal.report.tables.of_parameters import (
     calibration_table,
     climb_table,
     interval_table,
-    refine_table,
 )
+from stemcal.report.tables.of_refinement import refine_tables
 from stemcal.report.tables.of_responses import further_table, joint_table, validation_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
@@ -25,7 +25,6 @@ from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.result import InvertResult
-    from stemcal.stages.transfer.result import TransferResult
 
 
 MOST_FITS = 6  # further responses whose tables are shown
@@ -53,12 +52,6 @@ def _whole(stage: StageResult, labels: Mapping[str, str] | None, judged: bool) -
     if isinstance(stage, SurfaceResult):
         return [*surface_tables(stage, names), *_of_others(stage, labels)]
     return _TABLES[stage.name](stage, names)
-
-
-def _transfer_tables(stage: TransferResult, names: Names) -> list[Table]:
-    from stemcal.report.tables.of_transfer import transfer_tables
-
-    return transfer_tables(stage, names)
 
 
 def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
@@ -94,7 +87,6 @@ def _of_others(stage: SurfaceResult, labels: Mapping[str, str] | None) -> list[T
 _TABLES: dict[str, Callable[[Any, Names], list[Table]]] = {
     "climb": lambda stage, names: [climb_table(stage, names)],
     "invert": lambda stage, names: [calibration_table(stage, names), *joint_tables(stage, names)],
-    "refine": lambda stage, names: [refine_table(stage, names)],
+    "refine": refine_tables,
     "validate": validation_tables,
-    "transfer": _transfer_tables,
 }

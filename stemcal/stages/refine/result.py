@@ -1,144 +1,179 @@
-"""What the closed loop comes to: every iteration, the best of them, and the surfaces that learnt."""
+"""The result of the refinement: the parameters where they are used, the responses there, and every run."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import Spread, absent, inline
-from stemcal.notes import Note
+from stemcal.files.typed import Spread, absent, inline, key
+from stemcal.notes import Note, Weight
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Entries, Head, Interval, StageResult
 
-Stopped = Literal["tolerance", "budget", "settled"]
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an iteration was, coded, and within which radius of the best it was sought."""
-
-    coded: dict[str, float]
-    coded_radius: float
-    step_radius: float | None
+Stopped = Literal["tolerance", "budget", "settled", "out_of_reach"]
+How = Literal["solution", "surface", "bracket", "back", "path", "elsewhere"]
 
 
-@dataclass(frozen=True)
-class ResponseRow:
-    """A response at a point: measured, predicted by the surface, simulated."""
+class NotReached(Note, weight=Weight.USE):
+    """The target is not reached: the budget is spent, no step is left, or the factors are at the end of their range.
 
-    condition: float
-    response: str
-    unit: str
-    measured: float
-    predicted: float
-    prediction_interval: Interval | None
-    simulated: float | None
-    inside_interval: bool | None
-    error_percent: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class RefineRow(Spread):
-    """One run: where it was, what the surface had predicted, what came of it.
-
-    `how` is ``solution`` (of the stage before), ``surface`` (the refitted one), ``bracket`` (between two simulated
-    points) or ``back`` (half-way back from a run that failed). `condition`, `measured` and `further` are of joint fits.
+    `factors` are those that may move in another model, none in the study's own.
     """
 
-    iteration: int
-    how: str
-    condition: float | None = absent()
-    levels: dict[str, float]
-    place: Place | None = inline(None)
-    measured: float | None = absent()
-    predicted: float
-    prediction_interval: Interval | None
-    inside_interval: bool | None
-    error_percent: float | None
-    outcome: Outcome = inline()
-    further: Rows[ResponseRow] = absent(Rows())
+    stopped: Stopped
+    missed_percent: float
+    factors: tuple[str, ...]
+
+
+class FirstOutside(Note, weight=Weight.USE):
+    """At the solution of the surface the simulated response is outside its prediction interval, at these conditions."""
+
+    conditions: tuple[float, ...]
+
+
+class BeyondRange(Note, weight=Weight.USE):
+    """A parameter is outside the study's range of the factor."""
+
+    factor: str
+    value: float
+    low: float
+    high: float
+
+
+class StillRose(Note, weight=Weight.NUMBERS):
+    """In so many runs of another model the response still rose at the end of the stroke."""
+
+    runs: int
+
+
+class NotRunThere(Note, weight=Weight.USE):
+    """The result was not run there at these conditions: the target was not reached, or the budget was spent."""
+
+    conditions: tuple[float, ...]
+    converged: bool
+
+
+class FailedThere(Note, weight=Weight.NUMBERS):
+    """Runs with the result failed at these conditions, the first for this reason."""
+
+    conditions: tuple[float, ...]
+    reason: str
 
 
 @dataclass(frozen=True)
-class Iteration:
-    """One point of a joint fit, simulated at every diameter; None where not all runs succeeded."""
+class Model:
+    """What simulated: the kind of solver, its version if known, and settings that the values depend on."""
 
-    iteration: int
-    how: str
-    levels: dict[str, float]
-    coded: dict[str, float]
-    coded_radius: float
-    reach: float | None
-    misfit: float | None
-    max_abs_error_percent: float | None
-    error_percent: float | None
+    kind: str
+    version: str | None = None
+    belongs_to: dict[str, str] | None = absent()
 
 
 @dataclass(frozen=True)
-class Learnt:
-    """The surface with the simulated points in it."""
+class AdjustedFactor:
+    """A factor that may move in another model: calibrated value, value there, and the range it may move in.
 
-    coefficients: Rows[Coefficient]
-    r2: float | None
+    `interval` covers the value with 95 % by the scatter of the measured mean, the other factors fixed.
+    """
+
+    factor: str
+    calibrated: float
+    value: float
+    interval: Interval | None
+    low: float
+    high: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class LearntOf(Spread):
-    """The surface of one measured mean with the simulated points in it, and the variance that weighs it."""
+@dataclass(frozen=True)
+class RefineRow:
+    """A measured mean, and what was simulated with the solution (`before`) and with the result (`after`)."""
 
     condition: float
     response: str
-    variance: float
-    learnt: Learnt = inline()
+    measured: float
+    before: float | None
+    after: float | None
+    error_percent: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RefineRun(Spread):
+    """One run: how its point was found, and the response predicted by then.
+
+    `how` is ``solution`` (of the surface), ``surface`` (refitted), ``bracket`` (between two points), ``path`` (along
+    the factors of `refine.adjust`), ``back`` (half-way back from a failed run) or ``elsewhere`` (at another condition).
+    """
+
+    run: int
+    how: How
+    condition: float
+    levels: dict[str, float]
+    predicted: float | None
+    prediction_interval: Interval | None = absent()
+    outcome: Outcome = inline()
+
+    @property
+    def inside_interval(self) -> bool | None:
+        """Whether the response is inside the prediction interval; None where either is missing."""
+        found, interval = self.outcome.response, self.prediction_interval
+        return None if found is None or interval is None else interval[0] <= found <= interval[1]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RefineResult(StageResult):
-    """The refined parameters; `at_conditions`, `stopped`, `iterations` and `surfaces` are of a joint fit."""
+    """The refined parameters and the responses with them; `model` (key `in`) is where they are used.
+
+    `aim` is the response to reach at `condition`: the measured one; in another model after a joint fit, the one that
+    the study's own model gives there. `elsewhere` tells that `model` is not the study's own.
+    """
 
     name: ClassVar[str] = "refine"
-    shown = ("solution",)
+    shown = ("parameters",)
 
     head: Head = inline()
-    target: float
+    elsewhere: bool
+    model: Model = key("in")
     condition: float
-    at_conditions: tuple[float, ...] = absent(())
+    aim: float
     tolerance_percent: float
     budget: int
     converged: bool
-    stopped: Stopped | None = absent()
-    iteration: int
-    solution: dict[str, float]
-    coded: dict[str, float]
-    coded_radius: float
-    simulated: float | None
+    stopped: Stopped
     error_percent: float
-    max_abs_error_percent: float | None = absent()
     parameters: dict[str, float]
-    iterations: Rows[Iteration] = absent(Rows())
+    adjusted: Rows[AdjustedFactor]
     rows: Rows[RefineRow]
-    surface: Learnt | None = absent()
-    surfaces: Rows[LearntOf] = absent(Rows())
+    max_abs_error_percent: float | None
+    made: Rows[RefineRun] = key("runs")
     notes: tuple[Note, ...] = ()
 
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The factors whose levels differ between the runs."""
+        first = self.made[0].levels
+        return tuple(name for name in first if any(run.levels[name] != first[name] for run in self.made))
+
+    @property
+    def fitted(self) -> RefineRow:
+        """The row of the first response at the calibration."""
+        return next(row for row in self.rows if row.condition == self.condition)
+
+    @property
+    def aims_at_measured(self) -> bool:
+        """Whether the aim is the measured response, not that of the study's own model."""
+        return self.aim == self.fitted.measured
+
     def _tables(self) -> dict[str, Table]:
-        """Return every run."""
-        at = ("condition",) if self.at_conditions else ()
-        columns = (
-            "iteration",
-            "how",
-            *at,
-            *self.solution,
-            "predicted",
-            "response",
-            "error_percent",
-            "status",
-            "reason",
-        )
-        return {"refine": Table.of(columns, self.rows)}
+        """Return the responses, and every run."""
+        columns = ("condition", "response", "measured", "before", "after", "error_percent")
+        runs = ("run", "how", "condition", *self.varied, "predicted", "response", "status", "reason")
+        return {"refine": Table.of(columns, self.rows), "refine_runs": Table.of(runs, self.made)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""
-        for number, row in enumerate(self.rows, 1):
-            yield f"refine {number}", row.outcome
+        for one in self.made:
+            yield f"refine {one.run}{self.naming.at(one.condition) if self.elsewhere else ''}", one.outcome
+
+    def entries(self) -> Iterator[Entries]:
+        """Yield the parameters, which must have every factor that may move."""
+        yield "parameters", self.parameters, [one.factor for one in self.adjusted]

@@ -9,15 +9,12 @@ import numpy as np
 from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
 from stemcal.notes import Note
 from stemcal.runs.outcome import Outcome, lower_bounds
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import measured_of
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Head
 from stemcal.stages.validate.result import (
     FromTable,
@@ -103,13 +100,6 @@ def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.replicates)
-
-
-def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
-    """Return the level of every factor at the solution; refined if the spec asks for that."""
-    if study.refine is not None:
-        return read_fresh(study, solver, folder, RefineResult).parameters
-    return read_fresh(study, solver, folder, InvertResult).parameters
 
 
 def _row(

@@ -57,7 +57,7 @@ class Physics:
 
 def physics_of(results: Results, folder: StudyFolder) -> Physics:
     """Read the checks of every run of the study's own solver; runs of solvers that tell none are not counted."""
-    own = replace(results, transfer=None).runs()
+    own = replace(results, refinement=results.refined_here).runs()
     keys = dict.fromkeys(outcome.key for _, outcome in own if outcome.key and outcome.ok)
     every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
     found = list(every.values())

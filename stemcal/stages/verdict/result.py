@@ -47,7 +47,7 @@ class UseThere:
 class Verdict:
     """The verdict, where the result may be used (None where no run shows it), and at most ten reasons.
 
-    `there` is where the parameters for another program may be used in it.
+    `there` is the use of the parameters of `refine.in`, in that model.
     """
 
     verdict: Word

@@ -94,17 +94,16 @@ def _use(evidence: Evidence) -> Use | None:
 
 
 def _use_there(evidence: Evidence) -> UseThere | None:
-    """Return where the result of a transfer agrees."""
-    found = evidence.results.transfer
+    """Return at which conditions the refinement in another model agrees."""
+    found = evidence.results.refined_there
     if found is None:
         return None
-    name = evidence.study.naming.response.name
     rows = [
-        Judged(name, row.condition, row.error_percent, row.role == "calibration")
+        Judged(row.response, row.condition, row.error_percent, row.condition == found.condition)
         for row in found.rows
         if row.error_percent is not None
     ]
-    return UseThere(found.solver.kind, _use_of(evidence, rows)) if rows else None
+    return UseThere(found.model.kind, _use_of(evidence, rows)) if rows else None
 
 
 def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
@@ -123,7 +122,8 @@ def _unfinished(evidence: Evidence) -> Iterator[Note]:
     if missing and not list(_reach(evidence)):
         by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
         remedy = Remedy(by_hand if evidence.study.solver.kind == "sheet" else "`stemcal run SPEC` continues.")
-        severity: Severity = "warning" if [stage.name for stage in missing] == ["transfer"] else "error"
+        there_alone = [stage.name for stage in missing] == ["refine"] and not evidence.study.refined_here
+        severity: Severity = "warning" if there_alone else "error"
         titles = ", ".join(stage.title for stage in missing)
         yield Note("unfinished", severity, f"Not done yet: {titles}.", remedy)
 
@@ -178,7 +178,7 @@ def _target(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    refine = evidence.study.refine
+    refine = evidence.study.refine if evidence.study.refined_here else None
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
@@ -342,19 +342,21 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
     return None
 
 
-def _transfer(evidence: Evidence) -> Iterator[Note]:
-    found = evidence.results.transfer
+def _there(evidence: Evidence) -> Iterator[Note]:
+    found = evidence.results.refined_there
     if found is None or found.converged:
         return
-    budget, factors = 2 * found.budget, series(found.moving)
+    budget, factors = 2 * found.budget, series([one.factor for one in found.adjusted])
+    wider = f"give {factors} a wider range under `refine.adjust`"
     remedies = {
-        "budget": f"Raise `budget` under `transfer` to {budget}, or give {factors} a wider range under `adjust` there.",
-        "out_of_reach": f"Give {factors} a wider range, or name another factor, under `adjust` of `transfer`.",
+        "budget": Remedy(f"Raise `refine.budget` to {budget}, or {wider}.", f"refine: {{budget: {budget}}}"),
+        "out_of_reach": Remedy(f"{wider.capitalize()}, or add another factor there."),
     }
-    aim = "the measured one" if found.aims_at == "measured" else "that of the study's own solver"
-    text = f"In {found.solver.kind} the {evidence.names.response.long} is {found.missed_percent:.1f} % from {aim}."
-    remedy = Remedy(remedies.get(found.stopped, "Average over mesh positions there, or adjust another factor."))
-    yield Note("transfer_missed", "warning", text, remedy)
+    aim = "the measured one" if found.aims_at_measured else "that of the study's own model"
+    missed = f"differs from {aim} by {abs(found.error_percent):.1f} %."
+    text = f"In {found.model.kind} the {evidence.names.response.long} {missed}"
+    smoother = Remedy("Average over mesh positions in `refine.in`, or adjust another factor.")
+    yield Note("missed_there", "warning", text, remedies.get(found.stopped, smoother))
 
 
 def _rough(evidence: Evidence) -> Iterator[Note]:
@@ -382,7 +384,7 @@ RULES: tuple[Rule, ...] = (
     _validation,
     _signs,
     _rough,
-    _transfer,
+    _there,
     _physics,
     _unfinished,
 )

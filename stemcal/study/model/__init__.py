@@ -25,6 +25,7 @@ from stemcal.study.model.program_options import (
     ProgramOptions,
     program_of,
 )
+from stemcal.study.model.refine_options import Elsewhere, RefineOptions, RefineTest
 from stemcal.study.model.result_readers import (
     CsvResult,
     JsonResult,
@@ -41,8 +42,7 @@ from stemcal.study.model.shear_test import (
 )
 from stemcal.study.model.sheet_options import SheetSolver
 from stemcal.study.model.solver_options import EmbeddedSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
-from stemcal.study.model.transfer_options import OwnRange, TransferOptions, TransferTest
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
 # fmt: off
@@ -51,15 +51,15 @@ __all__ = [
     "BladeSection",
     "ClimbOptions",
     "CodingEntry", "CommandSolver", "Condition", "ContactSection",
-    "CsvResult", "DeckAt", "DeckSolver", "EmbeddedSolver", "Factor",
+    "CsvResult", "DeckAt", "DeckSolver", "Elsewhere", "EmbeddedSolver", "Factor",
     "Grades", "Growth",
     "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "MaterialSection", "Mean",
-    "OwnRange", "Parameter", "ProgramOptions", "RefineOptions",
+    "Parameter", "ProgramOptions", "RefineOptions", "RefineTest",
     "RegexResult",
     "Response", "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SheetSolver", "SpecimenSection",
     "Study", "StudyForm",
-    "SupportsSection", "Target", "Targets", "TransferOptions",
-    "TransferTest", "exponents_in", "factors_taken", "program_of", "strongest_asked",
+    "SupportsSection", "Target", "Targets",
+    "exponents_in", "factors_taken", "program_of", "strongest_asked",
 ]
 # fmt: on

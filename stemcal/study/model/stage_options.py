@@ -51,15 +51,6 @@ class ClimbOptions(Frozen):
     """Share of each range over which the surface's design reaches, around the best step."""
 
 
-class RefineOptions(Frozen):
-    """When simulating at the solution and refitting ends: force within the tolerance, or runs spent."""
-
-    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
-    """Done once the simulated force is within this of the measured one."""
-    budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
-    """Most simulations it may take."""
-
-
 class RunsOptions(Frozen):
     """What becomes of runs that fail, and how long one may take.
 

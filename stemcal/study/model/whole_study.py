@@ -23,6 +23,7 @@ from stemcal.study.model.laboratory_tests import LaboratorySection, named_respon
 from stemcal.study.model.measured_targets import Target, Targets, named_modes
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, DeckSolver
+from stemcal.study.model.refine_options import RefineOptions
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
@@ -33,8 +34,7 @@ from stemcal.study.model.shear_test import (
 )
 from stemcal.study.model.sheet_options import SheetSolver
 from stemcal.study.model.solver_options import EmbeddedSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RefineOptions, RunsOptions
-from stemcal.study.model.transfer_options import TransferOptions
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions
 from stemcal.study.types.field_types import StudyName, Title, Whole
 from stemcal.study.types.named import naming_of
 from stemcal.words import counted, did_you_mean
@@ -88,9 +88,7 @@ class StudyForm(Frozen):
     invert: InvertOptions = InvertOptions()
     """Stage 3: the parameters that give the measured force."""
     refine: RefineOptions | None = None
-    """Stage 4: simulate at the solution and correct it; without this section it is left out."""
-    transfer: TransferOptions | None = None
-    """After the validation: the calibrated point run in another program or on another mesh, and corrected there."""
+    """Stage 4: simulate at the solution and correct it, also in another program; left out without this section."""
     runs: RunsOptions = RunsOptions()
     """What becomes of runs that fail."""
 
@@ -277,21 +275,26 @@ class Study(StudyForm):
         moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
-    def seen_by(self, stage: str) -> Study:
-        """Return the study as a stage simulates it: the transfer with the solver and the test of its own."""
-        if stage != "transfer" or self.transfer is None:
+    @property
+    def refined_here(self) -> bool:
+        """Whether the parameters are refined in the study's own model."""
+        return self.refine is not None and not self.refine.elsewhere
+
+    @property
+    def there(self) -> Study:
+        """The study as `refine.in` simulates it; the study itself without that key."""
+        if self.refine is None or not self.refine.elsewhere:
             return self
-        changes = self.transfer.test.changes.items()
+        changes = self.refine.test.changes.items()
         sections = {name: getattr(self, name).model_copy(update=change) for name, change in changes}
-        return self.model_copy(
-            update={"solver": self.transfer.solver_beside(self.solver), "transfer": None, **sections}
-        )
+        solver = self.refine.solver_there(self.solver)
+        return self.model_copy(update={"solver": solver, "refine": None, **sections})
 
     @property
     def by_hand(self) -> Study:
-        """The study as the solver sees it whose runs people do: its own one, or that of the transfer."""
-        there = self.transfer is not None and self.transfer.solver.kind == "sheet"
-        return self.seen_by("transfer") if there and self.solver.kind != "sheet" else self
+        """The study as the solver whose runs people do sees it: the study's own, or that of `refine.in`."""
+        there = self.there
+        return there if there.solver.kind == "sheet" and self.solver.kind != "sheet" else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
         """Return the value of every factor in internal units; those without a level stay at mid-level."""

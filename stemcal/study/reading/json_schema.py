@@ -47,13 +47,6 @@ def json_schema() -> dict[str, Any]:
     command["result"]["anyOf"] += [
         {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
     ]
-    moving = schema["$defs"]["TransferOptions"]["properties"]["adjust"]
-    names = {"type": "array", "items": {"type": "string"}}
-    ranges = {"type": "object", "additionalProperties": moving.pop("additionalProperties")}
-    schema["$defs"]["TransferOptions"]["properties"]["adjust"] = {
-        "description": moving["description"],
-        "anyOf": [names, ranges],
-    }
     return schema
 
 

@@ -98,9 +98,9 @@ class Sections:
         """Read the solver; a program's ``result`` may be a mapping of readers by response."""
         self.read(name, _readers_by_response(given))
 
-    def read_transfer(self, name: str, given: Any) -> None:
-        """Read the transfer, which has a solver of its own."""
-        self.read(name, _with_solver(given))
+    def read_refine(self, name: str, given: Any) -> None:
+        """Read the refinement, which may have a solver of its own."""
+        self.read(name, _with_solver(given, "in"))
 
     def read_tests(self, name: str, given: Any) -> None:
         """Read the tests, each of which may have a solver of its own: good ones are kept by their place in the list."""
@@ -156,7 +156,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "targets": Sections.read_targets,
     "solver": Sections.read_solver,
     "tests": Sections.read_tests,
-    "transfer": Sections.read_transfer,
+    "refine": Sections.read_refine,
     "invert": Sections.read_invert,
 }
 
@@ -186,10 +186,10 @@ def _readers_by_response(solver: Any) -> Any:
     return solver
 
 
-def _with_solver(section: Any) -> Any:
+def _with_solver(section: Any, key: str = "solver") -> Any:
     """Return a section whose solver, if it has one, is as `_readers_by_response` gives it."""
-    has_one = isinstance(section, dict) and "solver" in section
-    return {**section, "solver": _readers_by_response(section["solver"])} if has_one else section
+    has_one = isinstance(section, dict) and key in section
+    return {**section, key: _readers_by_response(section[key])} if has_one else section
 
 
 def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
@@ -234,7 +234,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
         shown = (*section, *entry["loc"])
         if shown in told:
             continue
-        depth = shown.index("solver") + 1 if section in (("solver",), ("transfer",)) and "solver" in shown else 0
+        depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
         path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown
         if section == ("tests",) and "solver" in shown:  # of one kind only, which is in no path

@@ -11,9 +11,9 @@ from stemcal.study.rules import (
     growth_rules,
     laboratory_rules,
     program_rules,
+    refine_rules,
     surface_rules,
     target_rules,
-    transfer_rules,
 )
 from stemcal.study.rules.draft import Draft, Finding
 
@@ -70,14 +70,14 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     program_rules.command_names_deck,
     program_rules.keys_belong_to_the_program,
     program_rules.openradioss_hardens_isotropically,
-    transfer_rules.target_can_be_reached,
+    refine_rules.refinement_is_possible,
 )
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`."""
-    there = transfer_rules.seen_there(draft)
-    return [*_broken(draft), *transfer_rules.told_there(draft, [] if there is None else _broken(there))]
+    there = refine_rules.seen_there(draft)
+    return [*_broken(draft), *refine_rules.wrong_there(draft, [] if there is None else _broken(there))]
 
 
 def _broken(draft: Draft) -> list[Finding]:

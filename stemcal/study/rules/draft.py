@@ -43,7 +43,6 @@ class Draft:
     invert: model.InvertOptions | None = None
     refine: model.RefineOptions | None = None
     climb: model.ClimbOptions | None = None
-    transfer: model.TransferOptions | None = None
 
     @property
     def rate_law(self) -> str | None:

@@ -33,9 +33,9 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     if draft.solver is not None and draft.embedded is None:
         message = f"solver {draft.solver.kind} does not simulate laboratory tests"
         yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
-    if draft.transfer is not None:
-        message = "the tests are simulated here alone: parameters cannot be transferred by them"
-        yield Finding(("transfer",), message, "leave out one of them", at_key=True)
+    if draft.refine is not None and draft.refine.elsewhere:
+        message = "another model does not simulate the tests"
+        yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft, section):
             message = f"{section} of a program stand beside the tests of the embedded solver"
@@ -64,9 +64,9 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     if targets is not None and targets.machine.stiffness_sd and targets.machine.stiffness is None:
         message = "there is no stiffness that it is the standard deviation of"
         yield Finding(("targets", "machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
-    if curved and draft.transfer is not None:
-        message = "curves are compared here alone: parameters cannot be transferred by them"
-        yield Finding(("transfer",), message, "leave out one of them", at_key=True)
+    if curved and draft.refine is not None and draft.refine.elsewhere:
+        message = "curves are not compared in another model"
+        yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:

@@ -269,16 +269,16 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
     study = of_decks(tmp_path, kind)
     assert study.invert.responses[:2] == ("response", "curve_1")
     assert "curves" in make_solver(study).identity(Request("rsm", 0, study.midlevels(), 8.0))
-    with pytest.raises(SpecError, match="transfer: curves are compared here alone"):
-        of_decks(tmp_path, kind, "transfer: {solver: {kind: embedded}}\n")
+    with pytest.raises(SpecError, match="curves are not compared in another model"):
+        of_decks(tmp_path, kind, "refine: {in: {kind: embedded}}\n")
 
 
 @pytest.mark.parametrize("kind", ["lsdyna", "openradioss"])
-def test_parameters_are_not_transferred_by_curves(tmp_path: Path, kind: str) -> None:
-    with pytest.raises(SpecError, match="transfer: curves are compared here alone"):
+def test_parameters_are_not_refined_there_by_curves(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(SpecError, match="curves are not compared in another model"):
         study_in(tmp_path)
         text = (tmp_path / "study.yaml").read_text(encoding="utf-8")
-        there = f"transfer: {{solver: {{{OF_DECKS[kind]}}}}}\n"
+        there = f"refine: {{in: {{{OF_DECKS[kind]}}}}}\n"
         (tmp_path / "study.yaml").write_text(text + there, encoding="utf-8")
         load_study(tmp_path / "study.yaml")
 

@@ -1,17 +1,17 @@
-"""Parameters taken to another program: which way to go there, how far, and what was learnt of it.
+"""A path through the ranges of the factors that may move, and the search along it for a target response.
 
-The way is a line through the box of the factors that may move: the first of them goes to the end of its range, then the
-second, and so on. Along it counts what the surface expects: a place s is the change of the logarithm of the response,
+The first factor goes to the end of its range, then the second, and so on. The coordinate s along the path is the change
+of the logarithm of the response that the surface predicts:
 
-    s = Σ eⱼ·Δvⱼ        eⱼ = ∂ ln ŷ/∂vⱼ at the calibrated point        vⱼ = ln xⱼ, or xⱼ where its range holds zero
+    s = Σ eⱼ·Δvⱼ        eⱼ = ∂ ln ŷ/∂vⱼ at the calibrated point        vⱼ = ln xⱼ, or xⱼ where its range includes zero
 
-so that the response there, corrected by a scale a and a tilt k, is
+In another program or mesh the response is corrected by a scale a and a slope k:
 
     ln y = ln ŷ₀ + a + k·s
 
-The first run tells a, with k = 1 as the surface has it; the second tells k. Once runs lie on both sides of the target,
-the parabola through the three nearest or the line through two takes over, which stays between them (Brent, Algorithms
-for Minimization without Derivatives, 1973, chapter 4).
+The first run determines a, with k = 1 as on the surface; the second determines k. Once runs lie on both sides of the
+target, the next point lies between them, on the parabola through the three nearest runs or the line through two (Brent,
+Algorithms for Minimization without Derivatives, 1973, chapter 4).
 """
 
 from collections.abc import Sequence
@@ -26,18 +26,18 @@ from stemcal.errors import UsageError
 
 # No step changes a factor by more than this: the logarithm of three, or half of its range where that holds zero.
 _MOST_LOG, _MOST_SHARE = log(3.0), 0.5
-# A tilt below this is none: the response does not follow.
+# With a slope below this the response does not follow the factors.
 _LEAST_TILT = 0.02
 # How near the ends of a bracket a step may come.
 _MARGIN = 0.03
 _SAME = 1e-6
-# Where the search goes on while not even the start could be simulated.
+# Where the search continues while all runs, the start included, have failed.
 _ASIDE = (0.1, -0.1)
 
 
 @dataclass(frozen=True)
 class Mover:
-    """A factor that may move: where it starts, its range, and ∂y/∂x over y as the surface has it at the start."""
+    """A factor that may move: its start, its range, and ∂y/∂x divided by y on the surface at the start."""
 
     name: str
     start: float
@@ -60,28 +60,30 @@ class Mover:
         return abs(self._slope) * (_MOST_LOG if self._by_ratio else _MOST_SHARE * (self.high - self.low))
 
     def reach(self, upwards: bool) -> float:
-        """Return how far s goes up or down until the factor stands at an end of its range; never negative."""
+        """Return the change of s, up or down, at which the factor reaches the end of its range; never negative."""
         end = self.high if upwards == (self._slope > 0.0) else self.low
         way = log(end / self.start) if self._by_ratio else end - self.start
         return max(0.0, self._slope * way if upwards else -self._slope * way)
 
     def moved(self, change: float) -> float:
-        """Return the value after a change of s that is within reach."""
+        """Return the value after a change of s within `reach`."""
         way = change / self._slope
         value = self.start * exp(way) if self._by_ratio else self.start + way
         return min(max(value, self.low), self.high)
 
 
 @dataclass(frozen=True)
-class Way:
-    """The movers in their order."""
+class SearchPath:
+    """The factors that may move, in their order."""
 
     movers: tuple[Mover, ...]
 
     def __post_init__(self) -> None:
         for mover in self.movers:
             if mover.relative_slope == 0.0 or not isfinite(mover.relative_slope):
-                raise UsageError(f"transfer.adjust: the surface does not tell how {mover.name} moves the response")
+                raise UsageError(
+                    f"refine.adjust: on the surface {mover.name} has no effect on the response. Remove it."
+                )
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -99,7 +101,7 @@ class Way:
         return found
 
     def longest(self, place: float, upwards: bool) -> float:
-        """Return the longest step from a place, that of the mover whose turn it is there."""
+        """Return the longest step from a place: that of the factor that moves there."""
         passed, away = 0.0, (place > 0.0) == upwards
         for mover in self.movers:
             passed += mover.reach(place > 0.0)
@@ -110,7 +112,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Tried:
-    """A place that was simulated and the response there, NaN where the run failed."""
+    """A place that was simulated, and the response; NaN where the run failed."""
 
     place: float
     response: float
@@ -123,7 +125,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Step:
-    """A place to be simulated, and the response that is expected there by what was learnt so far, if that tells any."""
+    """A place to simulate, and the response predicted there by the runs so far; None where they predict none."""
 
     place: float
     expected: float | None
@@ -135,22 +137,22 @@ def best_of(tried: Sequence[Tried], aim: float) -> Tried | None:
     return min(whole, key=lambda one: abs(one.level - log(aim)), default=None)
 
 
-def next_step(tried: Sequence[Tried], aim: float, way: Way) -> Step | None:
-    """Return where to simulate next to come to the response `aim`; None where nothing is left to be tried.
+def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | None:
+    """Return where to simulate next to reach the response `aim`; None where no new place is left.
 
-    `tried` are in the order in which they were simulated, one at least; after a failed run it is half-way back to the
-    best of the others, or a little aside of the start while there are no others.
+    `tried` has at least one run, in the order of simulation. After a failed run the next place is half-way back to the
+    best run, or a little beside the start while all runs have failed.
     """
     whole, best = [one for one in tried if isfinite(one.level)], best_of(tried, aim)
     if best is None:
-        low, high = way.ends
+        low, high = path.ends
         aside = (min(max(place, low), high) for place in _ASIDE)
         return next((Step(place, None) for place in aside if _new(place, tried)), None)
-    step = _step(whole, best, tried[-1], aim, way)
+    step = _step(whole, best, tried[-1], aim, path)
     return step if _new(step.place, tried) else None
 
 
-def _step(whole: Sequence[Tried], best: Tried, last: Tried, aim: float, way: Way) -> Step:
+def _step(whole: Sequence[Tried], best: Tried, last: Tried, aim: float, path: SearchPath) -> Step:
     if not isfinite(last.level):
         return Step(0.5 * (best.place + last.place), None)
     inline = sorted(whole, key=lambda one: one.place)
@@ -158,7 +160,7 @@ def _step(whole: Sequence[Tried], best: Tried, last: Tried, aim: float, way: Way
     if sides:
         nearest = min(sides, key=lambda pair: sum(abs(one.level - log(aim)) for one in pair))
         return Step(_between(*nearest, whole, log(aim)), aim)
-    place = _beyond(whole, best, log(aim), way)
+    place = _beyond(whole, best, log(aim), path)
     return Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))
 
 
@@ -167,7 +169,7 @@ def _new(place: float, tried: Sequence[Tried]) -> bool:
 
 
 def _between(one: Tried, other: Tried, whole: Sequence[Tried], aim: float) -> float:
-    """Return a place between two of either side: by the parabola through them and a third run, or by a line."""
+    """Return a place between two runs on either side: by the parabola through them and a third run, or by a line."""
     low, high = one.place, other.place
     line = low + (aim - one.level) / (other.level - one.level) * (high - low)
     others = [run for run in whole if run is not one and run is not other]
@@ -188,19 +190,19 @@ def _inverse_parabola(points: Sequence[Tried], aim: float) -> float:
     return total
 
 
-def _beyond(whole: Sequence[Tried], best: Tried, aim: float, way: Way) -> float:
-    """Return a place beyond the best run, as far as step and range allow; beyond all where the response is level."""
+def _beyond(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -> float:
+    """Return a place beyond the best run, limited by step and range; beyond all runs where the response is level."""
     tilt, upwards, start = _slope(whole, best), aim > best.level, best.place
     wanted = (aim - best.level) / tilt if tilt > _LEAST_TILT else (inf if upwards else -inf)
     if tilt <= _LEAST_TILT:
         start = (max if upwards else min)(one.place for one in whole)
-    longest = way.longest(start, upwards)
-    low, high = way.ends
+    longest = path.longest(start, upwards)
+    low, high = path.ends
     return min(max(start + min(max(wanted, -longest), longest), low), high)
 
 
 def _slope(whole: Sequence[Tried], best: Tried) -> float:
-    """Return ∂ ln y/∂s between the best run and the one nearest to it; 1, as the surface has it, while there is one."""
+    """Return ∂ ln y/∂s between the best run and the one nearest to it; 1, as on the surface, while there is one run."""
     others = [one for one in whole if one is not best]
     if not others:
         return 1.0
@@ -208,43 +210,15 @@ def _slope(whole: Sequence[Tried], best: Tried) -> float:
     return (best.level - near.level) / (best.place - near.place)
 
 
-@dataclass(frozen=True)
-class Learnt:
-    """What corrects the surface there: response = scale·ŷ^tilt along the way, both told by the runs.
-
-    `scale` is that of the calibrated point, `tilt` 1 where nothing was learnt beside it; `sd_percent` is what the line
-    leaves of the runs, with its degrees of freedom, None where it passes through them.
-    """
-
-    scale: float
-    tilt: float
-    sd_percent: float | None
-    df: int
-
-
-def learnt_of(tried: Sequence[Tried], expected: float) -> Learnt | None:
-    """Return scale and tilt by least squares over all runs that succeeded, for the response `expected` at the start."""
-    whole = [one for one in tried if isfinite(one.level)]
-    if not whole:
-        return None
-    places, levels = np.array([one.place for one in whole]), np.array([one.level for one in whole]) - log(expected)
-    if len(whole) == 1:
-        return Learnt(exp(float(levels[0] - places[0])), 1.0, None, 0)
-    tilt, shift = np.polyfit(places, levels, 1)
-    df = len(whole) - 2
-    left = levels - (shift + tilt * places)
-    return Learnt(exp(float(shift)), float(tilt), 100.0 * float(np.sqrt(left @ left / df)) if df else None, df)
-
-
 def ends_of(
-    tried: Sequence[Tried], best: Tried, way: Way, relative_error: float, df: float
+    tried: Sequence[Tried], best: Tried, path: SearchPath, relative_error: float, df: float
 ) -> dict[str, tuple[float, float]]:
-    """Return the 95 % interval of each mover for a target known with this relative standard error.
+    """Return the 95 % interval of each factor for a target with this relative standard error.
 
-    The others stay where they are: Δs = t·σ/|∂ ln y/∂s| with the slope between the best run and its neighbour.
+    The other factors are fixed: Δs = t·σ/|∂ ln y/∂s| with the slope between the best run and its neighbour.
     """
     slope = _slope([one for one in tried if isfinite(one.level)], best)
     half = t_quantile(0.95, df) * relative_error / abs(slope) if abs(slope) > _LEAST_TILT else inf
-    low, high = way.ends
-    one, other = way.at(max(best.place - half, low)), way.at(min(best.place + half, high))
+    low, high = path.ends
+    one, other = path.at(max(best.place - half, low)), path.at(min(best.place + half, high))
     return {name: (min(one[name], other[name]), max(one[name], other[name])) for name in one}

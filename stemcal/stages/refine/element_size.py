@@ -1,0 +1,165 @@
+"""The failure strain of elements that fail each by itself, for given element sizes: the loop on such meshes.
+
+The force then depends on the element size and on the position of the mesh under the edge. For each size the failure
+strain is sought with which the mean force over several positions is the calibrated one. It is no stage: it reads the
+calibrated study and leaves records only.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, sqrt
+
+from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.runs.answer import answer_all
+from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.solvers.protocol import Request
+from stemcal.stages.refine.loop import Loop, PathSteps
+from stemcal.stages.refine.stage import calibrated_parameters
+from stemcal.stages.result import Interval
+from stemcal.stages.work import SimulateAt, Work
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.types.lengths import Length
+
+STAGE, STRAIN = "material", "failure_strain"
+TOLERANCE, VALID = 0.02, 0.05  # of the force: where the search ends, and up to where a size is valid
+LOWEST, HIGHEST = 1e-3, 2.0
+FEWEST_POSITIONS, MOST_POSITIONS = 5, 50
+_MOST_RUNS = 12
+_LONGER_STROKE = 3.0  # without lengths the blade moves further to the same force
+_FIRST_SLOPE = 0.5  # of force over failure strain, both as logarithms, before anything is known
+
+
+@dataclass(frozen=True)
+class SizedStrain:
+    """The failure strain for one element size (mm), and the mean force over so many positions of the mesh.
+
+    `interval` covers the strain with 95 % by the scatter over the positions, `sd_percent`. The size is `valid` if the
+    mean force and its standard error are both within 5 % of the aim.
+    """
+
+    element_size: float
+    failure_strain: float
+    interval: Interval | None
+    force: float
+    sd_percent: float | None
+    positions: int
+    runs: int
+    valid: bool
+
+    @property
+    def positions_needed(self) -> int:
+        """The number of positions with which the standard error of the mean is at most 5 %."""
+        return ceil(((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2)
+
+
+@dataclass(frozen=True)
+class SizedStrains:
+    """Failure strain by element size at one stem diameter (mm), for the force `aim`; `levels` are the other factors."""
+
+    condition: float
+    aim: float
+    levels: dict[str, float]
+    rows: Rows[SizedStrain]
+
+    def row(self, size: float) -> SizedStrain:
+        """Return the row of an element size."""
+        return next(row for row in self.rows if row.element_size == size)
+
+
+def without_lengths(study: Study) -> Study:
+    """Return the study with elements that fail each by itself under a sharp edge, and the stroke they need.
+
+    Raises
+    ------
+    UsageError
+        If the study has no embedded solver, or no failure strain to adjust.
+    """
+    solver = study.solver
+    if not isinstance(solver, EmbeddedSolver):
+        raise UsageError(f"export material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
+    if STRAIN not in study.names:
+        raise UsageError(f"export material adjusts {STRAIN}, which is no factor of this study. Add it as a factor.")
+    sections = {
+        "solver": solver.model_copy(update={"replicates": None}),
+        "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
+        "blade": study.blade.model_copy(update={"edge_spread": Length(0.0)}),
+        "loading": study.loading.model_copy(update={"duration": _LONGER_STROKE * study.loading.duration}),
+    }
+    return study.model_copy(update=sections)
+
+
+def strains_of(work: Work, sizes: Sequence[float]) -> SizedStrains:
+    """Find the failure strain for each element size (mm), the coarsest first: finer ones start from its result.
+
+    Raises
+    ------
+    UsageError
+        If the study is not calibrated yet.
+    """
+    study, there = work.study, without_lengths(work.study)
+    levels, target = calibrated_parameters(study, work.solver, work.folder), study.calibration_target
+    rows: list[SizedStrain] = []
+    start = levels[STRAIN]
+    with work.folder:
+        for size in sorted(sizes, reverse=True):
+            if rows:  # the strain of an element of half the length is twice as large
+                start = min(rows[-1].failure_strain * rows[-1].element_size / size, HIGHEST)
+            rows.append(_of_size(work, there, {**levels, STRAIN: start}, target.response, size))
+    return SizedStrains(target.condition, target.response, levels, Rows(reversed(rows)))
+
+
+def _of_size(work: Work, there: Study, levels: Mapping[str, float], aim: float, size: float) -> SizedStrain:
+    """Search with a few positions of the mesh, then with as many as the scatter of the force requires."""
+    positions, runs = FEWEST_POSITIONS, 0
+    while True:
+        row = _searched(work, there, levels, aim, size, positions)
+        runs += row.runs
+        enough = min(row.positions_needed, MOST_POSITIONS)
+        if enough <= positions:
+            return replace(row, runs=runs)
+        positions, levels = enough, {**levels, STRAIN: row.failure_strain}
+
+
+def _searched(
+    work: Work, there: Study, levels: Mapping[str, float], aim: float, size: float, positions: int
+) -> SizedStrain:
+    start, at = levels[STRAIN], there.calibration_target.condition
+    path = SearchPath((Mover(STRAIN, start, LOWEST, HIGHEST, _FIRST_SLOPE / start),))
+    steps = PathSteps(path, levels, at, aim, aim)
+    loop = Loop(steps, _simulating(work, there, size, positions), 100.0 * TOLERANCE, _MOST_RUNS)
+    loop.run()
+    point = loop.best.point
+    outcome, tried = loop.responses(point.levels)[at], next(one for one in steps.tried if one.place == point.place)
+    error = None if outcome.sd is None else outcome.sd / tried.response / sqrt(positions)
+    interval = None if error is None else ends_of(steps.tried, tried, path, error, positions - 1.0)[STRAIN]
+    return SizedStrain(
+        element_size=size,
+        failure_strain=point.levels[STRAIN],
+        interval=interval,
+        force=tried.response,
+        sd_percent=None if outcome.sd is None else 100.0 * outcome.sd / tried.response,
+        positions=positions,
+        runs=len(loop.runs),
+        valid=error is not None and error <= VALID and abs(tried.response / aim - 1.0) <= VALID,
+    )
+
+
+def _simulating(work: Work, there: Study, size: float, positions: int) -> SimulateAt:
+    """Return what simulates failure strains as the mean over so many positions of a mesh."""
+    from stemcal.solvers.embedded import Embedded  # a table of strains is shown without the solver
+
+    solver, policy = Embedded(there), there.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+
+    def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
+        rows, sized = enumerate(points, first), f"{size:g} mm"
+        requests = [
+            Request(STAGE, row, levels, at, phases=positions, element_size=sized)
+            for row, levels in rows
+            for at in conditions
+        ]
+        answers = answer_all(requests, solver, work.folder, work.executor, work.watch, policy)
+        return [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+
+    return simulate

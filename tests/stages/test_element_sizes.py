@@ -1,0 +1,179 @@
+"""The failure strain by element size of a force whose law is known, and the files for another model."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from math import exp
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import FakeSolver, make_study
+from typer.testing import CliRunner
+
+import stemcal
+from stemcal import workflow
+from stemcal.cli.app import app
+from stemcal.errors import UsageError
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.overview.status import ledger
+from stemcal.report.progress import describe
+from stemcal.runs.answer import ignore
+from stemcal.solvers.deck.material import curve_text
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.refine.element_size import SizedStrains, strains_of, without_lengths
+from stemcal.stages.work import Work
+from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model.growth import Growth
+from stemcal.study.reading import load_study
+from stemcal.study.types.lengths import Length
+from stemcal.text.material import material_lines, not_valid
+
+ROOT = Path(__file__).parents[2]
+TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
+SHARES = (-2.0, -1.0, 0.0, 1.0, 2.0)
+
+
+@dataclass(frozen=True)
+class WithoutLengths:
+    """F = 110·(ε·h/0.05 mm)^0.4 N on average, ±10 % over five positions; no force is above 90 N in elements of 4 mm.
+
+    In elements of 3 mm the scatter is four times as large.
+    """
+
+    study: Study
+
+    def prepare(self) -> None:
+        """Do nothing."""
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """What was asked."""
+        return {"kind": "without-lengths", **request.as_record()}
+
+    def given_design(self, _stage: str) -> None:
+        """Any levels."""
+        return
+
+    def solve(self, request: Request) -> Answer:
+        """Answer by the law."""
+        size = Length.of(request.element_size or "").at(8.0)
+        force = 110.0 * (request.levels["failure_strain"] * size / 0.05) ** 0.4
+        force = min(force, 90.0) if size == 4.0 else force
+        sd = (0.2 if size == 3.0 else 0.05) * force
+        forces = [force + share * sd for share in SHARES]
+        return Answer("ok", force, details={"phase_peaks": forces, "peak_sd": sd})
+
+
+def calibrated(folder: Path) -> Work:
+    """Return a calibrated study whose answers are known."""
+    study, out, solver = make_study(folder, TWO), StudyFolder(folder / "out"), FakeSolver()
+    workflow.fit_surface(study, out, InlineExecutor(), solver=solver)
+    workflow.invert(study, out, solver=solver)
+    return Work(study, out, InlineExecutor(), ignore, solver)
+
+
+def found_for(folder: Path, monkeypatch: pytest.MonkeyPatch, *sizes: float) -> SizedStrains:
+    monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
+    return strains_of(calibrated(folder), sizes)
+
+
+def test_the_strain_goes_with_one_over_the_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """110 N at ε·h = 0.05 mm, within 2 % of the force, that is 5 % of the strain; sizes rise in the result."""
+    found = found_for(tmp_path, monkeypatch, 2.0, 0.5, 1.0)
+    assert [row.element_size for row in found.rows] == [0.5, 1.0, 2.0]
+    for row in found.rows:
+        assert row.valid and row.positions == 5 and row.force == pytest.approx(110.0, rel=0.02)
+        assert row.failure_strain == pytest.approx(0.05 / row.element_size * (row.force / 110.0) ** 2.5)
+        assert row.sd_percent == pytest.approx(5.0)
+    assert found.row(0.5).runs == 1  # the first guess, from twice the size, is right
+
+
+def test_the_interval_is_that_of_the_scatter_over_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """5 % over five positions: ln ε ± t(4)·0.05/√5/0.4, with the slope 0.4 of the two runs or 0.5 before."""
+    (row,) = found_for(tmp_path, monkeypatch, 1.0).rows
+    assert row.interval is not None and row.runs > 1
+    half = 2.776445 * 0.05 / 5**0.5 / 0.4
+    ends = [row.failure_strain * exp(-half), row.failure_strain * exp(half)]
+    assert row.interval == pytest.approx(ends, rel=1e-4)
+
+
+def test_a_large_scatter_takes_more_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """20 % over five positions is 8.9 % of the mean; with sixteen it is 5 %."""
+    (row,) = found_for(tmp_path, monkeypatch, 3.0).rows
+    assert row.valid and row.positions == row.positions_needed == 16 and row.force == pytest.approx(110.0, rel=0.02)
+
+
+def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = found_for(tmp_path, monkeypatch, 4.0)
+    row = found.row(4.0)
+    assert not row.valid and row.force == pytest.approx(90.0)
+    assert "the force nearest to 110 N is 90 N, because it jumps between failure strains" in not_valid(found, row)
+    rough = replace(row, force=110.0, sd_percent=50.0)
+    assert "scatters by 50 %" in not_valid(found, rough) and "100 positions would be needed" in not_valid(found, rough)
+
+
+def test_a_material_that_grows_states_its_diameter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found, study = found_for(tmp_path, monkeypatch, 1.0), make_study(tmp_path, TWO)
+    growing = {"material": study.material.model_copy(update={"density": Growth(at=8.0, exponent=0.5, value=1e-9)})}
+    said = "Parameters of this study depend on the stem's diameter: all values here are for 8 mm."
+    lines = [material_lines(one, found, found.rows[0]) for one in (study, study.model_copy(update=growing))]
+    assert [said in each for each in lines] == [False, True]
+
+
+def test_runs_are_recorded_and_are_of_no_stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
+    lines: list[str] = []
+    work = replace(calibrated(tmp_path), watch=lambda progress: lines.append(describe(progress)))
+    first = strains_of(work, [1.0])
+    records = len(work.folder.keys())
+    assert strains_of(work, [1.0]) == first and len(work.folder.keys()) == records
+    assert "material" not in {entry.stage for entry in ledger(work.study, work.folder, work.solver)}
+    assert lines[0] == "Failure strain over element size: 0/1 runs"
+
+
+def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
+    study = make_study(tmp_path, TWO)
+    there = without_lengths(study)
+    assert there.material.internal_length.at(8.0) == there.blade.edge_spread.at(8.0) == 0.0
+    assert there.loading.duration == 3.0 * study.loading.duration and isinstance(there.solver, EmbeddedSolver)
+    with pytest.raises(UsageError, match=r"needs `solver: \{kind: embedded\}`; this spec has kind table"):
+        without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
+
+
+def test_a_curve_rises_in_its_sizes() -> None:
+    text = curve_text([(2.0, 0.0146), (0.707, 0.27)], ["Failure strain over element size, mm."])
+    lines = text.splitlines()
+    assert lines[:3] == ["*KEYWORD", "$ Failure strain over element size, mm.", "*DEFINE_CURVE"]
+    assert [line.split() for line in lines[-3:]] == [["0.707", "0.27"], ["2.0", "0.0146"], ["*END"]]
+
+
+@pytest.mark.slow
+def test_the_material_of_a_study(tmp_path: Path) -> None:
+    """The card has the strain of its size; a simulation of its mesh gives the mean force within the scatter."""
+    spec, out, folder = ROOT / "configs" / "smoke.yaml", tmp_path / "out", tmp_path / "material"
+    stemcal.calibrate(spec, out=out, workers=1)
+    options = ["--for", "openradioss", "--element-size", "2 mm", "--element-size", "1.5 mm", "--json"]
+    done = CliRunner().invoke(app, ["export", "material", str(spec), str(folder), *options, "--out", str(out)])
+    assert done.exit_code == 0, done.stderr
+    told = json.loads(done.stdout)["result"]
+    assert told == json.loads((folder / "material.json").read_text("utf-8"))
+    assert sorted(path.name for path in folder.iterdir()) == sorted(told["files"])
+    rows = {row["element_size"]: row for row in told["rows"]}
+    assert list(rows) == [1.5, 2.0] and told["aim"] == 159.2
+    strain = rows[2.0]["failure_strain"]
+    assert strain == told["parameters"]["failure_strain"] < rows[1.5]["failure_strain"]
+    assert all(row["valid"] and row["force"] == pytest.approx(159.2, rel=0.05) for row in rows.values())
+    card = (folder / "material.k").read_text("utf-8")
+    material = card[card.index("*MAT_PIECEWISE") : card.index("*END")]
+    assert float(material.splitlines()[2][60:70]) == pytest.approx(strain, rel=1e-6)
+
+
+def test_elements_too_large_for_the_stem_are_refused(tmp_path: Path) -> None:
+    spec = ROOT / "configs" / "smoke.yaml"
+    options = ["--for", "lsdyna", "--element-size", "5 mm", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, ["export", "material", str(spec), str(tmp_path / "m"), *options])
+    assert done.exit_code == 2 and "5 mm is too large for a 8 mm stem. Use at most 4 mm." in " ".join(
+        done.stderr.split()
+    )
