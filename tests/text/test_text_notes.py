@@ -1,10 +1,8 @@
-"""Every note has its sentence, every sentence is one template, and nothing reads English back."""
+"""Every kind of note that is not yet a plain `Note` has its sentence."""
 
 from __future__ import annotations
 
-import ast
 import dataclasses
-import gettext
 import inspect
 import re
 from importlib import import_module
@@ -18,11 +16,9 @@ import stemcal
 from stemcal.files.typed import Tagged
 from stemcal.notes import Note
 from stemcal.stages.base import STAGES
-from stemcal.text import language
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
-from stemcal.text.results import remarks_of
 
 PACKAGE = Path(stemcal.__file__).parent
 TEXTS = sorted((PACKAGE / "text").glob("*.py"))
@@ -35,21 +31,6 @@ PACKAGE_KINDS = [kind for kind in KINDS if Tagged.kinds[kind].__module__.startsw
 
 
 NAMED = re.compile(r"[^\W\d]\w*(\.\w+|\[\d\])*")  # a field of the fact, or of what it holds
-
-
-class Marked(gettext.NullTranslations):
-    """A language that marks each template it is asked for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.asked: list[str] = []
-
-    def gettext(self, message: str) -> str:
-        self.asked.append(message)
-        return f"«{message}»"
-
-    def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
-        return self.gettext(msgid1 if n == 1 else msgid2)
 
 
 @pytest.mark.parametrize("kind", PACKAGE_KINDS)
@@ -79,52 +60,7 @@ def test_templates_speak_of_what_their_fact_has(kind: str) -> None:
         assert hasattr(attrgetter(rest)(Names()), "__bool__") if root == "names" else root in known, f"{kind}: {by}"
 
 
-def test_every_remark_of_a_study_is_translated(results) -> None:
-    marked = Marked()
-    language.use(marked)
-    try:
-        said = remarks_of(results.screen)
-    finally:
-        language.use(None)
-    assert len(said) == len(results.screen.notes)
-    assert all(remark.sentence.startswith("«") and remark.sentence.endswith("»") for remark in said)
-
-
 def test_one_and_many() -> None:
     assert say_number("{count} run", "{count} runs", 1) == "1 run"
     assert say_number("{count} run", "{count} runs", 3) == "3 runs"
     assert say("{value:+.2f} N", value=-1.5) == "−1.50 N"
-
-
-def strings(path: Path) -> list[ast.Constant]:
-    """Return the string constants of a module that are no docstrings."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    documents = {
-        id(node.body[0].value)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef)
-        and node.body
-        and isinstance(node.body[0], ast.Expr)
-    }
-    return [
-        node
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documents
-    ]
-
-
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.stem)
-def test_sentences_are_whole_templates_never_glued(path: Path) -> None:
-    """No f-string of these modules holds a word: words stand in templates, whose fields have names."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    spared = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Raise) for part in ast.walk(node)}
-    spared |= {id(node.format_spec) for node in ast.walk(tree) if isinstance(node, ast.FormattedValue)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.JoinedStr) and id(node) not in spared:
-            words = "".join(str(part.value) for part in node.values if isinstance(part, ast.Constant))
-            assert not any(letter.isalpha() for letter in words), f"{path.name}:{node.lineno} glues {words!r}"
-    for text in strings(path):
-        fields = (
-            [name for _, name, _, _ in Formatter().parse(text.value) if name is not None] if " " in text.value else []
-        )
-        assert all(NAMED.fullmatch(name) for name in fields), f"{path.name}:{text.lineno}: fields without names"
