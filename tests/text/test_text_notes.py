@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import dataclasses
-import gettext
 import inspect
 import re
 from importlib import import_module
@@ -18,11 +17,9 @@ import stemcal
 from stemcal.files.typed import Tagged
 from stemcal.notes import Note
 from stemcal.stages.base import STAGES
-from stemcal.text import language
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
-from stemcal.text.results import remarks_of
 
 PACKAGE = Path(stemcal.__file__).parent
 TEXTS = sorted((PACKAGE / "text").glob("*.py"))
@@ -35,21 +32,6 @@ PACKAGE_KINDS = [kind for kind in KINDS if Tagged.kinds[kind].__module__.startsw
 
 
 NAMED = re.compile(r"[^\W\d]\w*(\.\w+|\[\d\])*")  # a field of the fact, or of what it holds
-
-
-class Marked(gettext.NullTranslations):
-    """A language that marks each template it is asked for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.asked: list[str] = []
-
-    def gettext(self, message: str) -> str:
-        self.asked.append(message)
-        return f"«{message}»"
-
-    def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
-        return self.gettext(msgid1 if n == 1 else msgid2)
 
 
 @pytest.mark.parametrize("kind", PACKAGE_KINDS)
@@ -77,17 +59,6 @@ def test_templates_speak_of_what_their_fact_has(kind: str) -> None:
     if isinstance(by, str) and by:
         root, _, rest = by.partition(".")
         assert hasattr(attrgetter(rest)(Names()), "__bool__") if root == "names" else root in known, f"{kind}: {by}"
-
-
-def test_every_remark_of_a_study_is_translated(results) -> None:
-    marked = Marked()
-    language.use(marked)
-    try:
-        said = remarks_of(results.screen)
-    finally:
-        language.use(None)
-    assert len(said) == len(results.screen.notes)
-    assert all(remark.sentence.startswith("«") and remark.sentence.endswith("»") for remark in said)
 
 
 def test_one_and_many() -> None:
