@@ -104,14 +104,16 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
     """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.stages.results import fresh_results
+    from stemcal.study.model import DeckSolver
 
     place = folder_of(study, out)
     if place.is_dir():
         results = fresh_results(study, StudyFolder(place))
         for sentence in results.stale:
             warn(sentence)
-        if results.transfer is not None and results.transfer.solver.kind == program:
-            return study.seen_by("transfer"), {**study.midlevels(), **results.transfer.parameters}
+        there, refined = study.there, results.refined_there
+        if refined is not None and isinstance(there.solver, DeckSolver) and there.solver.program == program:
+            return there, {**study.midlevels(), **refined.parameters}
         if results.inversion is not None:
             return study, {**study.midlevels(), **results.parameters}
     warn("The study has no calibrated values: factors that are not set have the middle of their ranges.")

@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +82,8 @@ def speed_of(text: str) -> float:
 @dataclass(frozen=True)
 class ShearCurve:
     """A specimen's force (N) over the blade's travel (mm) from where the preload was passed."""
+
+    __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists
 
     source: str
     travel: Array

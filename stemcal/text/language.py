@@ -1,22 +1,10 @@
-"""Templates become sentences here and nowhere else, so that another language is a file of messages.
-
-Every template is a whole sentence with named fields, written where it is used. A catalogue of GNU gettext (``.mo``)
-translates them; ``xgettext -ksay -ksay_number:1,2 -kstates:2,3`` collects them.
-"""
+"""Fill templates with named fields. Being replaced by f-strings next to the facts (`stemcal.note`)."""
 
 from collections.abc import Callable, Iterable, Mapping
-from gettext import NullTranslations
 from string import Formatter
 from typing import Any
 
-Form = Callable[[Any], str]
-_catalogue = NullTranslations()
-
-
-def use(catalogue: NullTranslations | None) -> None:
-    """Take a catalogue of translated templates; None: the English ones."""
-    global _catalogue
-    _catalogue = NullTranslations() if catalogue is None else catalogue
+from stemcal.words import series
 
 
 class Writer(Formatter):
@@ -38,7 +26,7 @@ class Writer(Formatter):
         >>> say("{factor} raises the response by {effect:.1f}.", factor="yield_stress", effect=74.0)
         'yield_stress raises the response by 74.0.'
         """
-        return self.vformat(_catalogue.gettext(template), (), fields)
+        return self.vformat(template, (), fields)
 
     def say_number(self, one: str, many: str, count: int, /, **fields: object) -> str:
         """Return a sentence that depends on a number, which both templates know as ``count``.
@@ -46,21 +34,12 @@ class Writer(Formatter):
         >>> say_number("{count} run failed.", "{count} runs failed.", 1)
         '1 run failed.'
         """
-        return self.vformat(_catalogue.ngettext(one, many, count), (), {"count": count, **fields})
+        return self.vformat(one if count == 1 else many, (), {"count": count, **fields})
 
 
 def all_of(words: Iterable[object]) -> str:
-    """List all of several things.
-
-    >>> all_of(["a"]), all_of(["a", "b"]), all_of(["a", "b", "c"])
-    ('a', 'a and b', 'a, b and c')
-    """
-    return _listed(words, "{first} and {last}")
-
-
-def _listed(words: Iterable[object], last: str) -> str:
-    *first, end = [str(word) for word in words] or [""]
-    return say(last, first=", ".join(first), last=end) if first else end
+    """List several things."""
+    return series(words)
 
 
 _plain = Writer({"all": all_of})

@@ -174,7 +174,7 @@ def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_lef
 
 
 def test_one_who_waited_keeps_what_the_first_took(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """`plan` tells by it how long compiling takes."""
+    """`check` tells by it how long compiling takes."""
     monkeypatch.setattr(module, "CACHE", tmp_path)
     mark = tmp_path / "complete"
     with module._one_at_a_time(mark):

@@ -138,7 +138,7 @@ def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
     there = without_lengths(study)
     assert there.material.internal_length.at(8.0) == there.blade.edge_spread.at(8.0) == 0.0
     assert there.loading.duration == 3.0 * study.loading.duration and isinstance(there.solver, EmbeddedSolver)
-    with pytest.raises(UsageError, match=r"needs `solver: \{kind: embedded\}`; this spec has kind table"):
+    with pytest.raises(UsageError, match=r"needs `solver: \{kind: embedded\}`; this spec has kind sheet"):
         without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
 
 

@@ -108,7 +108,7 @@ def test_a_stage_of_another_shape_from_other_code_is_stale_not_damaged(place: Pa
 
 
 def test_a_run_that_came_out_otherwise_since_is_taken_in(place: Path) -> None:
-    """As `stemcal retry` leaves it: the same key, another answer."""
+    """As `stemcal run --retry` leaves it: the same key, another answer."""
     study, folder = load_study(place / "paper-replay.yaml"), StudyFolder(place / "out")
     result = kind_of(stage_called("screen")).from_json(folder.read_stage("screen"))
     key = next(result.runs())[1].key

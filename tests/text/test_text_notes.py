@@ -1,8 +1,7 @@
-"""Every note has its sentence, every sentence is one template, and nothing reads English back."""
+"""Every kind of note that is not yet a plain `Note` has its sentence."""
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import inspect
 import re
@@ -65,37 +64,3 @@ def test_one_and_many() -> None:
     assert say_number("{count} run", "{count} runs", 1) == "1 run"
     assert say_number("{count} run", "{count} runs", 3) == "3 runs"
     assert say("{value:+.2f} N", value=-1.5) == "−1.50 N"
-
-
-def strings(path: Path) -> list[ast.Constant]:
-    """Return the string constants of a module that are no docstrings."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    documents = {
-        id(node.body[0].value)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef)
-        and node.body
-        and isinstance(node.body[0], ast.Expr)
-    }
-    return [
-        node
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documents
-    ]
-
-
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.stem)
-def test_sentences_are_whole_templates_never_glued(path: Path) -> None:
-    """No f-string of these modules holds a word: words stand in templates, whose fields have names."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    spared = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Raise) for part in ast.walk(node)}
-    spared |= {id(node.format_spec) for node in ast.walk(tree) if isinstance(node, ast.FormattedValue)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.JoinedStr) and id(node) not in spared:
-            words = "".join(str(part.value) for part in node.values if isinstance(part, ast.Constant))
-            assert not any(letter.isalpha() for letter in words), f"{path.name}:{node.lineno} glues {words!r}"
-    for text in strings(path):
-        fields = (
-            [name for _, name, _, _ in Formatter().parse(text.value) if name is not None] if " " in text.value else []
-        )
-        assert all(NAMED.fullmatch(name) for name in fields), f"{path.name}:{text.lineno}: fields without names"

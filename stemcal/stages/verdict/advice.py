@@ -174,7 +174,7 @@ _INPUT: dict[DoubtKind, str] = {
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver) or study.seen_by("validate") is not study:
+    if not isinstance(solver, EmbeddedSolver):
         return Remedy(f"Correct it in the input of the solver: use {_INPUT[doubt.kind]}.")
     match doubt.kind:
         case "inertia":

@@ -44,7 +44,9 @@ class RefineTest(Frozen):
 class RefineOptions(Frozen):
     """Simulate at the solution, correct it and step, until the response is right."""
 
-    in_: Annotated[Elsewhere, Field(discriminator="kind")] | None = Field(default=None, validation_alias="in")
+    in_: Annotated[Elsewhere, Field(discriminator="kind")] | None = Field(
+        default=None, validation_alias="in", serialization_alias="in"
+    )
     """The program or the mesh where the parameters will be used: any solver with its keys, also `embedded` with another
     mesh. Keys that are left out are the study's if its solver is of the same kind. By default the study's own model."""
     test: RefineTest = RefineTest()

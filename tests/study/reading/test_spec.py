@@ -233,11 +233,12 @@ def test_the_mass_questioned_is_that_of_the_elements_asked_for() -> None:
     assert study_of(re.sub(r"time_step: \S+ us", f"time_step: {step} us", followed, count=1)).warnings == ()
 
 
-@pytest.mark.parametrize("size", ["1e-300 mm", "1e-320 mm"])
-def test_elements_without_size_are_questioned_as_what_they_are(size: str) -> None:
-    warnings = study_of(SHIPPED.replace("element_size: d/16", f"element_size: {size}")).warnings
-    assert any("is far from what stems and blades have" in one for one in warnings)
-    assert not any("partly inertia" in one for one in warnings)
+@pytest.mark.parametrize("size", ["0.0001 mm", "1e-300 mm", "1e-320 mm"])
+def test_elements_too_small_for_any_mesh_are_refused(size: str) -> None:
+    with pytest.raises(SpecError) as refused:
+        study_of(SHIPPED.replace("element_size: d/16", f"element_size: {size}"))
+    (problem,) = refused.value.problems
+    assert "solver.element_size" in str(problem) and "too small" in str(problem)
 
 
 @pytest.mark.parametrize(
