@@ -11,6 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.note import Note as PlainNote
 from stemcal.notes import Note
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.outcome import record_key, stands
@@ -105,7 +106,7 @@ class Plan:
     stages: Rows[PlannedStage]
     to_run: int
     seconds: float | None
-    notes: tuple[Note, ...]
+    notes: tuple[Note | PlainNote, ...]
     memory: float | None = None
     source: Source = "none"
     recorded_runs: int = 0
@@ -139,7 +140,7 @@ def plan(
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
     there = _there(study, folder)
     rest = overhead(solver)
-    notes: list[Note] = [part.note for part in wanted if part.note is not None]
+    notes: list[Note | PlainNote] = [part.note for part in wanted if part.note is not None]
     notes += [
         FirstRunTwice(part.stage)
         for part, runs in zip(wanted, left, strict=True)
@@ -306,7 +307,7 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
     return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
-def judged(design: Design) -> Iterator[Note]:
+def judged(design: Design) -> Iterator[Note | PlainNote]:
     """Yield the terms that a design cannot estimate, or what the main effects of a screening are aliased with."""
     screening = design.stage == "screen"
     terms = ("1", *design.names) if screening else term_names(design.names)

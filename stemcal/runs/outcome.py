@@ -11,10 +11,13 @@ from typing import Any
 from stemcal.files.typed import absent
 from stemcal.folder.record import key_of
 from stemcal.naming import FIRST
+from stemcal.note import Note as PlainNote
+from stemcal.note import Remedy
 from stemcal.notes import Note, Weight
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
+from stemcal.words import series
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
@@ -95,6 +98,31 @@ def lower_bounds(answers: Sequence[Answer]) -> list[Note]:
         if is_censored(answer):
             rows.setdefault(str(answer.details.get("stroke_end", "unknown")), []).append(row)
     return [LowerBound(tuple(numbers), end) for end, numbers in rows.items()]
+
+
+_STROKE_ENDS = {
+    "rising": "the response still rose",
+    "regained": "a peak was passed and partly regained",
+    "falling": "a peak was passed, but the response had fallen little",
+}
+
+
+def lower_bound_notes(answers: Sequence[Answer]) -> list[PlainNote]:
+    """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
+    rows: dict[str, list[int]] = {}
+    for row, answer in enumerate(answers, 1):
+        if is_censored(answer):
+            ended = _STROKE_ENDS.get(str(answer.details.get("stroke_end")), "the response had not fallen")
+            rows.setdefault(ended, []).append(row)
+    return [_lower_bound(numbers, ended) for ended, numbers in rows.items()]
+
+
+def _lower_bound(rows: Sequence[int], ended: str) -> PlainNote:
+    one = len(rows) == 1
+    runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
+    remedy = Remedy("Lengthen the stroke (loading.duration), or choose how such runs count (runs.censored).")
+    text = f"In {runs} {series(rows)} {ended} when the stroke ended: {bound}."
+    return PlainNote("lower_bound", "warning", text, remedy)
 
 
 # ---- what a stage tells of a run

@@ -12,13 +12,16 @@ from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, inline
-from stemcal.notes import Note
+from stemcal.names import Names
+from stemcal.note import Note, Remedy
+from stemcal.numbers import minus
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import surface_factors, surface_options
 from stemcal.stages.result import CodedScale, DesignRuns, Head, StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
+from stemcal.words import counted
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ def _climbed(
     else:
         rows = _walk(study, names, effects, options, simulate)
     responses = [row.outcome.response for row in rows]
-    best = rows[nearest_step(responses, target)]
+    best, reached = rows[nearest_step(responses, target)], passed(responses, target)
     return ClimbResult(
         head=head,
         target=target,
@@ -99,14 +102,31 @@ def _climbed(
         names=tuple(names),
         rows=Rows(rows),
         best_step=best.step,
-        passed=passed(responses, target),
+        passed=reached,
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
         effects=screening.effects,
         significant=screening.active_factors,
-        notes=tuple(chosen),
+        notes=(*_notes(rows, best, reached, Names(study.naming)), *chosen),
     )
+
+
+def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names) -> Iterator[Note]:
+    """Yield where the surface is centred, and that the walk ended before the target."""
+    error = minus(f"{best.error_percent or 0.0:+.1f}")
+    text = (
+        f"Of {counted(len(rows), 'step')} along the slope of the screening, step {best.step} is nearest to the target "
+        f"({error} %): the surface is centred there."
+    )
+    yield Note("nearest_step", "info", text)
+    if not reached:
+        response = names.response.long
+        text = (
+            f"The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside."
+        )
+        remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
+        yield Note("target_not_passed", "warning", text, remedy)
 
 
 def _walk(

@@ -13,43 +13,14 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.notes import Note, Weight
+from stemcal.note import Note
 from stemcal.runs.outcome import outcome_of
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import RsmOptions, Study, factors_taken, strongest_asked
+from stemcal.words import series
 
 _LEVEL_TOLERANCE = 1e-6
-
-
-class TableVaries(Note, weight=Weight.USE):
-    """A table's runs vary other factors than the screening would have chosen."""
-
-    columns: tuple[str, ...]
-    chosen: tuple[str, ...]
-
-
-class StrongestAsked(Note):
-    """The surface takes as many of the strongest factors as asked: weak ones among them, significant ones left out."""
-
-    chosen: tuple[str, ...]
-    weak: tuple[str, ...]
-    left_out: tuple[str, ...]
-
-
-class FewSignificant(Note):
-    """Fewer factors are significant than the surface needs; it takes those of largest contribution."""
-
-    significant: tuple[str, ...]
-    chosen: tuple[str, ...]
-
-
-class ManySignificant(Note):
-    """More factors are significant than the design takes."""
-
-    significant: tuple[str, ...]
-    design: str
-    taken: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +153,8 @@ def surface_factors(study: Study, solver: Solver, screening: Screened | None) ->
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
     if set(columns) != set(chosen):
-        notes = [TableVaries(tuple(columns), tuple(chosen))]
+        text = f"The table varies {series(columns)}; the screening would have chosen {series(chosen)}."
+        notes = [Note("table_varies", "warning", text)]
     return columns, notes
 
 
@@ -193,16 +165,26 @@ def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[No
     found = [name for name in ranked if name in screening.active_factors]
     asked, (least, most) = strongest_asked(rsm.factors), factors_taken(rsm.design)
     if asked:
-        chosen = ranked[:asked]
-        weak = tuple(name for name in chosen if name not in found)
-        left = tuple(name for name in found if name not in chosen)
-        return chosen, [StrongestAsked(tuple(chosen), weak, left)]
+        return ranked[:asked], [_strongest_asked(ranked[:asked], found)]
     if least <= len(found) <= most:
         return found, []
     chosen = ranked[: min(max(len(found), least), most)]
     if len(found) < least:
-        return chosen, [FewSignificant(tuple(found), tuple(chosen))]
-    return chosen, [ManySignificant(tuple(found), rsm.design, most)]
+        few = f"only {series(found)}" if found else "no factor"
+        text = f"The screening found {few} significant; the surface uses the strongest factors, {series(chosen)}."
+        return chosen, [Note("few_significant", "caution", text)]
+    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of them."
+    return chosen, [Note("many_significant", "caution", text)]
+
+
+def _strongest_asked(chosen: Sequence[str], significant: Sequence[str]) -> Note:
+    """Return the note on the factors that `rsm.factors: strongest N` chose."""
+    text = f"The surface uses the strongest factors (`rsm.factors`): {series(chosen)}."
+    if weak := [name for name in chosen if name not in significant]:
+        text += f" Not significant among them: {series(weak)}."
+    if left := [name for name in significant if name not in chosen]:
+        text += f" Significant, but left out: {series(left)}."
+    return Note("strongest_asked", "caution", text)
 
 
 def _given_levels(study: Study, given: Sequence[Mapping[str, float]]) -> tuple[dict[str, float], ...]:

@@ -7,27 +7,21 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
 from stemcal.doe.regression.least_squares import t_quantile
-from stemcal.doe.screening.analysis import LEAST_DF, Screening, analyse_screening
+from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.effects import Curvature, Effect, Residual
 from stemcal.doe.screening.lenth import Lenth
+from stemcal.doe.screening.notes import LEAST_DF
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.names import Names
 from stemcal.naming import FIRST
-from stemcal.notes import Note, Weight
+from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.outcome import Outcome, lower_bounds
+from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.stages.design import runs_of, screening_design
 from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
-
-
-class UnexpectedSign(Note, weight=Weight.USE):
-    """A significant effect has not the sign that the spec expects."""
-
-    factor: str
-    effect: float
-    expected: str
 
 
 @dataclass(frozen=True)
@@ -134,14 +128,20 @@ def screen(work: Work, head: Head) -> ScreenResult:
     symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
-    bounds = lower_bounds(answers)
     with reasons_given(requests, answers):
         runs = runs_of(design, requests, answers, work.solver)
         first, *others = (
-            analyse_screening(design.coded, numbers, design.names, symbols, study.screen.alpha)
-            for numbers in ([run.number(name) for run in runs.runs] for name in (FIRST, *study.own_further))
+            analyse_screening(
+                design.coded,
+                [run.number(name) for run in runs.runs],
+                design.names,
+                symbols,
+                study.screen.alpha,
+                Names(study.naming.with_primary(name)),
+            )
+            for name in (FIRST, *study.own_further)
         )
-    notes = (*first.notes, *bounds, *unexpected_signs(study, first))
+    notes = (*first.notes, *lower_bound_notes(answers), *unexpected_signs(study, first))
     further = dict(zip(study.own_further, others, strict=True)) or None
     found = _fields(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=study.screen.alpha, **found)
@@ -153,12 +153,19 @@ def _fields(found: Screening) -> dict[str, Any]:
 
 
 def unexpected_signs(study: Study, found: Screening) -> list[Note]:
-    """Point out significant effects whose sign is not the one the spec expects."""
+    """Return a note on each significant effect whose sign is not the one that the spec expects."""
     expected = {factor.name: factor.expected_sign for factor in study.factors}
+    effects = [effect for effect in found.effects if effect.factor in found.significant]
     return [
-        UnexpectedSign(effect.factor, effect.effect, sign)
-        for effect in found.effects
-        if effect.factor in found.significant
-        and (sign := expected[effect.factor])
-        and sign != ("+" if effect.effect > 0.0 else "-")
+        _unexpected(study, effect, sign)
+        for effect in effects
+        if (sign := expected[effect.factor]) and sign != ("+" if effect.effect > 0.0 else "-")
     ]
+
+
+def _unexpected(study: Study, effect: Effect, expected: str) -> Note:
+    size = Names(study.naming).quantity(effect.effect, "+.4g")
+    text = f"{effect.factor} has the effect {size}, but the spec expects the sign {expected}."
+    return Note(
+        "unexpected_sign", "warning", text, Remedy("Check the unit of the factor, and the aliases of its effect.")
+    )

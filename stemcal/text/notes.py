@@ -28,12 +28,17 @@ class Remark:
 
 
 @singledispatch
-def sentence(fact: Tagged, names: Names) -> str:
+def sentence(fact: Tagged | note_.Note, names: Names) -> str:
     """Return what a note says, or a reason of the verdict, or its remedy."""
     raise TypeError(f"no sentence for facts of kind {fact.kind}")
 
 
-def sentences(facts: Iterable[Tagged], names: Names | None = None) -> list[str]:
+@sentence.register
+def _(fact: note_.Note, _names: Names) -> str:
+    return str(fact)
+
+
+def sentences(facts: Iterable[Tagged | note_.Note], names: Names | None = None) -> list[str]:
     """Return what each of several notes says, of a topic whose module is imported."""
     return [sentence(fact, names or Names()) for fact in facts]
 

@@ -5,7 +5,6 @@ from stemcal.executors import machine
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview import plan
 from stemcal.overview.foresight import Demand, ScarceMemory, TooLong, TooMuchMemory, excess, scarce
-from stemcal.text import screening
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentences, states
@@ -60,10 +59,6 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
 def remarks(found: plan.Plan, names: Names) -> list[str]:
     """Return what is noted of the designs and the runs that are decided later."""
     return sentences(found.notes, names)
-
-
-TOPICS = (screening,)
-"""A plan has notes of a screening's design too, whose sentences stand there."""
 
 
 def objections(demand: Demand, workers: int, here: bool = True) -> tuple[list[str], list[str]]:

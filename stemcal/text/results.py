@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
+from stemcal.note import Note
 from stemcal.notes import Weight
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
@@ -11,14 +12,20 @@ from stemcal.stages.results import Results
 from stemcal.text import runs
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
-from stemcal.text.notes import Remark
+from stemcal.text.notes import Remark, remark
 
 MOST = 5
 """So many remarks are read."""
 
 
-_TOPICS = {"screen": "screening", "climb": "climb", "rsm": "surface", "invert": "calibration", "refine": "refinement",
-           "validate": "validation"}  # fmt: skip
+_TOPICS = {
+    "screen": "stemcal.stages.screen_words",
+    "climb": "stemcal.stages.climb_words",
+    "rsm": "stemcal.stages.surface.words",
+    "invert": "stemcal.text.calibration",
+    "refine": "stemcal.text.refinement",
+    "validate": "stemcal.text.validation",
+}
 """The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
 TOPICS = (runs,)
 """What gives notes of several stages their sentences."""
@@ -28,7 +35,8 @@ _CLAIMING = ("invert", *_AGREEING)
 
 def remarks_of(result: StageResult, labels: Mapping[str, str] | None = None) -> list[Remark]:
     """Return what a stage's result says beside its tables."""
-    return _said("remarks", result, labels)
+    said = _said("remarks", result, labels)
+    return said or [remark(note, Names(result.naming)) for note in result.notes if isinstance(note, Note)]
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
@@ -47,7 +55,7 @@ def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | 
 
 def _said(what: str, result: StageResult, labels: Mapping[str, str] | None) -> list[Any]:
     """Return what the topic of a stage says of its result; nothing where it has no words of that kind."""
-    topic = import_module(f".{_TOPICS[result.name]}", __package__)
+    topic = import_module(_TOPICS[result.name])
     return getattr(topic, what)(result, Names(result.naming, labels or {})) if hasattr(topic, what) else []
 
 

@@ -128,8 +128,8 @@ def markup(folder: Path, number: int, rng: random.Random) -> None:
     workflow.calibrate(study, found, InlineExecutor())
     for name in ("screen", "rsm", "validate"):
         stage = found.read_stage(name)
-        note = {"kind": "unexpected_sign", "weight": "use", "factor": hostile, "effect": 1.0, "expected": hostile}
-        stage["notes"] = [*stage.get("notes", []), note]
+        if name != "validate":
+            stage["notes"].append({"kind": hostile, "severity": "warning", "text": hostile, "remedy": None})
         text = json.dumps(stage)
         if number % 2 and name == "screen":
             text = text.replace('"density"', json.dumps(hostile)).replace("X1", json.dumps(hostile)[1:-1])

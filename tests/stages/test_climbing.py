@@ -48,6 +48,8 @@ def test_stops_once_the_target_is_passed(tmp_path: Path) -> None:
     expected = [100 + 20 * a + 3.2 * a + 0.48 * a * a + 0.2 * a * a for a in (0.0, 0.2, 0.4, 0.6)]
     assert forces == pytest.approx(expected, abs=1e-6)
     assert stage["best_step"] == 2 and stage["passed"]
+    nearest = stage["notes"][0]
+    assert nearest["kind"] == "nearest_step" and f"({stage['error_percent']:+.1f} %)" in nearest["text"]
     assert stage["error_percent"] == pytest.approx(100 * (110 - expected[2]) / 110)
     assert stage["solution"]["yield_stress"] == pytest.approx(17.0)
 
@@ -72,6 +74,7 @@ def test_out_of_reach_keeps_the_design_inside(tmp_path: Path) -> None:
     workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
     stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert not stage["passed"] and stage["best_step"] == 2
+    assert "target_not_passed" in [note["kind"] for note in stage["notes"]]
     entry = stage["coding"]["yield_stress"]
     assert entry["center"] + 2**0.5 * entry["half_step"] == pytest.approx(20.0)
 

@@ -12,7 +12,7 @@ from stemcal.doe.designs.aliases import alias_matrix
 from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
-from stemcal.notes import Note
+from stemcal.note import Note
 from stemcal.overview.beforehand import (
     FactorsWanted,
     LengthsBelong,
@@ -22,7 +22,7 @@ from stemcal.overview.beforehand import (
     beforehand,
 )
 from stemcal.solvers import make_solver
-from stemcal.stages.design import StrongestAsked, surface_factors
+from stemcal.stages.design import surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.beforehand import sentences
@@ -69,8 +69,9 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     study = study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
-    assert said == [StrongestAsked(("a", "b", "c"), ("b", "c"), ())]
-    assert chosen(study, "a", "b", "c", "d")[1] == [StrongestAsked(("a", "b", "c"), (), ("d",))]
+    assert [note.kind for note in said] == ["strongest_asked"]
+    assert said[0].text.endswith("a, b and c. Not significant among them: b and c.")
+    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith("a, b and c. Significant, but left out: d.")
 
 
 @pytest.mark.parametrize(

@@ -1,43 +1,16 @@
 """What a main effect of a screening design may hide: its aliases among the two-factor interactions."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.notes import Note
+from stemcal.note import Note
 
-
-class NoInteractions(Note):
-    """A single factor has none."""
-
-
-class ClearOfInteractions(Note):
-    """No main effect holds part of a two-factor interaction."""
-
-    runs: int
-
-
-class UniformlyAliased(Note):
-    """Every main effect holds ±`share` of each two-factor interaction that does not contain it."""
-
-    runs: int
-    share: float
-
-
-class PartlyAliased(Note):
-    """Main effects hold parts of two-factor interactions, of up to this weight."""
-
-    runs: int
-    largest: float
-
-
-class FullyAliased(Note):
-    """These main effects cannot be told from these interactions at all."""
-
-    runs: int
-    hidden: dict[str, tuple[str, ...]]
+# Long lists of aliases are not read: the first ones are listed, the others counted.
+_SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
 
 
 def alias_matrix(coded: Array) -> Array:
@@ -60,13 +33,36 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
     weights = alias_matrix(coded)
     largest = float(np.abs(weights).max(initial=0.0))
     if k < 2:
-        return NoInteractions()
+        return Note("no_interactions", "caution", "One factor has no interactions.")
     if largest < 1e-9:
-        return ClearOfInteractions(n)
+        clear = f"In these {n} runs the main effects are clear of two-factor interactions."
+        return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
-        return FullyAliased(n, _full_aliases(weights, names))
-    uniform = _uniform_weight(weights, k)
-    return PartlyAliased(n, largest) if uniform is None else UniformlyAliased(n, uniform)
+        return _fully_aliased(n, _full_aliases(weights, names))
+    if (uniform := _uniform_weight(weights, k)) is None:
+        partly = (
+            f"Main effects are partly aliased with two-factor interactions (up to {largest:.2g}) in these {n} runs."
+        )
+        return Note("partly_aliased", "caution", partly)
+    text = (
+        f"In these {n} runs every main effect is aliased ±{Fraction(uniform).limit_denominator(100)} with each "
+        "two-factor interaction that does not contain it."
+    )
+    return Note("uniformly_aliased", "caution", text)
+
+
+def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
+    """Return the note that some main effects cannot be told apart from these interactions."""
+    listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
+    if (more := len(hidden) - _SHOWN_FACTORS) > 0:
+        listed.append(f"{more} more likewise")
+    text = f"In these {n} runs main effects cannot be told apart from two-factor interactions: {'; '.join(listed)}."
+    return Note("fully_aliased", "caution", text)
+
+
+def _first(pairs: tuple[str, ...]) -> str:
+    more = len(pairs) - _SHOWN_ALIASES
+    return ", ".join(pairs[:_SHOWN_ALIASES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _uniform_weight(weights: Array, k: int) -> float | None:

@@ -15,6 +15,7 @@ from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import UsageError
+from stemcal.names import Names
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ def reduce_surface(
     response: ArrayLike,
     names: Sequence[str],
     alpha: float = 0.1,
+    written: Names = Names(),
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
     """Remove the weakest term of a surface while its p exceeds alpha; returns the surface and the terms removed.
 
@@ -54,7 +56,7 @@ def reduce_surface(
         place = removable[weakest]
         steps.append(ReductionStep(chosen.pop(place), ps[weakest]))
         columns = np.delete(columns, place, axis=1)
-    return fit_surface(coded, response, names, chosen), tuple(steps)
+    return fit_surface(coded, response, names, chosen, written), tuple(steps)
 
 
 def _removable(chosen: Sequence[str]) -> list[int]:

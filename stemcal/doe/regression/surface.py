@@ -23,7 +23,8 @@ from stemcal.doe.regression.mean_error import MeanError, mean_error_of
 from stemcal.doe.regression.surface_notes import surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import UsageError
-from stemcal.notes import Note
+from stemcal.names import Names
+from stemcal.note import Note
 
 ROUGH_PERCENT = 3.0
 """Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
@@ -143,6 +144,7 @@ def fit_surface(
     response: ArrayLike,
     names: Sequence[str],
     terms: Sequence[str] | None = None,
+    written: Names = Names(),
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -155,6 +157,8 @@ def fit_surface(
     names : sequence of k strings
     terms : sequence of strings, optional
         The terms to fit, as `term_names` calls them; the mean is always there.
+    written : Names
+        How notes name the response.
 
     Raises
     ------
@@ -169,7 +173,8 @@ def fit_surface(
     require_estimable(matrix, [every[i] for i in kept], n_failed, "response surface")
     fit = fit_least_squares(matrix, y[present])
     rows = (np.flatnonzero(present) + 1).tolist()
-    return _surface(fit, _Runs(points[present], rows, tuple(names), kept, n_failed, int(copies.sum())))
+    runs = _Runs(points[present], rows, tuple(names), kept, n_failed, int(copies.sum()))
+    return _surface(fit, runs, written)
 
 
 def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
@@ -204,7 +209,7 @@ class _Runs:
     copies: int
 
 
-def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
+def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
     every, kept = term_names(runs.names), runs.kept
     terms = [every[i] for i in kept]
     split = lack_of_fit(runs.design, fit)
@@ -213,6 +218,7 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
     mean_square, df = fit.mean_square, fit.df
     coefficients = coefficients_of(fit, terms, mean_square, df)
     inflation = [c.vif for c in coefficients if c.vif is not None]
+    notes = surface_notes(fit, split, diagnostics, precision, inflation, runs.failed, runs.copies, written)
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
     beta[kept] = fit.coefficients
     covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
@@ -229,7 +235,7 @@ def _surface(fit: LeastSquares, runs: _Runs) -> Surface:
         lack_of_fit_testable=split.testable,
         runs_diagnostics=diagnostics,
         runs_failed=runs.failed,
-        notes=tuple(surface_notes(fit, split, diagnostics, precision, inflation, runs.failed, runs.copies)),
+        notes=tuple(notes),
         design=runs.design,
         beta=beta,
         unscaled_covariance=covariance,

@@ -5,76 +5,19 @@ from collections.abc import Iterator, Sequence
 from stemcal.doe.regression.anova import LackOfFit
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import LeastSquares
-from stemcal.notes import Note, Weight
+from stemcal.names import Names
+from stemcal.note import Note
+from stemcal.numbers import signed_probability
+from stemcal.words import counted
 
 # Rules of thumb: a ratio of 4 makes a surface usable, a Cook's distance of 1 one run too strong, a variance
 # inflation of 10 a coefficient too entangled with others.
 ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 
-class SurfaceRunsFailed(Note, weight=Weight.NUMBERS):
-    """Runs failed, so the design is not the planned one; its largest variance inflation."""
-
-    failed: int
-    runs: int
-    df: int
-    inflation: float
-
-
-class TermsEntangled(Note):
-    """The largest variance inflation is beyond what tells terms apart."""
-
-    inflation: float
-
-
-class FlatResponse(Note, weight=Weight.NUMBERS):
-    """Every run gave the same response."""
-
-
-class SaturatedSurface(Note, weight=Weight.NUMBERS):
-    """There are as many coefficients as runs."""
-
-
-class ExactSurface(Note):
-    """The quadratic passes through every run exactly."""
-
-
-class MostlyNoise(Note, weight=Weight.NUMBERS):
-    """Adequate precision is below 4."""
-
-    precision: float
-
-
-class CopiesOnly(Note, weight=Weight.ASIDE):
-    """So many runs repeat others exactly: the solver is deterministic, and every point counts once."""
-
-    repeated: int
-    df: int
-
-
-class NothingRepeated(Note):
-    """Lack of fit cannot be tested: no point is repeated."""
-
-
-class NoPointToSpare(Note):
-    """Lack of fit cannot be tested: as many distinct points as terms."""
-
-
-class InfluentialRun(Note):
-    """Cook's distance of a run is beyond 1."""
-
-    run: int
-    value: float
-    cooks_distance: float
-
-
-class VerdictOnOneRun(Note, weight=Weight.USE):
-    """Whether lack of fit is significant depends on one run."""
-
-    run: int
-    value: float
-    p: float
-    without: float
+def flat_response(consequence: str) -> Note:
+    """Return the warning that every run gave the same response."""
+    return Note("flat_response", "warning", f"Every run gave the same response: {consequence}.")
 
 
 def surface_notes(
@@ -85,39 +28,61 @@ def surface_notes(
     inflation: Sequence[float],
     failed: int,
     copies: int,
+    written: Names,
 ) -> Iterator[Note]:
     """Yield what the fit, its runs and their failures mean for the trust in it."""
     largest = max(inflation, default=1.0)
     if failed:
-        yield SurfaceRunsFailed(failed, len(fit.response) + failed, fit.df, largest)
+        text = (
+            f"{failed} of {len(fit.response) + failed} runs failed; the surface is fitted to the others, with {fit.df} "
+            f"residual df. The design is no longer as planned (largest variance inflation factor {largest:.2f})."
+        )
+        yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
-        yield TermsEntangled(largest)
+        text = f"Some terms are nearly collinear (largest variance inflation factor {largest:.1f})."
+        yield Note("terms_entangled", "caution", text)
     if fit.flat:
-        yield FlatResponse()
+        yield flat_response("the surface is level")
     elif fit.df == 0:
-        yield SaturatedSurface()
+        text = "The surface has as many coefficients as runs, so its error cannot be estimated."
+        yield Note("saturated_surface", "warning", text)
     elif fit.exact:
-        yield ExactSurface()
+        yield Note("exact_surface", "caution", "The surface passes through every run exactly: F cannot be computed.")
     if copies:
-        yield CopiesOnly(copies, fit.df)
+        text = (
+            f"{counted(copies, 'run')} exactly repeat others: the solver is deterministic. Each point counts once, "
+            f"which leaves {fit.df} residual df."
+        )
+        yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
-        yield MostlyNoise(precision)
-    yield from _influence_notes(split, diagnostics)
+        text = f"Adequate precision {precision:.2f} is below {ADEQUATE:g}: the surface is mostly noise."
+        yield Note("mostly_noise", "warning", text)
+    yield from _influence_notes(split, diagnostics, written)
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
+    untested = "Lack of fit cannot be tested"
     if split.pure_df == 0:
-        yield NothingRepeated()
+        yield Note("nothing_repeated", "caution", f"{untested}: no repeated runs differ.")
     elif split.df == 0:
-        yield NoPointToSpare()
+        text = f"{untested}: the design has as many distinct points as the surface has terms."
+        yield Note("no_point_to_spare", "caution", text)
 
 
-def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics]) -> Iterator[Note]:
+def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], written: Names) -> Iterator[Note]:
+    def called(run: RunDiagnostics) -> str:
+        return f"run {run.run} ({written.quantity(run.response, 'g')})"
+
     for run in diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
-            yield InfluentialRun(run.run, run.response, run.cooks_distance)
+            text = f"One run strongly influences the surface: {called(run)}, Cook's distance {run.cooks_distance:.2f}."
+            yield Note("influential_run", "caution", text)
     for run in diagnostics:
         p, without = split.p, run.lack_of_fit_p_without
         if p is not None and without is not None and (p < 0.05) != (without < 0.05):
-            yield VerdictOnOneRun(run.run, run.response, p, without)
+            text = (
+                f"Without {called(run)} lack of fit has p {signed_probability(without)}, with it "
+                f"p {signed_probability(p)}: whether the surface fits depends on this run."
+            )
+            yield Note("verdict_on_one_run", "warning", text)

@@ -21,14 +21,12 @@ from stemcal.doe.regression.least_squares import (
 )
 from stemcal.doe.screening.effects import Curvature, Effect, Residual, stands_out
 from stemcal.doe.screening.lenth import Lenth, lenth
-from stemcal.doe.screening.notes import screening_notes
+from stemcal.doe.screening.notes import LEAST_DF, screening_notes
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.notes import Note
-
-LEAST_DF = 3
-"""Residual degrees of freedom from which the F test chooses the factors."""
+from stemcal.names import Names
+from stemcal.note import Note
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +50,7 @@ def analyse_screening(
     names: Sequence[str],
     symbols: Sequence[str] | None = None,
     alpha: float = 0.05,
+    written: Names = Names(),
 ) -> Screening:
     """Estimate and test the main effects of a screening design.
 
@@ -64,6 +63,8 @@ def analyse_screening(
     names, symbols : sequences of k strings
     alpha : float
         Level of significance.
+    written : Names
+        How notes name the response.
 
     Raises
     ------
@@ -89,16 +90,20 @@ def analyse_screening(
     effects = _effects(fit, residual, mean_square, changes, names, symbols or names, size)
     tested = mean_square is not None and residual.df >= LEAST_DF
     significant = [stands_out(e, size) if size.me is not None and not tested else _below(e, alpha) for e in effects]
+    curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
+    notes = screening_notes(
+        fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
+    )
     return Screening(
         effects=Rows(effects),
         significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
         lenth=size,
         residual=residual,
         total_sum_of_squares=fit.total_ss,
-        curvature=curvature_of(y[present], centre, residual, mean_square, alpha),
+        curvature=curvature,
         runs_used=int(present.sum()) + len(centre),
         runs_failed=int(np.sum(~np.isfinite(responses))),
-        notes=screening_notes(fit, residual.df, effects, size, design[present], n_failed, alpha, tested),
+        notes=notes,
     )
 
 

@@ -6,46 +6,16 @@ import numpy as np
 
 from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.regression.least_squares import Array, LeastSquares
-from stemcal.doe.regression.surface_notes import FlatResponse
-from stemcal.doe.screening.effects import Effect, stands_out
+from stemcal.doe.regression.surface_notes import flat_response
+from stemcal.doe.screening.effects import Curvature, Effect, stands_out
 from stemcal.doe.screening.lenth import FEWEST, Lenth
-from stemcal.notes import Note, Weight
+from stemcal.names import Names
+from stemcal.note import Note
+from stemcal.numbers import signed_probability
+from stemcal.words import counted, series
 
-
-class ScreeningRunsFailed(Note, weight=Weight.NUMBERS):
-    """Runs failed, so the design is no longer orthogonal."""
-
-    failed: int
-    runs: int
-    df: int
-
-
-class LenthDecides(Note):
-    """The residual has too few degrees of freedom, or is zero: Lenth's method chooses the factors."""
-
-    df: int
-
-
-class TooFewEffects(Note):
-    """Lenth's method needs three effects."""
-
-
-class MethodsDisagree(Note, weight=Weight.USE):
-    """p and Lenth's margin of error disagree on a factor."""
-
-    factor: str
-    p: float
-    alpha: float
-    effect: float
-    margin: float
-
-
-class InteractionOfStrongest(Note):
-    """An interaction of the two strongest factors would show as effects of others."""
-
-    first: str
-    second: str
-    shown_by: tuple[str, ...]
+LEAST_DF = 3
+"""Residual degrees of freedom from which the F test chooses the factors."""
 
 
 def screening_notes(
@@ -57,26 +27,55 @@ def screening_notes(
     n_failed: int,
     alpha: float,
     tested: bool,
+    curvature: Curvature | None,
+    written: Names,
 ) -> tuple[Note, ...]:
     """Return what the choice of the factors depends on; `tested` where the F test makes it."""
-    found: list[Note] = []
+    found = [] if curvature is None else [_curvature(curvature, written)]
     if n_failed:
-        found.append(ScreeningRunsFailed(n_failed, len(fit.response) + n_failed, fit.df))
+        text = (
+            f"{n_failed} of {len(fit.response) + n_failed} runs failed: the design is no longer orthogonal. Effects "
+            f"and sums of squares are least-squares (type III) estimates with {fit.df} residual df that do not add up "
+            "to the total; Lenth's method is approximate."
+        )
+        found.append(Note("screening_runs_failed", "warning", text))
     if fit.flat:
-        found.append(FlatResponse())
+        found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
-        found.append(TooFewEffects())
+        text = f"Lenth's method needs at least {FEWEST} effects: the F test chooses the factors."
+        found.append(Note("too_few_effects", "caution", text))
     elif not tested:
-        found.append(LenthDecides(df))
-    found += _disagreements(effects, size, alpha)
+        few = f"The residual has {counted(df, 'degree')} of freedom, fewer than {LEAST_DF}"
+        reason = few if df < LEAST_DF else "The residual is zero, so there is no F test"
+        found.append(Note("lenth_decides", "caution", f"{reason}: Lenth's method chooses the factors."))
+    found += _disagreements(effects, size, alpha, written)
     names = [effect.factor for effect in effects]
     return (*found, aliases_note(design, names), *_interaction_note(design, effects))
 
 
-def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float) -> Iterator[Note]:
+def _curvature(found: Curvature, written: Names) -> Note:
+    means = (
+        f"Curvature: the corners give {written.quantity(found.corners)} on average, the centre "
+        f"{written.quantity(found.centre)} ({counted(found.runs, 'run')})."
+    )
+    if found.f is None or found.p is None:
+        return Note("curvature", "caution", f"{means} There is no error to test the difference against.")
+    outcome = "the response is curved, a plane does not fit" if found.curved else "no curvature beyond the error"
+    test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
+    return Note("curvature", "caution", f"{means} {test}: {outcome}.")
+
+
+def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Names) -> Iterator[Note]:
     for effect in effects:
-        if effect.p is not None and size.me is not None and (effect.p < alpha) != stands_out(effect, size):
-            yield MethodsDisagree(effect.factor, effect.p, alpha, effect.effect, size.me)
+        if effect.p is None or size.me is None or (effect.p < alpha) == stands_out(effect, size):
+            continue
+        below, beyond = ("below", "is within") if effect.p < alpha else ("not below", "exceeds")
+        text = (
+            f"The two methods disagree on {effect.factor}: p {signed_probability(effect.p)} is {below} {alpha:g}, but "
+            f"its effect {written.quantity(effect.effect, '+.4g')} {beyond} Lenth's margin of error "
+            f"{written.quantity(size.me)}."
+        )
+        yield Note("methods_disagree", "warning", text)
 
 
 def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note]:
@@ -87,6 +86,10 @@ def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note
     a, b = sorted(ranked[:2])
     main = np.column_stack([np.ones(len(design)), design])
     weights = np.linalg.lstsq(main, design[:, a] * design[:, b], rcond=None)[0][1:]
-    touched = tuple(effects[i].factor for i in range(len(effects)) if abs(weights[i]) > 1e-9)
+    touched = [effects[i].factor for i in range(len(effects)) if abs(weights[i]) > 1e-9]
     if touched:
-        yield InteractionOfStrongest(effects[a].factor, effects[b].factor, touched)
+        pair = f"{effects[a].factor}:{effects[b].factor}"
+        text = (
+            f"An interaction {pair} of the two strongest factors would also appear in the effects of {series(touched)}."
+        )
+        yield Note("interaction_of_strongest", "caution", text)

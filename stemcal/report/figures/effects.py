@@ -7,7 +7,7 @@ from typing import Any
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.report.tables.columns import response_decimals
 from stemcal.stages.screen import Limit, ScreenResult
-from stemcal.text.screening import limit_label
+from stemcal.stages.screen_words import limit_label
 
 _LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
 

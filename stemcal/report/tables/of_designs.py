@@ -29,11 +29,11 @@ from stemcal.report.tables.columns import (
 )
 from stemcal.stages.result import DesignRuns
 from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen_words import standing
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.words import shape_name
 from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.screening import standing
-from stemcal.text.surface import shape_name
 from stemcal.text.tables import line
 
 if TYPE_CHECKING:

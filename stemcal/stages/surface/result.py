@@ -22,8 +22,9 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline, to_json
+from stemcal.names import Names
 from stemcal.naming import FIRST
-from stemcal.notes import Note
+from stemcal.note import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun
@@ -151,7 +152,8 @@ class SurfaceResult(StageResult):
         runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
-        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients])
+        written = Names(self.naming.with_primary(response))
+        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
         return replace(found, deterministic=True) if self.deterministic else found
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.files.typed import Spread, inline
-from stemcal.notes import Note
+from stemcal.names import Names
+from stemcal.note import Note, Remedy
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
 
@@ -20,32 +21,10 @@ class ConditionRun(Spread):
 
 
 Answered = DesignRun | ConditionRun
+EQUAL_REPEATS = "equal_repeats"
 
 
-class EqualRepeats(Note):
-    """Repeated runs agree exactly: the solver is deterministic."""
-
-
-class ScatterOfSeeds(Note):
-    """Runs with seeds of their own scatter by this standard deviation."""
-
-    sd: float
-    df: int
-
-
-class EqualSeeds(Note):
-    """Runs with different seeds agree exactly."""
-
-
-class UnequalRepeats(Note):
-    """So many runs at the same levels of a deterministic solver gave different responses."""
-
-    runs: int
-    low: float
-    high: float
-
-
-def pure_error_of(design: DesignRuns, by_chance: bool = False) -> Note | None:
+def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:
     """Return what repeated runs show; None if there are none.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
@@ -60,12 +39,25 @@ def pure_error_of(design: DesignRuns, by_chance: bool = False) -> Note | None:
         return None
     widest = max(repeated, key=lambda responses: max(responses) - min(responses))
     same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
+    if same and by_chance:
+        remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.")
+        return Note("equal_seeds", "caution", "Runs with different seeds agree exactly.", remedy)
     if same:
-        return EqualSeeds() if by_chance else EqualRepeats()
-    return _scatter(repeated) if by_chance else UnequalRepeats(len(widest), min(widest), max(widest))
+        text = "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
+        return Note(EQUAL_REPEATS, "caution", text)
+    if by_chance:
+        return _scatter(repeated, names)
+    text = (
+        f"{len(widest)} runs at the same levels gave {names.quantity(min(widest), 'g')} to "
+        f"{names.quantity(max(widest), 'g')}. A deterministic solver gives one response for one set of levels, so "
+        "these runs differed in something not recorded."
+    )
+    return Note("unequal_repeats", "caution", text)
 
 
-def _scatter(repeated: Sequence[Sequence[float]]) -> ScatterOfSeeds:
+def _scatter(repeated: Sequence[Sequence[float]], names: Names) -> Note:
     df = sum(len(responses) - 1 for responses in repeated)
     square = sum(float(np.sum((np.array(responses) - np.mean(responses)) ** 2)) for responses in repeated) / df
-    return ScatterOfSeeds(square**0.5, df)
+    sd = names.quantity(square**0.5, ".3g")
+    text = f"Runs at the same levels, each with its own seed, scatter with a standard deviation of {sd} ({df} df)."
+    return Note("scatter_of_seeds", "caution", text)

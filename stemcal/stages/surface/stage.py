@@ -1,17 +1,19 @@
 """The response surface as a stage: its design run, its terms fitted."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from stemcal.doe.regression.canonical import canonical_analysis
+from stemcal.doe.regression.canonical import Shape, canonical_analysis
 from stemcal.doe.regression.reduction import ReductionStep, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.naming import FIRST
+from stemcal.note import Note
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.outcome import lower_bounds
+from stemcal.runs.outcome import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
@@ -27,8 +29,10 @@ from stemcal.stages.surface.result import (
     told_by,
 )
 from stemcal.stages.surface.runs import ConditionRun, pure_error_of
+from stemcal.stages.surface.words import shape_name
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import CodingEntry, Study, Target
+from stemcal.words import series
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
 
@@ -47,7 +51,31 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
         fit, reduction = fit_terms(study, design, runs)
     result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
     result = replace(result, conditions=Rows(run_conditions(work, result, design)))
-    return replace(result, notes=(*chosen, *fit.notes, *lower_bounds(answers)))
+    return replace(result, notes=(*chosen, *fit.notes, *lower_bound_notes(answers), *_notes(result)))
+
+
+def _notes(result: SurfaceResult) -> Iterator[Note]:
+    """Yield what the reduction, the shape and repeated runs show."""
+    if result.reduction is not None:
+        removed = (
+            f"Backward elimination removed {series(step.term for step in result.reduction)}. The same runs chose the "
+            "terms, so p-values and intervals are somewhat too favourable."
+        )
+        yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no term.")
+    if result.canonical is not None:
+        yield Note("shape", "info", _shape(result.canonical, Names(result.naming)))
+    repeats = result.pure_error
+    if repeats is not None and (repeats.kind in ("scatter_of_seeds", "equal_seeds") or result.lack_of_fit_testable):
+        yield repeats
+
+
+def _shape(shape: Shape, names: Names) -> str:
+    if shape.predicted is None:
+        return "The surface has no single stationary point: it is a plane, or level along some direction."
+    return (
+        f"The stationary point ({shape_name(shape)}) has {names.quantity(shape.predicted)} at coded radius "
+        f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the region of the runs."
+    )
 
 
 def _result(
@@ -73,7 +101,7 @@ def _result(
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
-        pure_error=pure_error_of(runs, study.replicates > 0),
+        pure_error=pure_error_of(runs, Names(study.naming), study.replicates > 0),
     )
 
 
@@ -102,10 +130,10 @@ def fit_terms(
     study: Study, design: Design, runs: Sequence[DesignRun]
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
-    given = design.coded, [run.number(FIRST) for run in runs], design.names
+    given, names = (design.coded, [run.number(FIRST) for run in runs], design.names), Names(study.naming)
     if study.rsm.reduce == "none":
-        return fit_surface(*given), None
-    return reduce_surface(*given, study.rsm.reduce_alpha)
+        return fit_surface(*given, written=names), None
+    return reduce_surface(*given, study.rsm.reduce_alpha, names)
 
 
 # ---- the design run at the other diameters of a joint fit

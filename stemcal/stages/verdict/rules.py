@@ -15,7 +15,7 @@ from stemcal.numbers import signed_probability
 from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import InvertResult, JointFitted
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.surface.runs import EqualRepeats
+from stemcal.stages.surface.runs import EQUAL_REPEATS
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, Physics, physics_of
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
@@ -364,7 +364,7 @@ def _rough(evidence: Evidence) -> Iterator[Note]:
     if surface is None:
         return
     repeats = surface.pure_error
-    if not isinstance(repeats, EqualRepeats) and not (repeats is None and surface.deterministic):
+    if not (surface.deterministic if repeats is None else repeats.kind == EQUAL_REPEATS):
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.designs.aliases import ClearOfInteractions, aliases_note
+from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import (
     SURFACES,
@@ -108,7 +108,7 @@ def test_fold_over_frees_main_effects():
     design = plackett_burman(9)
     folded = fold_over(design)
     assert folded.shape == (24, 9) and np.array_equal(folded[:12], design)
-    assert aliases_note(folded, [f"X{i}" for i in range(9)]) == ClearOfInteractions(24)
+    assert aliases_note(folded, [f"X{i}" for i in range(9)]).kind == "clear_of_interactions"
 
 
 def test_extra_runs_make_a_poor_design_estimate_the_quadratic():

@@ -1,4 +1,4 @@
-"""What a screening says, on the paper's own runs."""
+"""The sentences of a screening, on the paper's own runs."""
 
 from __future__ import annotations
 
@@ -6,22 +6,19 @@ from typing import Any
 
 import pytest
 
-from stemcal.doe.designs.aliases import FullyAliased
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.files.rows import Rows
-from stemcal.notes import Weight
+from stemcal.names import Names
+from stemcal.stages import screen_words
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
-from stemcal.text import screening
-from stemcal.text.names import Names
-from stemcal.text.notes import sentence
-from stemcal.text.results import read_first, remarks_of, said_by_all, warned
+from stemcal.text.results import read_first, said_by_all, warned
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
 def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None:
-    assert " ".join(screening.outcome(results.screen, NAMES)) == (
+    assert " ".join(screen_words.outcome(results.screen, NAMES)) == (
         "9 factors were screened in 12 runs. Factors that affect the maximum force (share of the sum of squares): "
         "Yield stress (60.2 %) and failure_strain (34.0 %)."
     )
@@ -38,16 +35,16 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
     found = analyse_screening(rows, response, ["yield_stress", "density"])
     runs: Any = Rows([None] * len(rows))
     stage = ScreenResult(head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **vars(found))
-    assert screening.outcome(stage, NAMES) == [
+    assert screen_words.outcome(stage, NAMES) == [
         f"2 factors were screened in {len(rows)} runs.",
         "Their effects on the maximum force cannot be tested: there is no error to test them with. The largest is that "
         f"of Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
-    assert screening.standing(stage.effects[0], stage) == "not tested"
+    assert screen_words.standing(stage.effects[0], stage) == "not tested"
 
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
-    assert screening.certainty(results.screen, NAMES) == [
+    assert screen_words.certainty(results.screen, NAMES) == [
         "Chosen by: Lenth's method.",
         "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
@@ -55,37 +52,20 @@ def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) ->
 
 def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
     """The paper keeps strain_rate_c by F(1, 2); Lenth's method does not."""
-    short = {effect.factor: screening.standing(effect, results.screen) for effect in results.screen.effects}
+    short = {effect.factor: screen_words.standing(effect, results.screen) for effect in results.screen.effects}
     assert short["yield_stress"] == "significant" and short["density"] == "not significant"
     assert short["strain_rate_c"] == "methods disagree"
-    said = {remark.kind: remark.sentence for remark in remarks_of(results.screen)}
-    assert said["lenth_decides"] == (
-        "The residual has 2 degrees of freedom, fewer than 3: Lenth's method chooses the factors."
-    )
-    assert said["methods_disagree"].startswith(
-        "The two methods disagree on strain_rate_c: p = 0.0462 is below 0.05, but its effect +16.92 N stays within "
-        "Lenth's margin of error 23.79 N."
-    )
-
-
-def test_long_lists_of_aliases_are_cut() -> None:
-    hidden = {f"f{i}": ("a:b", "a:c", "a:d", "b:c") for i in range(8)}
-    said = sentence(FullyAliased(8, hidden), NAMES)
-    assert said.startswith(
-        "In these 8 runs main effects cannot be told apart from two-factor interactions: f0 with a:b, a:c"
-    )
-    assert "a:d and 1 more" in said and said.endswith("; 2 more likewise.")
 
 
 def test_remarks_are_read_by_weight_each_kind_once(results: Any) -> None:
-    said = read_first([*said_by_all(results, True), *warned(["the energy balance drifts by 3.0 %"])])
+    said = read_first([*warned(["the energy balance drifts by 3.0 %"]), *said_by_all(results, True)])
     weights = [remark.weight for _, remark in said]
     assert weights == sorted(weights) and said[0][0] == "runs"
     kinds = [remark.kind for _, remark in said]
     assert len(kinds) == len(set(kinds))
-    assert {remark.kind: remark.weight for remark in remarks_of(results.screen)} == {
-        "lenth_decides": Weight.TRUST,
-        "methods_disagree": Weight.USE,
-        "uniformly_aliased": Weight.TRUST,
-        "interaction_of_strongest": Weight.TRUST,
+    assert {note.kind: note.severity for note in results.screen.notes} == {
+        "lenth_decides": "caution",
+        "methods_disagree": "warning",
+        "uniformly_aliased": "caution",
+        "interaction_of_strongest": "caution",
     }

@@ -1,17 +1,16 @@
-"""What the climb says."""
+"""The sentences of a climb."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from stemcal.files.rows import Rows
+from stemcal.names import Names
 from stemcal.naming import CUTTING
 from stemcal.runs.outcome import Outcome
+from stemcal.stages import climb_words
 from stemcal.stages.climb import ClimbResult, ClimbRow
 from stemcal.stages.result import Head
-from stemcal.text import climb
-from stemcal.text.names import Names
-from stemcal.text.results import remarks_of
 
 CLIMB = ClimbResult(
     head=Head(2, "climb", "known"),
@@ -30,18 +29,12 @@ CLIMB = ClimbResult(
 
 
 def test_a_climb_that_passed_the_target() -> None:
-    assert climb.outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
+    assert climb_words.outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
         "4 runs stepped Stress and b together towards the target.",
         "The target was passed; step 2 came nearest, 1.3 % from it.",
-    ]
-    assert [remark.sentence for remark in remarks_of(CLIMB)] == [
-        "Of 4 steps along the slope of the screening, step 2 is nearest to the target (−1.3 %): the surface is centred "
-        "there."
     ]
 
 
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
-    assert climb.outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")
-    edge = remarks_of(short)[1].sentence
-    assert "before the maximum force passed the target" in edge and "widen the ranges" in edge
+    assert climb_words.outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")
