@@ -44,7 +44,11 @@ Width = Annotated[
 COLUMNS = {"one": 90.0, "two": 190.0}  # mm
 ANIMATION = "animation"
 
-app = typer.Typer(no_args_is_help=True, help="Write tables, figures, decks or the material of a study as files.")
+app = typer.Typer(
+    no_args_is_help=True,
+    help="Write tables, figures, decks or the material of a study as files.\n\n"
+    "Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]",
+)
 
 
 @app.command()

@@ -9,8 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from commanding import BAD_SPEC, REPLAY, ROOT, command, process
+from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
+from typer.main import get_command
 
+from stemcal.cli.app import app
 from stemcal.errors import EXIT_CODES
 
 
@@ -22,6 +24,13 @@ def test_every_json_is_one_envelope(tmp_path: Path) -> None:
         assert (found["command"], found["status"]) == (arguments[0], EXIT_CODES[done.exit_code][0])
         assert all(set(note) == {"kind", "severity", "text", "remedy"} for note in found["notes"])
         assert any(note["severity"] == "error" for note in found["notes"]) == (done.exit_code != 0)
+
+
+def test_the_commands_are_these_17() -> None:
+    root = get_command(app)
+    assert sorted(root.commands) == sorted(COMMANDS) and len(COMMANDS) == 17
+    assert sorted(root.commands["export"].commands) == ["deck", "figures", "material", "tables"]
+    assert sorted(root.commands["measure"].commands) == ["diameters", "shear", "tests"]
 
 
 def test_the_docs_have_the_table_of_exit_codes() -> None:
