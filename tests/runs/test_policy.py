@@ -123,8 +123,8 @@ def test_a_rising_force_is_marked_and_told_of(tmp_path: Path, folder: StudyFolde
     runs = stage["design"]["runs"]
     assert [run["run"] for run in runs if run["censored"]] == [1, 10]
     assert all(run["status"] == "ok" and run["response"] is not None for run in runs)
-    bound = {"kind": "lower_bound", "weight": "numbers", "rows": [1, 10], "stroke_end": "unknown"}
-    assert bound in stage["notes"]
+    (bound,) = (note for note in stage["notes"] if note["kind"] == "lower_bound")
+    assert bound["severity"] == "warning" and "runs 1 and 10" in bound["text"]
 
 
 def test_a_rising_force_is_a_failure_if_the_spec_says_so(tmp_path: Path, folder: StudyFolder) -> None:
