@@ -135,7 +135,7 @@ def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
     study, folder = begun(tmp_path, "by-hand/heap.yaml"), StudyFolder(tmp_path / "out")
     awaited(study, folder)
     (unfinished,) = [reason for reason in verdict_of(study, folder).reasons if reason.kind == "unfinished"]
-    assert "stemcal enter SPEC SHEET" in unfinished.remedy.text
+    assert "`stemcal run SPEC`" in unfinished.remedy.text
     said = CliRunner().invoke(app, ["status", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]).stdout
     assert "into the sheet of the study folder" in " ".join(said.split())
 
