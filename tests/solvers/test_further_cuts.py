@@ -101,7 +101,7 @@ def test_check_doubts_a_further_cut_as_the_first(tmp_path: Path) -> None:
 
 def test_a_cut_that_creates_energy_is_no_answer(tmp_path: Path) -> None:
     study = _study(tmp_path, "")
-    result = cut((shear_test(study, study.midlevels(), 8.0),))
+    result = cut(shear_test(study, study.midlevels(), 8.0))
     assert distrusted(result) is None
     for changes, reason in (
         ({"energy_drift_percent": 5.1}, "energy_drift"),
