@@ -62,10 +62,11 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
 
 def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
     """Return the runs whose results may be entered: those that are awaited, and those that have some."""
+    elsewhere = {"refine"} if study.there is not study else set()  # stages that another solver simulates
     there = study.by_hand is not study
     solver = make_solver(study.by_hand)
     awaited = [] if waiting is None else list(waiting.requests)
-    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage == "refine") is there]
+    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage in elsewhere) is there]
     return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())
 
 

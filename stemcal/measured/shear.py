@@ -202,7 +202,8 @@ def _near_grades(grades: Sequence[float]) -> Iterator[Note]:
     """Yield a note on neighbours, in ascending order, that may be one grade written in two ways."""
     for lower, upper in pairwise(grades):
         if upper - lower < _APART * upper:
-            text = f"Grades {lower:g} and {upper:g} mm differ by less than {100.0 * _APART:g} % and are counted separately."
+            share = f"{100.0 * _APART:g} %"
+            text = f"Grades {lower:g} and {upper:g} mm differ by less than {share} and are counted separately."
             remedy = Remedy("If they are one grade, use one value in both names or in the column grade of an index.")
             yield Note("near_grades", "caution", text, remedy)
 

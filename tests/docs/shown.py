@@ -77,10 +77,13 @@ def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = N
         if words[0] == "cp":
             shutil.copy(folder / words[1], folder / words[2])
             continue
+        *words, file = [*words[:-2], words[-1]] if ">" in words else [*words, ""]
         done = subprocess.run(
             [sys.executable, "-m", *words], cwd=folder, env=environment, capture_output=True, encoding="utf-8",
             timeout=400,
         )  # fmt: skip
+        if file:
+            (folder / file).write_text(done.stdout, encoding="utf-8")
         assert done.returncode == code, f"{line}\n{done.stderr}"
         assert "Traceback" not in done.stderr, line
         printed[line] = done.stdout + done.stderr
