@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from stemcal.files.rows import Table
     from stemcal.measured.shear import ShearTests
+    from stemcal.note import Note
     from stemcal.study.model import Study
 
 app = typer.Typer(
@@ -179,7 +180,6 @@ def tests(
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
     from stemcal.study.reading.amend import with_test_targets
-    from stemcal.text.laboratory import remark_text
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     known = speed_of(speed) if speed is not None else None
@@ -189,8 +189,7 @@ def tests(
     content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
     if write:
         _rewrite(spec, lambda text: with_test_targets(text, found.targets))
-    remarks = [remark_text(one) for one in found.remarks]
-    _show(content, found.synthetic, [tests_table(found)], remarks, as_json, quiet, section)
+    _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
         note(f"wrote targets of tests into {spec}; see what is right and wrong: stemcal check {spec}")
 
@@ -204,7 +203,6 @@ def _finish_shear(
     from stemcal.measured.target_entries import with_targets
     from stemcal.report.figures import laboratory as figures
     from stemcal.report.tables import laboratory as tables
-    from stemcal.text.laboratory import remark_text
 
     rows = Rows(map(SpecimenRow.of, tests.specimens))
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
@@ -212,11 +210,10 @@ def _finish_shear(
     study = _rewrite(spec, lambda text: with_targets(text, section)) if spec else None
     if out:
         drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
-        remarks = Column("remarks", of=lambda row: "; ".join(map(remark_text, row.remarks)))
-        table = Table.of([*(name for name in vars(rows[0]) if name != "remarks"), remarks], rows)
+        notes = Column("notes", of=lambda row: " ".join(map(str, row.notes)))
+        table = Table.of([*(name for name in vars(rows[0]) if name != "notes"), notes], rows)
         _leave_files(out, content, table, drawn, section)
-    remarks_told = [remark_text(one) for one in tests.remarks()]
-    _show(content, tests.synthetic, tables.shear_tables(tests), remarks_told, as_json, quiet, section)
+    _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if study is not None and not quiet:
         if further := _beyond_stroke(tests, study.loading.stroke):
             note(further)
@@ -279,7 +276,13 @@ def _leave_files(
 
 
 def _show(
-    content: object, synthetic: bool, found: Iterable[Table], remarks: list[str], as_json: bool, quiet: bool, yaml: str
+    content: object,
+    synthetic: bool,
+    found: Iterable[Table],
+    notes: Iterable[Note],
+    as_json: bool,
+    quiet: bool,
+    yaml: str,
 ) -> None:
     if as_json:
         say_json(content)
@@ -288,5 +291,5 @@ def _show(
         say_whole(*([yaml] if yaml else []))
     if synthetic:
         warn("the files are marked as synthetic; do not publish them as measured")
-    for remark in [] if quiet else remarks:
-        note(f"note: {remark}")
+    for one in [] if quiet else notes:
+        note(f"note: {one}")

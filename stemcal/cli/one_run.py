@@ -52,9 +52,9 @@ def one_test_run(
     study: Study, section: LaboratorySection, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool
 ) -> None:
     """Let the program of a test do it once and show its responses, beside each what was measured."""
+    from stemcal.report.tables.terminal import response_text
     from stemcal.solvers.laboratory_programs import program_of
     from stemcal.study.model.laboratory_tests import RESPONSES as KNOWN
-    from stemcal.text.laboratory import response_text
 
     program = program_of(study, section)
     program.prepare()

@@ -11,5 +11,4 @@ shear_curves    the specimens of one force–displacement file → trimmed curve
 shear           all specimens → forces per grade
 curve_modes     scores of whole curves
 target_entries  the `targets` section of a spec
-remarks         what a reader must know of the files
 """

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, SECONDS, TIME, TRAVEL, millimetres_in, plain, shown
-from stemcal.measured.remarks import ColumnChosen, LabRemark, SharedDisplacement, SpeedUnused
 from stemcal.measured.text_tables import TextTable, columns_of, given_columns, matching
+from stemcal.note import Note, Remedy
 
 NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
 _LABEL = 40  # characters of a label that are kept
@@ -51,8 +51,8 @@ class Channels:
     diameter: float | None = None
 
 
-def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[LabRemark]]:
-    """Return the channels of every specimen in a table, and what must be said about the choice.
+def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[Note]]:
+    """Return the channels of every specimen in a table, and notes on the choice.
 
     Raises
     ------
@@ -62,15 +62,15 @@ def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[
     choice.check()
     if not table.headed and (choice.force is None or (choice.displacement is None and choice.time is None)):
         raise UsageError(f"{table.source}: the columns have no headings: {columns_of(table)}; {NAME_THEM}")
-    remarks: list[LabRemark] = []
+    notes: list[Note] = []
     ups = _forces(table, choice)
-    acrosses, timed = _acrosses(table, choice, remarks)
-    pairs = _paired(table, acrosses, ups, choice, remarks)
+    acrosses, timed = _acrosses(table, choice, notes)
+    pairs = _paired(table, acrosses, ups, choice, notes)
     if any(across == up for across, up in pairs):
         raise UsageError(f"{table.source}: force and displacement are the same column; {NAME_THEM}")
     over = _over(table, pairs)
     named = zip(pairs, _labels(over), over, strict=True)
-    return [Channels(a, u, timed, label, millimetres_in(text)) for (a, u), label, text in named], remarks
+    return [Channels(a, u, timed, label, millimetres_in(text)) for (a, u), label, text in named], notes
 
 
 def _forces(table: TextTable, choice: Choice) -> list[int]:
@@ -83,7 +83,7 @@ def _forces(table: TextTable, choice: Choice) -> list[int]:
     return found
 
 
-def _acrosses(table: TextTable, choice: Choice, remarks: list[LabRemark]) -> tuple[list[int], bool]:
+def _acrosses(table: TextTable, choice: Choice, notes: list[Note]) -> tuple[list[int], bool]:
     """Return the columns of displacement; those of time if there are none, and whether it is time."""
     if choice.displacement is not None:
         return given_columns(table, choice.displacement, "displacement"), False
@@ -92,7 +92,7 @@ def _acrosses(table: TextTable, choice: Choice, remarks: list[LabRemark]) -> tup
     found, times = matching(table, TRAVEL, MILLIMETRES), matching(table, TIME, SECONDS)
     if found:
         if choice.speed_known:
-            remarks.append(SpeedUnused())
+            notes.append(Note("speed_unused", "info", "The file has a displacement: --speed is not used."))
         return found, False
     if times and choice.speed_known:
         return times, True
@@ -103,7 +103,7 @@ def _acrosses(table: TextTable, choice: Choice, remarks: list[LabRemark]) -> tup
 
 
 def _paired(
-    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, remarks: list[LabRemark]
+    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, notes: list[Note]
 ) -> list[tuple[int, int]]:
     """Return displacement (or time) and force of every specimen."""
     named = (choice.displacement or choice.time) is not None
@@ -117,12 +117,16 @@ def _paired(
     if len(ups) > 1 and up_alike:
         if len(acrosses) > 1:
             raise _unclear(table)
-        remarks.append(SharedDisplacement(len(ups), _name(table, acrosses[0])))
+        text = f"{len(ups)} specimens share the displacement {_name(table, acrosses[0])}."
+        remedy = Remedy("If they are channels of one specimen, select one with --force-column.")
+        notes.append(Note("shared_displacement", "caution", text, remedy))
         return [(acrosses[0], up) for up in ups]
     for what, columns in (("force", ups), ("displacement", acrosses)):
         if len(columns) > 1:
-            others = tuple(_name(table, column) for column in columns[1:4])
-            remarks.append(ColumnChosen(what, _name(table, columns[0]), others))
+            others = ", ".join(_name(table, column) for column in columns[1:4])
+            text = f"The {what} is read from {_name(table, columns[0])}, not from {others}."
+            remedy = Remedy(f"Use --{what}-column to read another column.")
+            notes.append(Note("column_chosen", "caution", text, remedy))
     return [(acrosses[0], ups[0])]
 
 

@@ -5,24 +5,25 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.files.typed import Spread, inline
-from stemcal.measured import remarks as lab
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
 from stemcal.measured.text_tables import Form, find_column, matching, read_table, scale_of
+from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.words import did_you_mean
+from stemcal.words import did_you_mean, series
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 # Grades nearer than this share differ by 8 % in force, for F grows as d^2.6: less than specimens of one grade scatter.
 _APART = 0.03
+_MOST = 10  # names in a note
 
 
 @dataclass(frozen=True)
@@ -48,14 +49,14 @@ class SpecimenRow:
     work_to_max: float
     trimmed_points: int
     excluded: bool
-    remarks: tuple[lab.LabRemark, ...]
+    notes: tuple[Note, ...]
 
     @classmethod
     def of(cls, specimen: TestedSpecimen) -> SpecimenRow:
         """Return a specimen in numbers."""
         s, c = specimen, specimen.curve
         numbers = (c.max_force, c.travel_at_max, c.work_to_max, c.trimmed)
-        return cls(s.name, s.grade, s.diameter, *numbers, s.excluded, c.remarks)
+        return cls(s.name, s.grade, s.diameter, *numbers, s.excluded, c.notes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,35 +74,49 @@ class GradeForces(Spread):
     suspect: str | None
 
 
-# From this share of a maximum on, a preload cuts off a part of the curve that is worth a remark.
+# From this share of a maximum on, a preload cuts off a part of the curve that deserves a note.
 _PRELOAD_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class ShearTests:
-    """A whole campaign; `notes` are on what belongs to no specimen."""
+    """A whole campaign; `notes` concern no single specimen."""
 
     specimens: tuple[TestedSpecimen, ...]
     grades: tuple[GradeForces, ...]
     power_law: PowerLaw | None
     synthetic: bool
-    notes: tuple[lab.LabRemark, ...] = ()
+    notes: tuple[Note, ...] = ()
 
-    def remarks(self) -> list[lab.LabRemark]:
-        """Return what a careful reader must know before using the means."""
-        found: list[lab.LabRemark] = [
-            lab.Outlier(g.diameter, g.suspect, g.grubbs.statistic, g.grubbs.critical, g.grubbs.alpha)
-            for g in self.grades
-            if g.grubbs and g.suspect
-        ]
-        found += [lab.Excluded(s.name) for s in self.specimens if s.excluded]
-        files: dict[lab.LabRemark, list[str]] = {}
+    def all_notes(self) -> list[Note]:
+        """Return the notes on grades, specimens, files and the campaign."""
+        found = [_outlier(g.diameter, g.suspect, g.grubbs) for g in self.grades if g.grubbs and g.suspect]
+        found += [Note("excluded", "info", f"{s.name} is excluded (--exclude).") for s in self.specimens if s.excluded]
+        files: dict[Note, list[str]] = {}
         for specimen in self.specimens:
-            for remark in specimen.curve.of_file:
-                files.setdefault(remark, []).append(specimen.name.partition("#")[0])
-            for remark in specimen.curve.remarks:
-                files.setdefault(remark, []).append(specimen.name)
-        return [*found, *(lab.OfFiles(tuple(names), remark) for remark, names in files.items()), *self.notes]
+            for note in specimen.curve.of_file:
+                files.setdefault(note, []).append(specimen.name.partition("#")[0])
+            for note in specimen.curve.notes:
+                files.setdefault(note, []).append(specimen.name)
+        return [*found, *(note_on(names, note) for note, names in files.items()), *self.notes]
+
+
+def note_on(names: Sequence[str], note: Note) -> Note:
+    """Return a note with the files, specimens or tests that it concerns."""
+    return replace(note, text=f"{_some_of(names)}: {note.text}")
+
+
+def _some_of(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _MOST} more" if len(names) > _MOST else ""
+    return ", ".join(names[:_MOST]) + more
+
+
+def _outlier(grade: float, specimen: str, test: Grubbs) -> Note:
+    text = (
+        f"Grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {test.statistic:.3f} > "
+        f"{test.critical:.3f}, alpha {test.alpha:g}); it is still included."
+    )
+    return Note("outlier", "caution", text, Remedy("Use --exclude if the laboratory records give a reason."))
 
 
 def measure_shear(
@@ -146,13 +161,12 @@ def measure_shear(
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
 
-def _not_there(
-    index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]
-) -> list[lab.LabRemark]:
-    """Return a remark on what the index names and is not there."""
+def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[Note]:
+    """Return a note on the names in the index that do not exist."""
     there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
     missing = [name for name in index if name not in there and _without_suffix(name) not in there]
-    return [lab.NotThere(tuple(missing))] if missing else []
+    text = f"The index lists files that do not exist: {_some_of(missing)}."
+    return [Note("not_there", "warning", text)] if missing else []
 
 
 def _without_suffix(name: str) -> str:
@@ -161,32 +175,37 @@ def _without_suffix(name: str) -> str:
     return f"{Path(file).stem}{mark}{label}"
 
 
-def _equal_names(files: Sequence[Path]) -> Iterator[lab.LabRemark]:
-    """Yield a remark on files that differ in their ends only: an export beside the workbook, perhaps."""
+def _equal_names(files: Sequence[Path]) -> Iterator[Note]:
+    """Yield a note on files that differ only in their suffix, such as a workbook and its export."""
     alike: dict[Path, list[str]] = {}
     for path in files:
         alike.setdefault(path.with_suffix(""), []).append(path.name)
     for names in alike.values():
         if len(names) > 1:
-            yield lab.EqualNames(tuple(names))
+            text = f"{series(names)} have the same name: they may be one specimen."
+            yield Note("equal_names", "warning", text, Remedy("Leave one out with --exclude."))
 
 
-def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[lab.LabRemark]:
-    """Yield a remark on specimens whose curves are the same to the last digit."""
+def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[Note]:
+    """Yield a note on specimens whose curves are the same to the last digit."""
     alike: dict[bytes, list[str]] = {}
     for specimen in specimens:
         if not specimen.excluded:
             alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
     for names in alike.values():
         if len(names) > 1:
-            yield lab.EqualCurves(tuple(names))
+            text = f"{series(names[:_MOST])} have the same curve."
+            yield Note("equal_curves", "warning", text, Remedy("Leave one out with --exclude."))
 
 
-def _near_grades(grades: Sequence[float]) -> Iterator[lab.LabRemark]:
-    """Yield a remark on neighbours, in ascending order, that are perhaps one grade written in two ways."""
+def _near_grades(grades: Sequence[float]) -> Iterator[Note]:
+    """Yield a note on neighbours, in ascending order, that may be one grade written in two ways."""
     for lower, upper in pairwise(grades):
         if upper - lower < _APART * upper:
-            yield lab.NearGrades(lower, upper)
+            share = f"{100.0 * _APART:g} %"
+            text = f"Grades {lower:g} and {upper:g} mm differ by less than {share} and are counted separately."
+            remedy = Remedy("If they are one grade, use one value in both names or in the column grade of an index.")
+            yield Note("near_grades", "caution", text, remedy)
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
@@ -302,8 +321,14 @@ def _grade(diameter: float, specimens: Sequence[TestedSpecimen], alpha: float) -
     )
 
 
-def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[lab.LabRemark]:
-    """Yield a remark on the weakest grade if the preload takes a good part of its curve."""
+def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[Note]:
+    """Yield a note on the weakest grade if the preload cuts off a large part of its curve."""
     weakest = min(grades, key=lambda grade: grade.summary.mean)
-    if preload >= _PRELOAD_SHARE * weakest.summary.mean:
-        yield lab.PreloadOfWeakStems(preload, weakest.diameter, weakest.summary.mean)
+    force = weakest.summary.mean
+    if preload >= _PRELOAD_SHARE * force:
+        text = (
+            f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum at {weakest.diameter:g} "
+            f"mm, {force:.3g} N: travel and work start from there; the maximum is not affected."
+        )
+        remedy = Remedy(f"Use --preload {0.01 * force:.1g}, 1 % of the maximum.")
+        yield Note("preload_of_weak_stems", "caution", text, remedy)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured import remarks as lab
 from stemcal.measured.channels import Channels, Choice, channels_of
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, as_number, is_missing, millimetres_in, shown
 from stemcal.measured.text_tables import Form, TextTable, read_tables, scale_of
+from stemcal.note import Note
 from stemcal.words import counted
 
 Array = NDArray[np.float64]
@@ -91,10 +91,10 @@ class ShearCurve:
     trimmed: int
     diameter: float | None
     synthetic: bool
-    remarks: tuple[lab.LabRemark, ...] = ()
+    notes: tuple[Note, ...] = ()
     label: str = ""  # of one among several specimens in a file
     over: float | None = None  # the diameter over its columns, mm
-    of_file: tuple[lab.LabRemark, ...] = ()  # remarks on the file as a whole, with its first curve
+    of_file: tuple[Note, ...] = ()  # notes on the file as a whole, with its first curve
 
     @property
     def max_force(self) -> float:
@@ -122,20 +122,21 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
     return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
 
 
-def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[lab.LabRemark]]:
-    """Return the sheets with curves, and a remark on each other one; of a text its only table."""
+def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[Note]]:
+    """Return the sheets with curves, and a note on each other one; of a text its only table."""
     tables = read_tables(path, how.form)
     if len(tables) == 1:
         return tables, []
     found, first = [], None
-    skipped: list[lab.LabRemark] = []
+    skipped: list[Note] = []
     for table in tables:
         try:
             channels_of(table, how.choice())
             found.append(table)
         except UsageError as error:
             first = first or error
-            skipped.append(lab.SheetSkipped(shown(table.sheet)))
+            text = f"Sheet {shown(table.sheet)} has no curve and is not read."
+            skipped.append(Note("sheet_skipped", "info", text))
     if not found and first is not None:
         raise first
     return found, skipped
@@ -143,33 +144,34 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
 
 def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
     """Return the curves of one table; `several` tells that others stand in the same file."""
-    channels, remarks = channels_of(table, how.choice())
+    channels, notes = channels_of(table, how.choice())
     if len(channels) > 1:
-        remarks.insert(0, lab.SideBySide(len(channels)))
+        notes.insert(0, Note("side_by_side", "info", f"The file has {len(channels)} specimens side by side."))
     diameters = stated_diameters(table, len(channels))
     sheet = table.sheet if several else ""
     curves = [
         _curve(table, one, how, diameter, " ".join(filter(None, (sheet, one.label))))
         for one, diameter in zip(channels, diameters, strict=True)
     ]
-    return [replace(curves[0], of_file=tuple(remarks)), *curves[1:]]
+    return [replace(curves[0], of_file=tuple(notes)), *curves[1:]]
 
 
 def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
     """Return the curve of one specimen."""
     for column in (channels.across, channels.up):
         _refuse_words(table, column)
-    rows, remarks = usable(table, channels.across, channels.up)
+    rows, notes = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
         raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; is this the file of one specimen?")
     force = _scaled(rows, channels.up, scale_of(table, channels.up, NEWTONS, "N", how.force_unit), "force", STRONGEST)
-    travel = _travel(rows, channels, how, remarks)
+    travel = _travel(rows, channels, how, notes)
     if -force.min() > force.max():
         force = -force
-        remarks.append(lab.PressingIsPositive())
+        notes.append(Note("pressing_is_positive", "info", "The sign of the force is reversed: pressing is positive."))
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
-        remarks.append(lab.LargestAtEnd())
+        text = "The force is largest at the last point: the test may have ended before the maximum."
+        notes.append(Note("largest_at_end", "warning", text))
     return ShearCurve(
         source=table.source,
         travel=np.abs(travel[begin:] - travel[begin]),
@@ -177,7 +179,7 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
         trimmed=begin,
         diameter=diameter,
         synthetic=table.synthetic,
-        remarks=tuple(remarks),
+        notes=tuple(notes),
         label=label,
         over=channels.diameter if channels.diameter is not None else millimetres_in(label),
     )
@@ -189,13 +191,14 @@ def _refuse_words(table: TextTable, column: int) -> None:
         raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
 
 
-def _travel(table: TextTable, channels: Channels, how: CurveOptions, remarks: list[lab.LabRemark]) -> Array:
+def _travel(table: TextTable, channels: Channels, how: CurveOptions, notes: list[Note]) -> Array:
     """Return the displacement, mm; from time where that is all there is."""
     column = channels.across
     if not channels.timed or how.speed is None:
         scale = scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit)
         return _scaled(table, column, scale, "displacement", LONGEST)
-    remarks.append(lab.DisplacementFromTime(shown(table.columns[column]), how.speed))
+    text = f"Displacement is time {shown(table.columns[column])} times {how.speed:g} mm/s."
+    notes.append(Note("displacement_from_time", "info", text))
     return _scaled(table, column, how.speed * scale_of(table, column, SECONDS, "s", how.time_unit), "time", LONGEST)
 
 
@@ -211,7 +214,7 @@ def _scaled(table: TextTable, column: int, scale: float, what: str, most: float)
     return values * scale
 
 
-def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[lab.LabRemark]]:
+def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
     """Return the table without rows that say nothing in the columns, and what was left out.
 
     Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
@@ -220,12 +223,14 @@ def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[lab.LabRema
     cells = [[row[column] for column in columns] for row in table.rows]
     last = max((i for i, row in enumerate(cells) if all(table.is_number(cell) for cell in row)), default=-1)
     kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
-    remarks: list[lab.LabRemark] = []
+    notes: list[Note] = []
     if len(kept) < len(table.rows):
-        remarks.append(lab.RowsLeftOut(len(table.rows) - len(kept)))
+        text = f"{counted(len(table.rows) - len(kept), 'row')} without numbers for force or displacement omitted."
+        notes.append(Note("rows_left_out", "info", text))
     if table.unread:
-        remarks.append(lab.RowsApart(table.unread))
-    return replace(table, rows=tuple(kept)), remarks
+        text = f"{counted(table.unread, 'row')} of numbers apart from the curve not read."
+        notes.append(Note("rows_apart", "caution", text))
+    return replace(table, rows=tuple(kept)), notes
 
 
 def contact_begins(force: Array, preload: float) -> int:

@@ -13,10 +13,10 @@ from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
 from stemcal.laboratory import curve_responses, secant
 from stemcal.measured.headings import shown
-from stemcal.measured.remarks import FolderSkipped, LabRemark, OfFiles
-from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear
+from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
+from stemcal.note import Note
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import RESPONSES
 
@@ -36,7 +36,7 @@ class MeasuredTests:
     """The means of all tests, what is left open, and the targets of each test as lines of YAML."""
 
     means: Rows[TestedMean]
-    remarks: tuple[LabRemark, ...]
+    notes: tuple[Note, ...]
     synthetic: bool
     targets: dict[str, tuple[str, ...]]
 
@@ -75,15 +75,20 @@ def measure_tests(
     drop = study.solver.break_drop if isinstance(study.solver, EmbeddedSolver) else 0.5
     taken = {path.name.casefold(): shown(path.name) for path in own.values()}
     unread = [path.name for path in folders if path not in own.values()]
-    skipped = [FolderSkipped(shown(name), taken.get(name.casefold(), "")) for name in unread]
-    remarks = [OfFiles((name,), remark) for name, tests in read.items() for remark in tests.remarks()]
+    skipped = [_folder_skipped(shown(name), taken.get(name.casefold())) for name in unread]
+    notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))
     return MeasuredTests(
         means,
-        (*skipped, *remarks),
+        (*skipped, *notes),
         any(tests.synthetic for tests in read.values()),
         {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
     )
+
+
+def _folder_skipped(folder: str, taken: str | None) -> Note:
+    reason = "no test has this name" if taken is None else f"{taken} is read instead"
+    return Note("folder_skipped", "info", f"Folder {folder} is not read: {reason}.")
 
 
 def _folder_of(name: str, folders: Sequence[Path]) -> Path | None:

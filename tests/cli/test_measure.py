@@ -52,7 +52,7 @@ def write(path: Path, text: str, encoding: str = "utf-8") -> Path:
 def test_specimens_side_by_side_are_all_read(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "力(N),位移(mm),力(N),位移(mm)\n" + lines("{f},{d},{g},{d}\n", scale=2.0), "gbk")
     assert peaks(tmp_path) == {"8mm#1": PEAK, "8mm#2": 2 * PEAK}
-    assert "8mm: 2 specimens side by side" in shear(tmp_path)["notes"]
+    assert "8mm: The file has 2 specimens side by side" in shear(tmp_path)["notes"]
     assert shear(tmp_path)["grades"][0]["n"] == 2
 
 
@@ -98,7 +98,7 @@ def test_a_choice_among_channels_is_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg [mm],Kraft [N],Traversenweg [mm]\n" + lines("{d},{f},7\n"))
     found = shear(tmp_path)
     assert found["specimens"][0]["travel_at_max"] == pytest.approx(0.3)
-    assert "displacement from 'Weg [mm]', not 'Traversenweg [mm]'" in found["notes"]
+    assert "displacement is read from 'Weg [mm]', not from 'Traversenweg [mm]'" in found["notes"]
 
 
 @pytest.mark.parametrize("name", ["应力", "Stress", "Spannung", "Crosshead speed", "Напряжение", "응력"])
@@ -170,7 +170,7 @@ def test_a_workbook_of_a_sheet_per_specimen(tmp_path: Path) -> None:
     summary = [["试样", "最大力(N)"], ["1", 234.5], ["2", 469.0]]
     book(tmp_path / "8mm.xlsx", 试样1=[HEAD, *rows_of()], 试样2=[HEAD, *rows_of(2.0)], 结果=summary, 空=[[]])
     assert peaks(tmp_path) == {"8mm#试样1": pytest.approx(PEAK), "8mm#试样2": pytest.approx(2 * PEAK)}
-    assert "sheet '结果' holds no curve" in shear(tmp_path)["notes"]
+    assert "Sheet '结果' has no curve" in shear(tmp_path)["notes"]
     assert peaks(tmp_path, "--sheet", "试样2") == {"8mm": pytest.approx(2 * PEAK)}
     assert "there are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
 
@@ -281,7 +281,7 @@ def test_one_name_for_two_files_is_said(tmp_path: Path) -> None:
     """An export beside the workbook, rounded otherwise."""
     write(tmp_path / "8mm-1.csv", "Weg,Kraft\n" + lines("{d},{f}\n"))
     write(tmp_path / "8mm-1.txt", "Weg\tKraft\n" + lines("{d}\t{g}\n", scale=1.00001))
-    assert "8mm-1.csv and 8mm-1.txt have one name: one specimen twice?" in shear(tmp_path)["notes"]
+    assert "8mm-1.csv and 8mm-1.txt have the same name" in shear(tmp_path)["notes"]
 
 
 def test_time_and_force_with_the_speed(tmp_path: Path) -> None:
@@ -289,7 +289,7 @@ def test_time_and_force_with_the_speed(tmp_path: Path) -> None:
     assert "--speed" in refused(tmp_path)
     found = shear(tmp_path, "--speed", "600 mm/min")
     assert found["specimens"][0]["travel_at_max"] == pytest.approx(0.3)
-    assert "displacement is time '时间(s)' times 10 mm/s" in found["notes"]
+    assert "Displacement is time '时间(s)' times 10 mm/s" in found["notes"]
 
 
 @pytest.mark.parametrize(
@@ -406,7 +406,7 @@ def test_a_line_that_cuts_the_table_in_two(tmp_path: Path, line: str) -> None:
 
 def test_cycles_with_words_between_are_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg;Kraft\n" + lines("{d};{f}\n") + "Cycle 2\n" + "0.1;7\n0.2;8\n")
-    assert "2 more rows of numbers lie apart" in shear(tmp_path)["notes"]
+    assert "2 rows of numbers apart from the curve" in shear(tmp_path)["notes"]
 
 
 @pytest.mark.parametrize("unit", ["N", "kN", "kgf"])
@@ -493,7 +493,7 @@ def test_an_index_without_its_columns(tmp_path: Path) -> None:
 def test_what_an_index_names_and_nobody_has(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg,Kraft\n" + lines("{d},{f}\n"))
     index = write(tmp_path / "index.csv", "file,diameter\n8mm.csv,8.1\n9mm.csv,9\n")
-    assert "the index names 9mm.csv, which is not there" in shear(tmp_path, "--index", index)["notes"]
+    assert "files that do not exist: 9mm.csv" in shear(tmp_path, "--index", index)["notes"]
 
 
 @pytest.mark.parametrize(
@@ -515,12 +515,12 @@ def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm-1.txt", "Weg\tKraft\n" + lines("{d}\t{f}\n"))
     found = shear(tmp_path)
     assert [s["specimen"] for s in found["specimens"]] == ["8mm-1.csv", "8mm-1.txt"]
-    assert "8mm-1.csv and 8mm-1.txt hold the same curve" in found["notes"]
+    assert "8mm-1.csv and 8mm-1.txt have the same curve" in found["notes"]
 
 
 def test_grades_that_are_perhaps_one_are_questioned(tmp_path: Path) -> None:
     """9.9 and 10 mm differ by 1 %, 9.5 and 9.9 by 4 %, 7 and 7.5 by 7 %: only the first pair."""
     for number, name in enumerate(("7mm-1", "7.5mm-1", "9.5mm-1", "9.9mm-1", "10mm-1"), 1):
         write(tmp_path / f"{name}.csv", "Weg,Kraft\n" + lines("{d},{f}\n").replace("1", str(number), 1))
-    said = [note for note in shear(tmp_path)["notes"].split("\n") if "counted apart" in note]
-    assert len(said) == 1 and "grades 9.9 and 10 mm" in said[0]
+    said = [note for note in shear(tmp_path)["notes"].split("\n") if "counted separately" in note]
+    assert len(said) == 1 and "Grades 9.9 and 10 mm" in said[0]

@@ -10,11 +10,9 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.measured.diameters import measure_diameters, proposed_grades
-from stemcal.measured.remarks import Excluded, LargestAtEnd, Outlier, PreloadOfWeakStems, PressingIsPositive
 from stemcal.measured.shear import find_files, measure_shear, read_index
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
 from stemcal.measured.target_entries import targets_section, with_targets
-from stemcal.text.laboratory import remark_text
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
@@ -98,11 +96,9 @@ def test_a_preload_that_weak_stems_feel_is_remarked_on(tmp_path: Path) -> None:
     curve_file(tmp_path / "5mm-1.csv", [0.0, 4.0, 9.0, 16.0, 3.0])
     curve_file(tmp_path / "8mm-1.csv", [0.0, 4.0, 30.0, 60.0, 5.0])
     weak, strong = (measure_shear(find_files(tmp_path, pattern)) for pattern in ("*.csv", "8mm*"))
-    assert weak.remarks() == [PreloadOfWeakStems(5.0, 5.0, 16.0)] and strong.remarks() == []
-    assert remark_text(weak.remarks()[0]) == (
-        "the preload of 5 N is 31 % of the maximum at 5 mm, 16 N: travel and work are counted from there only, the "
-        "maximum is as measured; --preload 0.2 is a hundredth of it"
-    )
+    (note,) = weak.all_notes()
+    assert note.kind == "preload_of_weak_stems" and strong.all_notes() == []
+    assert "5 N is 31 % of the maximum at 5 mm, 16 N" in note.text and "--preload 0.2," in str(note)
 
 
 def test_units_signs_and_columns(tmp_path: Path) -> None:
@@ -111,7 +107,7 @@ def test_units_signs_and_columns(tmp_path: Path) -> None:
     path.write_text(f"t (s),load (kN),position (cm),x\n{rows}\n")
     curve = read_curves(path)[0]
     assert (curve.max_force, curve.travel_at_max) == pytest.approx((70.0, 1.4))
-    assert curve.remarks == (PressingIsPositive(), LargestAtEnd())
+    assert [note.kind for note in curve.notes] == ["pressing_is_positive", "largest_at_end"]
     assert read_curves(path, CurveOptions(force_unit="N", preload=0.01))[0].max_force == pytest.approx(0.07)
     assert read_curves(path, CurveOptions(force_column="4", preload=1.0))[0].max_force == 7.0
     with pytest.raises(UsageError, match="no column 'weight' for force; there are 't"):
@@ -126,12 +122,13 @@ def test_an_outlier_is_named_and_counted_until_it_is_excluded(tmp_path: Path) ->
     kept = measure_shear(files)
     assert kept.grades[0].suspect == "8mm-bad"
     assert kept.grades[0].summary.mean == pytest.approx(680 / 6)
-    first = kept.remarks()[0]
-    assert isinstance(first, Outlier) and (first.grade, first.specimen, first.alpha) == (8.0, "8mm-bad", 0.05)
-    assert first.statistic > first.critical == pytest.approx(1.887, abs=1e-3)
+    first = kept.all_notes()[0]
+    assert first.kind == "outlier" and "rade 8 mm: specimen 8mm-bad" in first.text
+    assert "> 1.887, alpha 0.05" in first.text
     without = measure_shear(files, exclude=["8mm-bad"])
     assert (without.grades[0].summary.n, without.grades[0].summary.mean) == (5, 100.0)
-    assert without.remarks()[0] == Excluded("8mm-bad")
+    first = without.all_notes()[0]
+    assert first.kind == "excluded" and "8mm-bad" in first.text
     with pytest.raises(UsageError, match="no such specimen"):
         measure_shear(files, exclude=["9mm-x"])
 

@@ -8,7 +8,6 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import FORCE, NEWTONS
-from stemcal.measured.remarks import RowsApart, RowsLeftOut
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.text_tables import matching, read_table
 
@@ -74,9 +73,11 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     path.write_text(
         "travel,force\n" + rows("{d},{f}\n").replace("0.2,4.8", "0.2,4.8\n0.25,NaN\n0.26,") + "Max,1234.5\n"
     )
-    assert read_curves(path)[0].remarks == (RowsLeftOut(3),)
+    (omitted,) = read_curves(path)[0].notes
+    assert omitted.kind == "rows_left_out" and "3 rows" in omitted.text
     path.write_text("travel,force\n" + rows("{d},{f}\n") + "Cycle 2\n" + rows("{d},{f}\n")[:24])
-    assert read_curves(path)[0].remarks == (RowsApart(3),)
+    (apart,) = read_curves(path)[0].notes
+    assert apart.kind == "rows_apart" and "3 rows" in apart.text
 
 
 def test_a_word_among_the_numbers_is_no_gap(tmp_path: Path) -> None:

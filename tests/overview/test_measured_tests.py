@@ -15,7 +15,6 @@ from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.measured.remarks import FolderSkipped
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.overview.measured_tests import break_at, measure_tests
 from stemcal.study.reading import load_study
@@ -107,8 +106,8 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
         (lab / "pull" / f"{name}.csv").unlink()
     done = command("measure", "tests", THREE, lab, "--preload", 100, "--exclude", "pull/8mm-1")
     notes = [line for line in done.stderr.splitlines() if line.startswith("note: ")]
-    assert notes[0] == "note: pull: 8mm-1 is left out, as --exclude asks"
-    assert notes[1].startswith("note: pull: the preload of 100 N is 16 % of the maximum at 8 mm")
+    assert notes[0] == "note: pull: 8mm-1 is excluded (--exclude)."
+    assert notes[1].startswith("note: pull: The preload of 100 N is 16 % of the maximum at 8 mm")
 
 
 def test_folders_go_by_the_name_of_a_test_in_any_case_and_others_are_told(lab: Path) -> None:
@@ -116,7 +115,8 @@ def test_folders_go_by_the_name_of_a_test_in_any_case_and_others_are_told(lab: P
     (lab / "bend").mkdir()
     found = measure_tests(load_study(THREE), lab, AT_ONCE)
     assert list(found.targets) == ["pull"]
-    assert found.remarks == (FolderSkipped("'bend'"),)
+    (note,) = found.notes
+    assert note.kind == "folder_skipped" and "'bend'" in note.text
 
 
 def test_of_two_folders_the_one_of_the_very_name_is_read_and_the_other_told(lab: Path) -> None:
@@ -126,7 +126,7 @@ def test_of_two_folders_the_one_of_the_very_name_is_read_and_the_other_told(lab:
     (lab / "Pull" / "8mm-1.csv").write_text(sheet(300.0), encoding="utf-8")
     done = command("measure", "tests", THREE, lab, "--preload", 0)
     assert "maximum_force: 630 N" in done.stdout
-    assert "note: folder 'Pull' is not read beside 'pull'" in done.stderr.splitlines()
+    assert "note: Folder 'Pull' is not read: 'pull' is read instead." in done.stderr.splitlines()
 
 
 def test_json_tells_means_and_targets(lab: Path) -> None:

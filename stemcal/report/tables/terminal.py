@@ -27,6 +27,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
+from stemcal.study.model.measured_targets import Mean
 from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.language import say
 from stemcal.text.names import Names
@@ -176,9 +177,22 @@ def _maximum(result: CuttingResult) -> list[tuple[str, str]]:
     ]
 
 
+def response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
+    """Return a response of a virtual test, which its curve may lack or only bound, and the measured mean.
+
+    >>> response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
+    '41.23 N/mm, measured 42.1 ± 2.5 N/mm'
+    """
+    bound = "at least " if at_least else ""
+    shown = "not on this curve" if value is None else f"{bound}{significant(value)} {unit}"
+    if measured is None:
+        return shown
+    sd = "" if measured.sd is None else f" ± {measured.sd:g}"
+    return f"{shown}, measured {measured.value:g}{sd} {unit}"
+
+
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
     from stemcal.laboratory import LaboratoryResult
-    from stemcal.text.laboratory import response_text
 
     found = result.responses if isinstance(result, LaboratoryResult) else {}
     measured = section.means_at(diameter)
