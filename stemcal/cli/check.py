@@ -28,8 +28,6 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.plan import plan
     from stemcal.study.reading import load_study
-    from stemcal.text.names import Names
-    from stemcal.text.plan import remarks as planned
 
     route_log()
     try:
@@ -45,7 +43,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         path = folder_of(study, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         warnings += _too_much(found)
-    remarks = [*beforehand(study), *(planned(found, Names(study.naming)) if found else ())]
+    remarks = [*beforehand(study), *(map(str, found.notes) if found else ())]
     if as_json:
         say_json(_summary(study, warnings, remarks, found))
     else:
@@ -61,16 +59,16 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
 def beforehand(study: Study) -> list[str]:
     """Return what the designs and the solver of a study need, lose, and assume."""
-    from stemcal.text.beforehand import remarks
+    from stemcal.overview import beforehand as before
 
-    return remarks(study)
+    return [str(note) for note in before.beforehand(study)]
 
 
 def say_plan(found: Plan) -> None:
     """Print the runs, the time and the memory of every stage."""
     from stemcal.files.rows import Column, Table
     from stemcal.numbers import duration, in_bytes
-    from stemcal.text.plan import total
+    from stemcal.overview.plan import total
 
     timed = any(stage.seconds is not None for stage in found.stages)
     weighed = any(stage.memory for stage in found.stages)
@@ -89,10 +87,9 @@ def _too_much(found: Plan) -> list[str]:
     """Return what all runs need beyond this machine's memory, or beyond two days."""
     from stemcal.executors.machine import machine_memory
     from stemcal.overview.foresight import Demand, excess
-    from stemcal.text.notes import sentences
 
     demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-    return sentences(excess(demand, found.workers, machine_memory()))
+    return [str(note) for note in excess(demand, found.workers, machine_memory())]
 
 
 def not_ready(study: Study) -> list[str]:
@@ -118,11 +115,10 @@ def _too_much_for_one(study: Study) -> list[str]:
     """Return what a single run needs beyond this machine's memory, or beyond two days."""
     if study.solver.kind != "embedded":
         return []
-    from stemcal.overview.foresight import demand_of_one
-    from stemcal.text.plan import objections
+    from stemcal.overview.foresight import demand_of_one, objections
 
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]
-    return objections(demand_of_one(study, conditions), 1)[0]
+    return [str(note) for note in objections(demand_of_one(study, conditions), 1)]
 
 
 def _summary(study: Study, warnings: list[str], remarks: list[str], found: Plan | None) -> Mapping[str, Any]:

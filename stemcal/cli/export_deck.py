@@ -154,16 +154,15 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
 
     None where they would take more than this machine's memory or days, which is warned of.
     """
-    from stemcal.overview.foresight import demand_of_one
+    from stemcal.overview.foresight import demand_of_one, objections
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
     from stemcal.study.model import EmbeddedSolver
-    from stemcal.text.plan import objections
 
     of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)
     for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := objections(demand_of_one(study, [deck.diameter]), 1)[0]:
-            warn(f"The force that this deck should give was not computed. {' '.join(too_much)}")
+        if too_much := objections(demand_of_one(study, [deck.diameter]), 1):
+            warn(f"The force that this deck should give was not computed. {' '.join(map(str, too_much))}")
             return None
     with waiting("the force that this deck should give", quiet):
         force = simulate(of_deck, {}, deck.diameter).peak_force

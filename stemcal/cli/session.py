@@ -147,7 +147,7 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
 
 def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`); warn of what takes days."""
-    from stemcal.text.plan import warnings_before
+    from stemcal.overview.foresight import warnings_before
 
     for sentence in warnings_before(demand, workers, here):
         warn(sentence)

@@ -1,67 +1,56 @@
-"""What can be said of a study's designs before any run: what they want, lose, and take for granted."""
+"""Notes on the designs and the solver of a study before any run: requirements, losses and assumptions."""
 
 from collections.abc import Iterator
 from math import isclose
 
-from stemcal.notes import Note
+from stemcal.note import Note, Remedy
 from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
 
 _SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
-
-
-class SmallScreening(Note):
-    """A Plackett–Burman design of four or eight runs aliases main effects wholly with interactions."""
-
-    runs: int
-    factors: int
-    df: int
-    usual_runs: int
-    usual_df: int
-
-
-class TooFewFactors(Note):
-    """The design of the surface wants more factors than the study has."""
-
-    least: int
-    most: int
-    factors: int
-
-
-class FactorsWanted(Note):
-    """The design of the surface wants so many factors, whatever the screening finds."""
-
-    least: int
-    most: int
-
-
-class LengthsBelong(Note):
-    """The failure strain that will be found belongs to these lengths, as the spec writes them."""
-
-    internal_length: str
-    edge_spread: str
-
-
-class NotVaried(Note):
-    """A factor that no run varies: it is not screened, or not where it shows, and `rsm.factors` does not name it."""
-
-    factor: str
-    level: float
 
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the solver; none is a mistake."""
     k, runs = len(study.factors), study.screen.runs
     if study.screen.design == "plackett-burman" and runs is not None and runs <= _SMALL and k >= 3:
-        yield SmallScreening(runs, k, runs - 1 - k, _USUAL, _USUAL - 1 - k)
+        yield _small_screening(runs, k)
     if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
-        yield TooFewFactors(least, most, k) if k < least else FactorsWanted(least, most)
+        yield _box_behnken(least, most, k)
     yield from _not_varied(study)
     if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
-        yield LengthsBelong(str(study.material.internal_length), str(study.blade.edge_spread))
+        text = (
+            f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
+            f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
+        )
+        remedy = Remedy("Choose the lengths first, keep them, and report all three.")
+        yield Note("lengths_belong", "caution", text, remedy)
 
 
-def _not_varied(study: Study) -> Iterator[NotVaried]:
+def _small_screening(runs: int, factors: int) -> Note:
+    df = runs - 1 - factors
+    left = f"{df or 'no'} residual df {'is' if df == 1 else 'are'} left for the test"
+    text = (
+        f"screen.runs {runs} for {factors} factors: each main effect is fully aliased with two-factor interactions, "
+        f"and {left}. With {_USUAL} runs the alias weight is 1/3, and {_USUAL - 1 - factors} df are left."
+    )
+    return Note("small_screening", "caution", text)
+
+
+def _box_behnken(least: int, most: int, factors: int) -> Note:
+    needs = f"rsm.design box-behnken needs {least} to {most} factors"
+    if factors < least:
+        text = f"{needs}, this study has {factors}: it will stop after the screening."
+        return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
+    text = (
+        f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
+        f"its terms are noise; if more, the {most} strongest."
+    )
+    remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
+    return Note("factors_wanted", "caution", text, remedy)
+
+
+def _not_varied(study: Study) -> Iterator[Note]:
     """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
     if isinstance(study.rsm.factors, str):
         return
@@ -71,4 +60,9 @@ def _not_varied(study: Study) -> Iterator[NotVaried]:
     for factor in study.factors:
         screened = study.screen.design != "none" and factor.name not in unseen
         if not screened and factor.name not in study.rsm.factors:
-            yield NotVaried(factor.name, factor.centre)
+            text = (
+                f"No run varies {factor.name}: it is neither screened nor listed in rsm.factors, and stays at "
+                f"{factor.centre:g}."
+            )
+            remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")
+            yield Note("not_varied", "caution", text, remedy)

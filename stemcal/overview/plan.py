@@ -11,8 +11,8 @@ from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.note import Note as PlainNote
-from stemcal.notes import Note
+from stemcal.note import Note, Remedy
+from stemcal.numbers import duration, in_bytes
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
@@ -26,9 +26,11 @@ from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate.stage import requests_at
 from stemcal.stages.work import second_time
 from stemcal.study.model import EmbeddedSolver, Study, program_of
+from stemcal.words import counted, series
 
 USUAL_FACTORS = 3
 _USUAL_ROUNDS = 2  # of a refinement
+_PROGRAMS = {"embedded": "the other model", "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
 
 
 @dataclass(frozen=True)
@@ -42,53 +44,6 @@ class PlannedStage:
     to_run: int
     seconds: float | None
     memory: float | None = None
-
-
-class FactorsAssumed(Note):
-    """The screening decides which factors the surface has; so many are assumed."""
-
-    factors: int
-
-
-class FirstRunTwice(Note):
-    """A stage's first run is made twice, to see whether equal inputs give equal answers."""
-
-    stage: str
-
-
-class DecidedLater(Note):
-    """A stage decides its runs one by one: so many at most."""
-
-    stage: str
-    most: int
-
-
-class AskedTogether(Note):
-    """A stage knows its runs once the stage before it is done, and has them run together: so many at most."""
-
-    stage: str
-    most: int
-
-
-class InAnotherProgram(Note):
-    """The refinement runs in another solver of this kind: so many runs at most, in addition to those here.
-
-    `seconds` are what these take on one core; None where nothing tells.
-    """
-
-    solver: str
-    here: int
-    there: int
-    seconds: float | None = None
-
-
-class CannotEstimate(Note):
-    """The runs of a design cannot estimate these terms of its model."""
-
-    stage: str
-    design: str
-    runs: int
-    terms: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -106,7 +61,7 @@ class Plan:
     stages: Rows[PlannedStage]
     to_run: int
     seconds: float | None
-    notes: tuple[Note | PlainNote, ...]
+    notes: tuple[Note, ...]
     memory: float | None = None
     source: Source = "none"
     recorded_runs: int = 0
@@ -140,9 +95,9 @@ def plan(
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
     there = _there(study, folder)
     rest = overhead(solver)
-    notes: list[Note | PlainNote] = [part.note for part in wanted if part.note is not None]
+    notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [
-        FirstRunTwice(part.stage)
+        _first_run_twice(part.stage)
         for part, runs in zip(wanted, left, strict=True)
         if runs and second_time(study, part.requests)
     ]
@@ -180,9 +135,14 @@ def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
 def _decided_later(study: Study) -> Iterator[Note]:
     """Yield how many runs may come on top, one by one."""
     if study.climb is not None:
-        yield (AskedTogether if study.climb.at_once else DecidedLater)("climb", study.climb.steps + 1)
+        most = f"at most {counted(study.climb.steps + 1, 'more run')}"
+        if study.climb.at_once:
+            yield Note("asked_together", "caution", f"climb: {most}, all at once after the stage before it.")
+        else:
+            yield Note("decided_later", "caution", f"climb: {most}, chosen one by one.")
     if study.refine is not None and study.refined_here:
-        yield DecidedLater("refine", study.refine.budget)
+        text = f"refine: at most {counted(study.refine.budget, 'more run')}, chosen one by one."
+        yield Note("decided_later", "caution", text)
 
 
 @dataclass(frozen=True)
@@ -230,7 +190,10 @@ def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note
     """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
     if study.refine is not None and study.refine.in_ is not None:
         seconds = sum(map(sum, there.seconds)) if there.seconds else None
-        yield InAnotherProgram(program_of(study.refine.in_), here, there.runs, seconds)
+        program = _PROGRAMS.get(program_of(study.refine.in_), "the other program")
+        text = f"{counted(here, 'run')} here, at most {there.runs} in {program} (refine)."
+        time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
+        yield Note("in_another_program", "caution", text + time)
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
@@ -269,13 +232,23 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     ]
 
 
+def _factors_assumed(count: int) -> Note:
+    text = f"The plan assumes {count} factors for the surface; the screening decides which."
+    return Note("factors_assumed", "caution", text)
+
+
+def _first_run_twice(stage: str) -> Note:
+    text = f"{stage}: the first run is repeated to check that equal inputs give equal results."
+    return Note("first_run_twice", "caution", text)
+
+
 def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     known = surface_names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
     design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    return Asked("rsm", requests, known is not None, None if known else FactorsAssumed(len(names)), design)
+    return Asked("rsm", requests, known is not None, None if known else _factors_assumed(len(names)), design)
 
 
 def surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
@@ -307,11 +280,33 @@ def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked
     return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
-def judged(design: Design) -> Iterator[Note | PlainNote]:
+def judged(design: Design) -> Iterator[Note]:
     """Yield the terms that a design cannot estimate, or what the main effects of a screening are aliased with."""
     screening = design.stage == "screen"
     terms = ("1", *design.names) if screening else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
-        yield CannotEstimate(design.stage, design.kind, len(design.coded), tuple(lost))
+        text = f"{design.stage}, {design.kind}: {len(design.coded)} runs cannot estimate {series(lost)}."
+        yield Note("cannot_estimate", "caution", text, Remedy("Add runs or levels."))
     elif screening:
         yield aliases_note(design.coded, design.names)
+
+
+def total(found: Plan) -> list[str]:
+    """Return sentences on the number of runs left, their time and their memory."""
+    if found.source == "by_hand":
+        stages = " + ".join(str(stage.to_run) for stage in found.stages)
+        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} by hand, {found.to_run} in all."]
+    lines = [f"{counted(found.to_run, 'run')} to compute."]
+    if found.seconds is not None:
+        source = {
+            "guess": " (a rough estimate)",
+            "tried": ", measured on half a second of a run on this machine",
+            "recorded": f", measured on {counted(found.recorded_runs, 'recorded run')} on this machine",
+        }.get(found.source, "")
+        lines.append(f"On one core they take {duration(found.seconds)}{source}.")
+    if found.elapsed is not None and found.to_run:
+        workers = counted(found.workers, "worker")
+        lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
+    if found.memory:
+        lines.append(f"A run takes about {in_bytes(found.memory)} of memory.")
+    return lines

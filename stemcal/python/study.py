@@ -15,7 +15,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder, default_place
-from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run
+from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.python.by_hand import ByHand
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
@@ -29,7 +29,6 @@ from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Whole
-from stemcal.text.plan import warnings_before
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None

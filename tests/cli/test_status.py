@@ -92,7 +92,7 @@ def test_status_of_a_study_at_work(known: Known) -> None:
         found = known.json("status")
         assert found["working"]["stage"] == "screen"
         assert (stage(found, "screen")["running"], stage(found, "rsm")["running"]) == (3, 0)
-        assert "works here since" in known("status").stdout
+        assert "working on this study since" in known("status").stdout
     assert known.json("status")["working"] is None
 
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
-from stemcal.overview.foresight import Demand, ScarceMemory, TooMuchMemory, excess, scarce
-from stemcal.text.plan import sentences
+from stemcal.overview.foresight import Demand, excess, scarce
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -23,21 +22,16 @@ def test_what_is_usual_is_not_refused() -> None:
 def test_memory_that_others_have_is_told_and_refuses_nothing() -> None:
     """Eight workers of 0.25 GB, their runs of 0.05 GB, and the command's 0.35 GB."""
     (said,) = scarce(Demand(20, 60.0, 0.05e9), 8, 2.0e9)
-    assert isinstance(said, ScarceMemory)
-    assert abs(said.needed - 2.75e9) < 1.0
-    assert sentences([said])[0].startswith(
-        "About 2.8 GB of memory are needed for 8 runs at a time, and 2.0 GB are free"
-    )
+    assert (said.kind, said.severity) == ("scarce_memory", "warning")
+    assert "2.8 GB" in said.text and "8 parallel runs" in said.text and "2.0 GB" in said.text
     assert list(scarce(Demand(20, 60.0, 0.05e9), 4, 2.0e9)) == []
     assert list(scarce(Demand(0, 0.0, 0.0), 8, 0.1e9)) == []
 
 
 def test_fewer_workers_are_the_remedy_where_they_are() -> None:
     (said,) = excess(Demand(20, 60.0, 3.0e9), 8, 8.0e9)
-    assert said == TooMuchMemory(3.0e9, 8, 8.0e9, 2)
-    assert sentences([said]) == [
-        "A run needs about 3.0 GB of memory, 8 at a time 24.0 GB; this machine has 8.0 GB: take fewer workers "
-        "(--workers 2)."
-    ]
+    assert (said.kind, said.severity) == ("too_much_memory", "error")
+    assert all(number in said.text for number in ("3.0 GB", "24.0 GB", "8.0 GB"))
+    assert said.remedy is not None and "--workers 2" in said.remedy.text
     assert list(excess(Demand(20, 60.0, 3.0e9), 2, 8.0e9)) == []
     assert list(excess(Demand(20, 60.0, 3.0e9), 8, None)) == []

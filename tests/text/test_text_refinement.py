@@ -9,7 +9,6 @@ import pytest
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
 from stemcal.notes import Weight
-from stemcal.overview.plan import InAnotherProgram
 from stemcal.report.tables.of_refinement import refine_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.refine.result import (
@@ -30,7 +29,6 @@ from stemcal.stages.result import Head
 from stemcal.text import refinement
 from stemcal.text.names import Names, program
 from stemcal.text.notes import sentence
-from stemcal.text.plan import sentences
 
 STEM = Names()
 HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
@@ -137,7 +135,3 @@ def test_notes() -> None:
 )
 def test_where_it_ended(stopped: Stopped, factors: tuple[str, ...], words: str) -> None:
     assert words in sentence(NotReached(stopped, 36.7, factors), STEM)
-
-
-def test_the_plan_names_the_program() -> None:
-    assert sentences([InAnotherProgram("openradioss", 26, 6)]) == ["26 runs here, at most 6 in OpenRadioss (refine)."]

@@ -34,15 +34,15 @@ def stage_of(*outcomes: Outcome) -> Any:
 
 
 def test_a_quiet_study_says_its_verdict_alone() -> None:
-    assert state() == ["No process works here now.", "Calibrated."]
+    assert state() == ["No process is working on this study.", "Calibrated."]
 
 
 def test_what_is_wrong_with_a_stage() -> None:
     said = state(reasons={"inverted": 2, "timeout": 1}, censored=1, damaged=2, changed=("rsm", "solver version"))
     assert said[1:-1] == [
         "screen: failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists them.",
-        "screen: 1 response was not clearly past its maximum when the stroke ended.",
-        "screen: 2 records are damaged; their runs will be done again.",
+        "screen: 1 response not clearly past the maximum at the end of the stroke.",
+        "screen: 2 damaged records: the next command repeats the run.",
         "screen.json is stale: rsm, solver version changed since.",
     ]
 
