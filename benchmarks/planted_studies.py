@@ -31,11 +31,12 @@ from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.note import Note
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.verdict import advice, rules
 from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 SEEDS = 12
@@ -196,10 +197,22 @@ class Judged:
     results: Results | None
     refused: str = ""
 
-    def reason(self, kind: type[Any]) -> Any:
+    def reason(self, kind: str) -> Note | None:
         """Return the reason of a kind, None where there is none."""
         reasons = () if self.verdict is None else self.verdict.reasons
-        return next((reason for reason in reasons if isinstance(reason, kind)), None)
+        return next((reason for reason in reasons if reason.kind == kind), None)
+
+    def advises(self, kind: str, words: str) -> bool:
+        """Tell whether the remedy of a reason has these words, or this edit."""
+        reason = self.reason(kind)
+        remedy = None if reason is None else reason.remedy
+        return remedy is not None and words in (f"{remedy.text} {remedy.edit}")
+
+    @property
+    def free(self) -> set[str]:
+        """The factors that the fit leaves free."""
+        found = None if self.results is None else self.results.inversion
+        return set() if found is None or found.certainty is None else set(found.certainty.not_identified)
 
     def is_(self, *words: str) -> bool:
         """Tell whether the verdict is one of these words."""
@@ -234,9 +247,6 @@ def judged(law: Law, spec: str) -> Judged:
         return Judged(None, None, refused)
 
 
-verdict_of = rules.verdict_of
-
-
 def drawn(seed: int, kind: str) -> tuple[np.random.Generator, tuple[float, float], Law]:
     """Return a truth within 0.6 of the middle, and a law in which both a and b raise the force."""
     random = np.random.default_rng([seed, *kind.encode()])
@@ -266,11 +276,11 @@ def diameters_apart(seed: int) -> Row:
 
 def followed(plant: Plant, before: Judged, after: Judged, unfitted: str | None) -> Row:
     """Return what is right of a study that is to be identified, before and after what was not fitted is."""
-    reason = before.reason(rules.NotIdentified)
+    key = "diameters" if unfitted == "conditions" else unfitted
     return Row(
-        before.is_("with_reservations") and reason is not None and set(reason.factors) == set(NAMES),
-        reason is not None and isinstance(reason.remedy, advice.Identify) and reason.remedy.unfitted == unfitted,
-        after.is_("calibrated", "with_reservations") and after.reason(rules.NotIdentified) is None,
+        before.is_("with_reservations") and before.reason("not_identified") is not None and before.free == set(NAMES),
+        before.advises("not_identified", f"invert: {{{key}: all}}"),
+        after.is_("calibrated", "with_reservations") and after.reason("not_identified") is None,
         plant.no_further(before, after),
     )
 
@@ -281,9 +291,8 @@ def from_the_literature(seed: int) -> Row:
     plant = Plant(law, truth, random, scatter=0.01)
     targets = plant.targets(travel=False)
     before = judged(law, SPEC + targets + RSM + ALL)
-    reason = before.reason(rules.NotIdentified)
-    advised = reason is not None and reason.remedy == advice.Identify(reason.remedy.factor, None)
-    if not advised or reason.remedy.factor != "failure_strain":
+    reason = before.reason("not_identified")
+    if not before.advises("not_identified", "give failure_strain a prior") or reason.remedy.edit is not None:
         return Row(reason is not None, False, False, False)
     known = f"failure_strain: {MIDDLE[1] + HALF[1] * truth[1]:.6g}, hardening_parameter"
     spec = SPEC.replace("  - {name: failure_strain, low: 0.01, high: 0.05}\n", "")
@@ -307,9 +316,8 @@ def ridge(seed: int) -> Row:
 
 def widened(study: Judged) -> bool:
     """Tell whether the verdict asks for a wider range."""
-    return study.verdict is not None and any(
-        isinstance(reason.remedy, advice.WidenRange) for reason in study.verdict.reasons
-    )
+    reasons = () if study.verdict is None else study.verdict.reasons
+    return any((reason.remedy.edit or "").startswith("factors:") for reason in reasons if reason.remedy)
 
 
 def undeclared_noise(seed: int) -> Row:
@@ -319,11 +327,11 @@ def undeclared_noise(seed: int) -> Row:
     plant = Plant(law, truth, random)
     spec = SPEC + plant.targets((8.0,), travel=False) + RSM
     before = judged(law, spec + PROGRAM.replace("MORE", ""))
-    after = judged(law, spec + PROGRAM.replace("MORE", ", deterministic: false, replicates: 3"))
+    after = judged(law, spec + PROGRAM.replace("MORE", ", replicates: 3"))
     return Row(
         "there is chance in it" in before.refused,
-        "deterministic: false" in before.refused,
-        after.is_("calibrated", "with_reservations") and after.reason(rules.NotIdentified) is not None,
+        "replicates: " in before.refused,
+        after.is_("calibrated", "with_reservations") and after.reason("not_identified") is not None,
         plant.force_off(after.results) <= 5.0,  # that of the surface of so many runs
     )
 
@@ -334,11 +342,11 @@ def rough(seed: int) -> Row:
     plant, uneven = Plant(law, truth, random), replace(law, rough=0.08)
     spec = SPEC + plant.targets() + RSM + "runs: {quorum: 0}\n"
     before, after = judged(uneven, spec), judged(law, spec)
-    reason = before.reason(rules.RoughResponse)
+    reason = before.reason("rough_response")
     return Row(
         reason is not None or before.is_("not_calibrated"),
-        reason is None or isinstance(reason.remedy, advice.SmoothResponse),
-        after.is_("with_reservations") and after.reason(rules.RoughResponse) is None,
+        reason is None or before.advises("rough_response", "rsm: {extra_runs: 4}"),
+        after.is_("with_reservations") and after.reason("rough_response") is None,
         plant.force_off(after.results) <= plant.force_off(before.results) + ROOM_PERCENT,
     )
 
@@ -352,11 +360,11 @@ def physics(seed: int) -> Row:
     spec = SPEC + plant.targets() + RSM + BOTH + "solver: {kind: embedded, element_size: d/16MORE}\n"
     before = judged(doubtful, spec.replace("MORE", ""))
     after = judged(law, spec.replace("d/16MORE", "d/30, time_step: 21 us"))
-    reason = before.reason(rules.SolutionDoubtful)
+    reason = before.reason("physics_of_solution")
     return Row(
-        before.is_("not_calibrated") and reason is not None and reason.at.doubt.worst == percent,
-        reason is not None and isinstance(reason.remedy, advice.FinerElements),
-        not after.is_("not_calibrated") and after.reason(rules.SolutionDoubtful) is None,
+        before.is_("not_calibrated") and reason is not None and f"{percent:.0f} %" in reason.text,
+        before.advises("physics_of_solution", "finer elements"),
+        not after.is_("not_calibrated") and after.reason("physics_of_solution") is None,
         plant.off(after.results) <= plant.off(before.results) + ROOM,
     )
 
@@ -367,11 +375,11 @@ def wrong_sign(seed: int) -> Row:
     plant = Plant(law, truth, random)
     spec = SPEC + plant.targets() + RSM + BOTH
     wrong, right = (judged(law, spec.replace("high: 0.05}", f'high: 0.05, expected_sign: "{sign}"}}')) for sign in "-+")
-    reason = wrong.reason(rules.SignAgainstExpectation)
+    reason = wrong.reason("sign_against_expectation")
     return Row(
-        reason is not None and reason.factors == ("failure_strain",) and wrong.is_("with_reservations"),
-        reason is not None and isinstance(reason.remedy, advice.CheckModel),
-        right.reason(rules.SignAgainstExpectation) is None and not right.is_("not_calibrated"),
+        reason is not None and "of failure_strain has" in reason.text and wrong.is_("with_reservations"),
+        wrong.advises("sign_against_expectation", "Check failure_strain in the model"),
+        right.reason("sign_against_expectation") is None and not right.is_("not_calibrated"),
         plant.off(right.results) <= plant.off(wrong.results) + ROOM,
     )
 
@@ -384,11 +392,11 @@ def conflict(seed: int) -> Row:
     plant = Plant(law, truth, random, scatter=0.02, travel_off=wrong)
     targets = plant.targets((8.0,))
     before, after = judged(law, SPEC + targets + RSM + BOTH), judged(law, SPEC + targets + RSM)
-    reason = before.reason(rules.Conflict)
+    reason = before.reason("conflict")
     return Row(
         before.is_("not_calibrated") and reason is not None,
-        reason is not None and reason.remedy == advice.FitFewer("responses") and not widened(before),
-        after.reason(rules.Conflict) is None and after.is_("with_reservations"),
+        before.advises("conflict", "`invert.responses`") and not widened(before),
+        after.reason("conflict") is None and after.is_("with_reservations"),
         plant.force_off(after.results) <= plant.force_off(before.results) + ROOM_PERCENT,
     )
 
@@ -403,9 +411,9 @@ def wave(seed: int) -> Row:
     beyond = Plant(replace(law, wave=60.0), (0.35, 0.6), random, 0.005)
     out = judged(law, SPEC + beyond.targets((8.0,), travel=False) + WIDE)
     return Row(
-        before.reason(rules.RoughResponse) is not None,
-        out.reason(rules.OutOfReach) is not None and out.is_("not_calibrated"),
-        after.reason(rules.TargetMissed) is None and not after.is_("not_calibrated"),
+        before.reason("rough_response") is not None,
+        out.reason("out_of_reach") is not None and out.is_("not_calibrated"),
+        after.reason("target_missed") is None and not after.is_("not_calibrated"),
         plant.force_off(after.results) <= 2.0,
     )
 

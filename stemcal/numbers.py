@@ -113,6 +113,24 @@ def unit_written(unit: str) -> str:
     return "" if unit == "1" else raised
 
 
+def with_unit(number: str, unit: str) -> str:
+    """Return a number with the unit of a spec.
+
+    >>> with_unit("1100", "kg/m3"), with_unit("0.3", "1")
+    ('1100 kg/m³', '0.3')
+    """
+    return f"{number} {unit_written(unit)}".rstrip()
+
+
+def change(factor: str, size: float, unit: str) -> str:
+    """Return by how much a factor changes.
+
+    >>> change("yield_stress", -1.9, "MPa"), change("failure_strain", 0.0141, "1")
+    ('yield_stress −1.9 MPa', 'failure_strain +0.0141')
+    """
+    return with_unit(f"{factor} {minus(f'{size:+.3g}')}", unit)
+
+
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
     """Return the decimals with which the largest of some values has so many digits, no less than the usual ones.
 

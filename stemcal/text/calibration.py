@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
-from stemcal.naming import Named
 from stemcal.notes import Weight
-from stemcal.numbers import fixed, interval, short, significant, unit_written
+from stemcal.numbers import change, fixed, interval, short, significant, with_unit
 from stemcal.stages.invert.result import (
     Certainty,
     FlatDirection,
@@ -145,24 +144,10 @@ def unseen_changes(part: Certainty, stage: InvertResult, names: Names) -> list[s
     """Say what changes, together where it is several, without what was fitted changing."""
     fields = {"response": names.response.long, "condition": stage.condition}
     each = [
-        [change(name, size, part.units[name], names) for name, size in found.items()] for found in part.unseen_changes
+        [change(names.factor(name), size, part.units[name]) for name, size in found.items()]
+        for found in part.unseen_changes
     ]
     return [names.say(_UNSEEN[_kind(part, names)], changes=changes, **fields) for changes in each]
-
-
-def change(factor: str, size: float, unit: str, names: Names) -> str:
-    """Write how much a factor changes."""
-    return f"{names.factor(factor)} {with_unit(names.say('{size:+.3g}', size=size), unit)}"
-
-
-def with_unit(number: str, unit: str) -> str:
-    """Write a number with its unit."""
-    return f"{number} {unit_written(unit)}".rstrip()
-
-
-def counted(named: Named, value: float, mean: float) -> str:
-    """Write a value of a response as it is told beside its measured mean."""
-    return f"{short(named.counted(value, mean), 4)}{named.unit_suffix}"
 
 
 def known_beforehand(prior: PriorRow) -> str:
@@ -280,8 +265,8 @@ def _also_fitted(row: JointRow, names: Names) -> str:
         plain if names.naming.condition is None else at,
         response=named.long,
         condition=row.condition,
-        measured=counted(named, row.measured, row.measured),
-        predicted=counted(named, row.predicted, row.measured),
+        measured=names.beside_mean(named, row.measured, row.measured),
+        predicted=names.beside_mean(named, row.predicted, row.measured),
         error=row.error_percent,
     )
 
@@ -393,5 +378,7 @@ states(
     FlatDirection,
     "The measured values do not separate the parameters: {together:all} together change the fit too little to tell. Of "
     "all points that fit about as well the one nearest to the centre of the ranges is taken.",
-    together=lambda note, names: [change(name, size, note.units[name], names) for name, size in note.changes.items()],
+    together=lambda note, names: [
+        change(names.factor(name), size, note.units[name]) for name, size in note.changes.items()
+    ],
 )

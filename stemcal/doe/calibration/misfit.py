@@ -327,16 +327,6 @@ class Misfit:
             sources=(VarianceSource("misfit", variance, self.df),),
         )
 
-    def of_sources(self, sources: Sequence[VarianceSource]) -> Misfit:
-        """Return it with these sources of error alone."""
-        own = sum((s.variance for s in sources if s.loading is None), start=np.zeros_like(self.variance))
-        return replace(
-            self,
-            variance=np.maximum(own, (_FINEST * self.measured) ** 2),
-            sources=tuple(sources),
-            scale_df=_satterthwaite([s.variance for s in sources], [s.df for s in sources]),
-        )
-
     def freedom(self, x: Array) -> tuple[Array, Array]:
         """Return for each factor the variance of its estimate over what D says of it, and its degrees of freedom.
 

@@ -23,12 +23,6 @@ def double_dot(a: Floats, b: Floats) -> Floats:
 
 
 @inlined
-def equivalent_rate(de: Floats, dt: float) -> Floats:
-    """Return the strain rate of the step, ε̇ = √(ε̇:ε̇), the norm that LS-DYNA's theory manual uses for material 3."""
-    return sqrt(double_dot(de, de)) / max(dt, TINY)
-
-
-@inlined
 def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
     """Return σ + (K − ⅔G) tr(Δε) I + 2G Δε."""
     volumetric = (bulk - TWO * shear / THREE) * (de[0] + de[1] + de[2])

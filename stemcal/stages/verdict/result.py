@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.note import Note
+from stemcal.note import Note, by_severity
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 MOST_REASONS = 10
@@ -58,10 +58,10 @@ class Verdict:
     @classmethod
     def of(cls, reasons: list[Note], use: Use | None, there: UseThere | None = None) -> Verdict:
         """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
-        errors = [reason for reason in reasons if reason.severity == "error"]
-        others = [reason for reason in reasons if reason.severity != "error"]
-        word: Word = "not_calibrated" if errors else "with_reservations" if others else "calibrated"
-        return cls(word, use, (*errors, *others)[:MOST_REASONS], there)
+        ordered = by_severity(reasons)
+        worst = ordered[0].severity if ordered else None
+        word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
+        return cls(word, use, tuple(ordered[:MOST_REASONS]), there)
 
     @property
     def holds(self) -> bool:

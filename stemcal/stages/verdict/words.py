@@ -4,7 +4,7 @@ from dataclasses import asdict
 from typing import Any
 
 from stemcal.names import Names
-from stemcal.numbers import fixed, short, unit_written
+from stemcal.numbers import change, fixed
 from stemcal.stages.invert.result import Certainty, Contradicted
 from stemcal.stages.verdict.physics import Doubt, DoubtAt
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
@@ -72,7 +72,9 @@ def use(where: Use, names: Names, place: str = "") -> str:
         said = f"{place}Outside {where.within_percent:g} %" + (
             f" at every {names.condition.noun}." if names.placed else "."
         )
-    return said if where.worst is None else f"{said} Largest error: {_error(where.worst, names)}."
+    if where.worst is None:
+        return said
+    return f"{said} Largest error: {names.naming.named(where.worst.response).long} {_error(where.worst, names)}."
 
 
 def use_there(where: UseThere, names: Names) -> str:
@@ -86,17 +88,13 @@ def miss(worst: Judged, names: Names) -> str:
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
     'The simulated maximum force is 42 % low at 11 mm'
     """
-    response = names.naming.named(worst.response).long
-    return f"The simulated {response} is {_size(worst.size)} % {_side(worst)}{names.at(worst.condition)}"
+    return f"The simulated {names.naming.named(worst.response).long} is {_error(worst, names)}"
 
 
 def _error(worst: Judged, names: Names) -> str:
-    response = names.naming.named(worst.response).long
-    return f"{response} {_size(worst.size)} % {_side(worst)}{names.at(worst.condition)}"
-
-
-def _side(worst: Judged) -> str:
-    return "low" if (worst.error_percent or 0.0) > 0.0 else "high"
+    """Return the size of an error, its side and its place."""
+    side = "low" if (worst.error_percent or 0.0) > 0.0 else "high"
+    return f"{_size(worst.size)} % {side}{names.at(worst.condition)}"
 
 
 def _size(percent: float) -> str:
@@ -127,8 +125,7 @@ def contradiction(found: Contradicted, names: Names) -> str:
     """Return that a measured mean contradicts the others of a joint fit."""
     named = names.naming.named(found.response)
     measured, low, high = (
-        f"{short(named.counted(value, found.measured), 4)}{named.unit_suffix}"
-        for value in (found.measured, found.low, found.high)
+        names.beside_mean(named, value, found.measured) for value in (found.measured, found.low, found.high)
     )
     return (
         f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
@@ -165,19 +162,8 @@ def _doubt(doubt: Doubt, up_to: str = "") -> str:
 def not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
     factors = series(known.not_identified)
-    changes = [
-        f"{name} {fixed_sign(size)} {unit_written(known.units[name])}".rstrip() for name, size in known.loosest.items()
-    ]
+    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
         together = f"changing them together ({', '.join(changes)})"
         return f"{factors} cannot be separated: {together} leaves the fit almost unchanged."
     return f"{factors} cannot be determined: the fit hardly depends on it."
-
-
-def fixed_sign(size: float) -> str:
-    """Return a change with its sign.
-
-    >>> fixed_sign(-1.9), fixed_sign(0.0141)
-    ('−1.9', '+0.0141')
-    """
-    return f"{size:+.3g}".replace("-", "−")

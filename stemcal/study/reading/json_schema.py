@@ -139,11 +139,6 @@ def meaning_of(path: NodePath) -> str:
     return str(_at(path).get("description", ""))
 
 
-def choices_of(path: NodePath) -> tuple[str, ...]:
-    """Return the words that the key at `path` takes."""
-    return tuple(_at(path).get("enum", ()))
-
-
 def meanings() -> dict[str, str]:
     """Return what each key of a spec means, by its place.
 
