@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Rows
-from stemcal.names import Names
 from stemcal.naming import Named, Naming
 from stemcal.report.tables.of_refinement import refine_tables
 from stemcal.runs.outcome import Outcome
@@ -23,6 +22,7 @@ from stemcal.stages.refine.result import (
 )
 from stemcal.stages.refine.words import certainty, notes_of, outcome, program, shortfall
 from stemcal.stages.result import Head
+from stemcal.text.names import Names
 
 STEM = Names()
 HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
