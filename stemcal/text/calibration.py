@@ -204,7 +204,7 @@ def remarks(stage: InvertResult, names: Names) -> list[Remark]:
 def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
-        yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
+        yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN)
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:

@@ -21,6 +21,8 @@ from stemcal.report.export.latex import document
 from stemcal.report.export.paper import paper_tables
 from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
+from stemcal.report.notes import certainty, outcome_of, shown_notes
+from stemcal.report.page.headline import kind_of, question
 from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
@@ -32,8 +34,6 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.names import Names
-from stemcal.text.page import kind_of, question
-from stemcal.text.results import certainty, outcome_of, remarks_of
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
@@ -232,8 +232,8 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
-    remarks = [one.sentence for told in (angle, moist) for stage in told[2].done() for one in remarks_of(stage)]
-    assert of_stems(remarks) == []
+    notes = [str(note) for told in (angle, moist) for stage in told[2].done() for note in shown_notes(stage, True)]
+    assert of_stems(notes) == []
     validation, joint = angle[2].validation, moist[2].inversion
     assert validation is not None and joint is not None
     assert re.fullmatch(

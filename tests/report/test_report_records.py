@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 from stemcal.run_warnings import energy_drifts, force_after_break, stroke_too_short
-from stemcal.text.runs import warned_of
 
 
 @pytest.mark.parametrize(
@@ -24,6 +24,10 @@ def test_the_released_stem() -> None:
 
 
 def test_how_many_runs_are_warned() -> None:
-    warnings = {"screen 2": energy_drifts(3.14), "rsm 1": energy_drifts(2.5)}
-    assert warned_of(warnings, 12).startswith("2 of 12 runs, first screen 2: The energy balance drifts by 3.1 %.")
-    assert warned_of({"screen 1": energy_drifts(3.14)}, 1).startswith("1 of 1 run, first screen 1: The energy")
+    drifts = {"screen 1": (), "screen 2": (energy_drifts(3.14),), "rsm 1": (energy_drifts(2.5),)}
+    records = {
+        label: RunRecord(label, Details(warnings=warnings), None, Provenance()) for label, warnings in drifts.items()
+    }
+    (note,) = run_warnings(records)
+    assert note.kind == energy_drifts(3.14).kind
+    assert note.text.startswith("2 of 3 runs, first screen 2: The energy balance drifts by 3.1 %.")
