@@ -6,10 +6,11 @@ from typing import Any
 
 from stemcal.note import SEVERITIES, Note
 from stemcal.stages.base import stage_called
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.text.calibration import of_invert
 from stemcal.text.names import Names
-from stemcal.text.notes import of_invert
 
 MOST = 5
 """The number of notes that are shown after a run."""
@@ -48,7 +49,7 @@ def _sentences(what: str, result: StageResult, labels: Mapping[str, str] | None)
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:
     """Return a stage's notes; without those on intervals where the study is not calibrated."""
-    notes = of_invert(result) if result.name == "invert" else list(result.notes)
+    notes = of_invert(result) if isinstance(result, InvertResult) else list(result.notes)
     if holds or all(note.kind != KNOWN for note in notes):
         return notes
     return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", WITHHELD)]

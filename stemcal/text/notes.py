@@ -6,7 +6,6 @@ from functools import singledispatch
 from operator import attrgetter
 from typing import Any, TypeVar
 
-from stemcal import note as note_
 from stemcal.files.typed import Tagged
 from stemcal.notes import Note, Weight
 from stemcal.text.names import Names
@@ -64,22 +63,6 @@ def _decides(path: str, fact: Tagged, names: Names) -> Any:
     return attrgetter(rest)(names) if root == "names" else attrgetter(path)(fact) if path else None
 
 
-_SEVERITIES: dict[Weight, note_.Severity] = {
-    Weight.NUMBERS: "warning",
-    Weight.USE: "warning",
-    Weight.TRUST: "caution",
-    Weight.ASIDE: "info",
-}
-
-
 def remark(note: Note, names: Names) -> Remark:
     """Return a note as a sentence with its weight."""
     return Remark(sentence(note, names), note.weight, note.kind)
-
-
-def of_invert(result: Any) -> list[note_.Note]:
-    """Return the notes of an inversion."""
-    from stemcal.text.calibration import remarks
-
-    found = remarks(result, Names(result.naming))
-    return [note_.Note(one.kind, _SEVERITIES[one.weight], one.sentence) for one in found]

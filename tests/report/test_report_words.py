@@ -146,12 +146,12 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     errors = [row.compared.error_percent for row in validation.rows]
     errors += [one.error_percent for row in validation.rows for one in row.further]
     largest = max(abs(error or 0.0) for error in errors)
-    assert table.foot[0].startswith(f"Over all responses the largest error is {largest:.2f} %")
+    assert table.foot[0].startswith(f"Largest error {largest:.2f} %")
 
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     tables = {table.title: table for table in all_tables(moist)}
-    beside = tables["Beside the angle of repose"]
+    beside = tables["Besides the angle of repose"]
     assert [row[:3] for row in beside.cells] == [
         ("bulk density", "12", "745 kg/m³"),
         ("bulk density", "16", "741 kg/m³"),
@@ -223,8 +223,8 @@ def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
     assert kind_of(angle[0]) == "Calibration of a simulation to the measured angle of repose"
     assert question(angle[0]) == "Which parameters make the simulated angle of repose equal the measured 32.6°?"
     assert question(moist[0]) == (
-        "Which parameters make the simulated angle of repose and bulk density at moisture 12 and 16 % equal what was "
-        "measured?"
+        "Which parameters make the simulated angle of repose and bulk density at moisture 12 and 16 % equal the "
+        "measured values?"
     )
 
 

@@ -22,7 +22,7 @@ from stemcal.stages.invert.result import (
 )
 from stemcal.text import calibration
 from stemcal.text.names import Names
-from stemcal.text.notes import of_invert, sentence
+from stemcal.text.notes import sentence
 
 LABELLED = Names(labels={"yield_stress": "Yield stress"})
 ANGLE = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
@@ -71,7 +71,7 @@ def test_what_the_curves_tell_of_the_machine() -> None:
 
 
 def said(stage: InvertResult) -> dict[str, str]:
-    return {note.kind: note.text for note in of_invert(stage)}
+    return {note.kind: note.text for note in calibration.of_invert(stage)}
 
 
 def test_the_outcome_of_one_force(results: Any) -> None:

@@ -1,11 +1,10 @@
-"""Warnings of single runs, and how they are counted."""
+"""Warnings of single runs."""
 
 from __future__ import annotations
 
 import pytest
 
-from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
-from stemcal.run_warnings import energy_drifts, force_after_break, stroke_too_short
+from stemcal.run_warnings import force_after_break, stroke_too_short
 
 
 @pytest.mark.parametrize(
@@ -21,13 +20,3 @@ def test_a_stroke_that_is_too_short(ending: str, numbers: list[str]) -> None:
 def test_the_released_stem() -> None:
     text = force_after_break(0.8321, 130.04, 120.0).text
     assert all(number in text for number in ("0.832 mm", "130.0 N", "120.0 N"))
-
-
-def test_how_many_runs_are_warned() -> None:
-    drifts = {"screen 1": (), "screen 2": (energy_drifts(3.14),), "rsm 1": (energy_drifts(2.5),)}
-    records = {
-        label: RunRecord(label, Details(warnings=warnings), None, Provenance()) for label, warnings in drifts.items()
-    }
-    (note,) = run_warnings(records)
-    assert note.kind == energy_drifts(3.14).kind
-    assert note.text.startswith("2 of 3 runs, first screen 2: The energy balance drifts by 3.1 %.")
