@@ -22,7 +22,7 @@ _TOPICS = {
     "climb": "stemcal.stages.climb_words",
     "rsm": "stemcal.stages.surface.words",
     "invert": "stemcal.text.calibration",
-    "refine": "stemcal.text.refinement",
+    "refine": "stemcal.stages.refine.words",
     "validate": "stemcal.stages.validate.words",
 }
 """The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
