@@ -264,7 +264,7 @@ def test_progress_tells_the_last_answer() -> None:
         last_response=0.5312,
         last_condition=12.0,
         preparing=0.0,
-        counts="run",
+        points=8,
     )
     restitution = Named("cor", "Restitution", "e", "1")
     assert describe(progress, Naming(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"
