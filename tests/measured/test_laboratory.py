@@ -175,7 +175,7 @@ def test_files_are_sorted_by_number() -> None:
 def test_targets_replace_only_their_section() -> None:
     from stemcal.study.reading import read_study
 
-    spec = DATA.parent / "wild-chrysanthemum.yaml"
+    spec = DATA.parent / "wild-chrysanthemum-as-published.yaml"
     text = spec.read_text("utf-8")
     section = targets_section(measure_shear(find_files(DATA / "measured-shear")), 8.0)
     changed = with_targets(text, section)
