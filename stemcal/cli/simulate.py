@@ -84,9 +84,9 @@ def simulate(
     stroke = stroke_of(study, section, at)
 
     from stemcal.overview.foresight import demand_of_one
+    from stemcal.report.progress import compiling
     from stemcal.solvers.embedded import seconds_to_prepare, simulate_test
     from stemcal.solvers.embedded import simulate as shear_test
-    from stemcal.text.runs import compiling
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study

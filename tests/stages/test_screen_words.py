@@ -9,10 +9,12 @@ import pytest
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.files.rows import Rows
 from stemcal.names import Names
+from stemcal.note import SEVERITIES
+from stemcal.report.notes import notes_of_all, read_first
+from stemcal.run_warnings import energy_drifts
 from stemcal.stages import screen_words
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
-from stemcal.text.results import read_first, said_by_all, warned
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
@@ -57,11 +59,11 @@ def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
     assert short["strain_rate_c"] == "methods disagree"
 
 
-def test_remarks_are_read_by_weight_each_kind_once(results: Any) -> None:
-    said = read_first([*warned(["the energy balance drifts by 3.0 %"]), *said_by_all(results, True)])
-    weights = [remark.weight for _, remark in said]
-    assert weights == sorted(weights) and said[0][0] == "runs"
-    kinds = [remark.kind for _, remark in said]
+def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
+    found = read_first([("runs", energy_drifts(3.0)), *notes_of_all(results, True)])
+    places = [SEVERITIES.index(note.severity) for _, note in found]
+    assert places == sorted(places) and found[0][0] == "runs"
+    kinds = [note.kind for _, note in found]
     assert len(kinds) == len(set(kinds))
     assert {note.kind: note.severity for note in results.screen.notes} == {
         "lenth_decides": "caution",

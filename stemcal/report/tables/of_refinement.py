@@ -1,16 +1,14 @@
 """Tables of the refinement: the parameters in another model, the responses before and after, and the runs."""
 
 from stemcal.files.rows import Column, Table
+from stemcal.names import Names
 from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.refine.words import program
-from stemcal.text.language import say
-from stemcal.text.names import Names
-from stemcal.text.tables import line
 
-_INSIDE = {True: say("inside"), False: say("outside"), None: ""}
+_INSIDE = {True: "inside", False: "outside", None: ""}
 
 
 def refine_tables(stage: RefineResult, names: Names) -> list[Table]:
@@ -28,9 +26,13 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         *([Column("interval", "95 % range", form=interval, claims=True)] if known else []),
         Column("between", "Between", form=interval, of=lambda one: (one.low, one.high)),
     ]
-    foot = [line("alone"), *([line("range there")] if known else [])]
-    foot += [line("belongs", settings=settings)] if settings else []
-    return Table.of(columns, stage.adjusted, line("refined there", there=program(stage.model.kind)), foot)
+    foot = [
+        "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
+        "others may be as near."
+    ]
+    foot += ["95 % range: by the scatter of the measured mean, the other parameters fixed."] if known else []
+    foot += [f"They depend on {settings}."] if settings else []
+    return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
 
 def responses(stage: RefineResult, names: Names) -> Table:
@@ -45,11 +47,15 @@ def responses(stage: RefineResult, names: Names) -> Table:
         Column("after", "After", unit, significant),
         ERROR,
     ]
-    there = program(stage.model.kind) if stage.elsewhere else line("own model")
-    near = {"tolerance": stage.tolerance_percent, "runs": len(stage.made), "budget": stage.budget}
-    reached = line("within" if stage.converged else "beyond", **near)
-    aim = [] if stage.aims_at_measured else [line("aim of own", names, aim=stage.aim)]
-    return Table.of(columns, stage.rows, line("refinement", there=there), [reached, *aim, line("error after")])
+    foot = [
+        f"The best point is {'' if stage.converged else 'not '}within {stage.tolerance_percent:g} %, after "
+        f"{len(stage.made)} of {stage.budget} runs."
+    ]
+    if not stage.aims_at_measured:
+        foot += [f"After a joint fit the target is what the study's own model gives: {names.quantity(stage.aim)}."]
+    where = program(stage.model.kind) if stage.elsewhere else "the study's own model"
+    foot += ["Error = 100·(measured − after)/measured."]
+    return Table.of(columns, stage.rows, f"Measured and simulated, {where}", foot)
 
 
 def runs(stage: RefineResult, names: Names) -> Table:
@@ -63,7 +69,11 @@ def runs(stage: RefineResult, names: Names) -> Table:
         *([] if stage.elsewhere else [Column("interval", "Interval", of=lambda run: _INSIDE[run.inside_interval])]),
         simulated(names.response, "Simulated"),
     ]
-    return Table.of(columns, stage.made, line("refinement runs"), [line("predicted then", names)], detail=True)
+    foot = (
+        f"Predicted: before the run. Interval: whether the simulated {names.response.long} is inside its 95 % "
+        "prediction interval."
+    )
+    return Table.of(columns, stage.made, "Runs of the refinement", [foot], detail=True)
 
 
 def strain_table(found: SizedStrains) -> Table:
@@ -76,7 +86,11 @@ def strain_table(found: SizedStrains) -> Table:
         Column("sd_percent", "SD over positions", "%", fixed),
         Column("positions", "Positions", form=format),
         Column("runs", "Runs", form=format),
-        Column("valid", "Valid", of=lambda row: line("valid" if row.valid else "not valid")),
+        Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
-    foot = line("strains", aim=found.aim, at=found.condition, tolerance=100.0 * TOLERANCE)
-    return Table.of(columns, found.rows, line("strain by size"), [foot])
+    foot = (
+        f"The mean force over the positions of the mesh is {found.aim:.4g} N (stem of {found.condition:g} mm); the "
+        f"search ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: by the scatter over the "
+        "positions. Valid: the mean and its standard error are within 5 %."
+    )
+    return Table.of(columns, found.rows, "Failure strain over element size", [foot])

@@ -5,12 +5,13 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
+from stemcal.names import Names
 from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.tables.columns import ERROR, Form, condition, measured_of, simulated
 from stemcal.stages.invert.result import JointFitted
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.text.names import Names
-from stemcal.text.tables import line
+
+_JOINT = "Fitted together"
 
 
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
@@ -33,10 +34,11 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
         simulated(names.response, "Simulated", "simulated"),
         ERROR,
     ]
-    errors = {"largest": stage.max_abs_error_percent, "mean": stage.mean_abs_error_percent}
-    largest = line("largest of all" if names.naming.others else "largest", **errors)
-    worst = [largest] if names.naming.condition is not None else []
-    return Table.of(columns, stage.rows, line("validation", names), (*worst, line("error")))
+    largest, mean = fixed(stage.max_abs_error_percent), fixed(stage.mean_abs_error_percent)
+    of = "over all responses" if names.naming.others else "absolute"
+    worst = [f"Largest error {largest} %, mean {mean} % ({of})."] if names.placed else []
+    title = f"Measured against simulated {names.response.long}"
+    return Table.of(columns, stage.rows, title, (*worst, "Error = 100·(measured − simulated)/measured."))
 
 
 def joint_table(joint: JointFitted, names: Names) -> Table:
@@ -46,15 +48,17 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     error, best = joint.max_abs_error_percent, joint.best_worst_error_percent
     left_out, rows = joint.max_abs_left_out_error_percent, from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
+    better = f"no parameters in the region do better than {fixed(best)} %"
     if left_out is None:
-        return Table.of(columns, rows, line("joint"), [line("fitted errors", error=error, best=best), *_scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest error {fixed(error)} %; {better}.", *_scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
-    largest = line("joint errors", error=error, best=best, left_out=left_out)
-    foot = largest, line("test left out" if tests else "left out"), *_scores(names)
-    return Table.of(columns, rows, line("joint"), foot)
+    largest = f"Largest error {fixed(error)} %, left out {fixed(left_out)} %; {better}."
+    others = "other tests. Others allow: where these put the mean, with 95 %." if tests else "others."
+    foot = largest, f"Left out: predicted from a fit to the {others}", *_scores(names)
+    return Table.of(columns, rows, _JOINT, foot)
 
 
 def further_table(
@@ -62,13 +66,17 @@ def further_table(
 ) -> Table:
     """Return further responses at each condition: measured, beside what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
-    of_stems = [] if names.naming.others else [line("of stems")]
-    return Table.of(columns, rows, line("further", names), (*of_stems, *foot, *_scores(names)))
+    of_stems = [] if names.naming.others else ["Travel and work of the blade from first touch to the maximum force."]
+    return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *_scores(names)))
 
 
 def _scores(names: Names) -> list[str]:
-    """Say what values are that are told from their measured mean."""
-    return [line("scores")] if any(named.apart for named in names.naming.responses) else []
+    """Return what the values are that count from their measured mean."""
+    text = (
+        "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the maximum "
+        "force."
+    )
+    return [text] if any(named.apart for named in names.naming.responses) else []
 
 
 _VALUES = "measured", "predicted", "simulated"
