@@ -101,8 +101,8 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
 
 def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
     text = printed(stages["validate"])
-    assert cells(text, "11 ") == ["11", "validation", "378.2", "350.0", "7.46"]
-    assert cells(text, "8 ")[1] == "calibration"
+    assert cells(text, "11 ") == ["11", "held out", "378.2", "350.0", "7.46"]
+    assert cells(text, "8 ")[1] == "fitted"
 
 
 def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:

@@ -203,7 +203,7 @@ def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: p
     results = fresh_results(study, place)
     found, joint = results.validation, results.inversion and results.inversion.joint
     assert found is not None and joint is not None and joint.null is None
-    assert found.measured_exponent is found.error_slope_percent_per_unit is found.formula_max_abs_error_percent is None
+    assert found.measured_exponent is found.error_slope_percent_per_unit is found.formula is None
     assert found.notes == ()
 
 

@@ -219,7 +219,7 @@ def _validation(stage: ValidateResult) -> PaperTable:
     columns[first] = simulated(naming.response, columns[first].name, "simulated")
     others = [one.long for one in (naming.response, *naming.others)]
     responses = ["maximum shear force"] if naming.response == FORCE else others
-    at = [row.condition for row in stage.compared if row.role == "calibration"]
+    at = [row.condition for row in stage.compared if row.role == "fitted"]
     served = Names(naming).conditions(at) if at and naming.condition is not None else f"the {naming.response.long}"
     checks = "check" if len(at) > 1 and naming.condition is not None else "checks"
     note = f"{_ERRORS}; {served} served for calibration and {checks} nothing."

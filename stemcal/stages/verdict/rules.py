@@ -65,7 +65,7 @@ class Evidence:
             return []
         found = []
         for row in validation.rows:
-            at, fitted = row.compared, row.compared.role == "calibration"
+            at, fitted = row.compared, row.compared.role == "fitted"
             found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
             for further in row.further:
                 if further.judged:
