@@ -15,8 +15,8 @@ from stemcal.text.names import Names
 MOST = 5
 """The number of notes that are shown after a run."""
 _WORDS = {
-    "screen": "stemcal.stages.screen_words",
-    "climb": "stemcal.stages.climb_words",
+    "screen": "stemcal.stages.screen",
+    "climb": "stemcal.stages.climb",
     "rsm": "stemcal.stages.surface.words",
     "invert": "stemcal.text.calibration",
     "refine": "stemcal.stages.refine.words",

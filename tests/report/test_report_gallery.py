@@ -12,7 +12,7 @@ import pytest
 
 from stemcal.cli.explain import GLOSSARY, look_up
 from stemcal.errors import UsageError
-from stemcal.report.figures import laboratory
+from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.contour import contours, relief, solutions
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.gallery import Plot, gallery, write_figures

@@ -17,7 +17,7 @@ from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
-from stemcal.report.export.latex import document
+from stemcal.report.export.formats import document
 from stemcal.report.export.paper import paper_tables
 from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg

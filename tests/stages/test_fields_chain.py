@@ -13,7 +13,7 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.note import Note
-from stemcal.overview.beforehand import beforehand
+from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.stages.design import surface_factors
 from stemcal.study.model import Study

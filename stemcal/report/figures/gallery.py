@@ -14,13 +14,11 @@ from stemcal.outputs import make_folder
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
 from stemcal.report.figures.curves import energies, force_travel, measured_band
-from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals
+from stemcal.report.figures.effects import diagnostics, half_normal, observed_predicted, pareto, residuals
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fields, fracture_frames, mesh
-from stemcal.report.figures.refinement import refined
 from stemcal.report.figures.style import Figure, png, resize, save, svg, write_both
-from stemcal.report.figures.validation import growth, validation
+from stemcal.report.figures.validation import growth, refined, validation
 from stemcal.report.records import Details, Records, curves_of
 from stemcal.solvers.film import frames_of
 from stemcal.stages.invert.result import InvertResult

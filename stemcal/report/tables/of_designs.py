@@ -29,8 +29,7 @@ from stemcal.report.tables.columns import (
     to_decimals,
 )
 from stemcal.stages.result import DesignRuns
-from stemcal.stages.screen import ScreenResult
-from stemcal.stages.screen_words import standing
+from stemcal.stages.screen import ScreenResult, standing
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.words import shape_name
 

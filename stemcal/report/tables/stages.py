@@ -15,8 +15,7 @@ from stemcal.report.tables.of_parameters import (
     climb_table,
     interval_table,
 )
-from stemcal.report.tables.of_refinement import refine_tables
-from stemcal.report.tables.of_responses import further_table, joint_table, validation_tables
+from stemcal.report.tables.of_responses import further_table, joint_table, refine_tables, validation_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
