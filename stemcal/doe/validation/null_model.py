@@ -103,9 +103,7 @@ class Formula:
     worst_held_out_percent: float
 
 
-def formula_elsewhere(
-    fitted: Sequence[tuple[float, float]], held_out: Sequence[tuple[float, float]]
-) -> Formula | None:
+def formula_elsewhere(fitted: Sequence[tuple[float, float]], held_out: Sequence[tuple[float, float]]) -> Formula | None:
     """Return F = a·dᵇ through the fitted (diameter, force) and its error at the held-out ones; None without either.
 
     b is that of the fitted forces; through a single diameter it is 2.5.
