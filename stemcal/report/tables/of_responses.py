@@ -33,7 +33,7 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
     unit = names.response.written
     columns = [
         *condition(names.naming),
-        Column("role", "Role", form=lambda role: role.replace("_", " ")),
+        Column("role", "Role", form=lambda role: role.replace("_", " "), words=True),
         Column("measured", "Measured", unit, short),
         simulated(names.response, "Simulated", "simulated"),
         ERROR,
