@@ -161,9 +161,10 @@ class Plant:
             true = np.array(self.law.of(*self.truth, diameter)) * (1.0, 1.0 + self.travel_off)
             measured = true * (1.0 + self.scatter * self.random.standard_normal((8, 2)))
             (force, way), (sd, way_sd) = measured.mean(axis=0), measured.std(axis=0, ddof=1)
-            more = f", travel: {way:.6f} mm, travel_sd: {way_sd:.6f} mm" if travel else ""
-            lines.append(f"    - {{diameter: {diameter:g} mm, force: {force:.5f} N, sd: {sd:.5f} N, n: 8{more}}}")
-        return "targets:\n  calibrate_at: 8 mm\n  forces:\n" + "\n".join(lines) + "\n"
+            both = f", travel: {way:.6f} mm, sd: {{force: {sd:.5f} N, travel: {way_sd:.6f} mm}}"
+            more = both if travel else f", sd: {sd:.5f} N"
+            lines.append(f"    - {{diameter: {diameter:g} mm, force: {force:.5f} N, n: 8{more}}}")
+        return "targets:\n" + "\n".join(lines) + "\n"
 
     def off(self, found: Results | None) -> float:
         """Return how far the parameters are from the truth, in half ranges; infinite where there are none."""

@@ -28,11 +28,9 @@ factors:
   - {name: strain_rate_p, low: 4, high: 12}
   - {name: failure_strain, low: 0.01, high: 0.05, expected_sign: "+"}
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 7 mm, force: 84.21875 N}
-    - {diameter: 8 mm, force: 110 N}
-    - {diameter: 10 mm, force: 171.875 N}
+  - {diameter: 7 mm, force: 84.21875 N}
+  - {diameter: 8 mm, force: 110 N}
+  - {diameter: 10 mm, force: 171.875 N}
 """
 
 

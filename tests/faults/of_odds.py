@@ -165,9 +165,7 @@ def many_factors(_folder: Path, number: int, rng: random.Random) -> None:
     """A hundred factors are screened; one more is told, in a line."""
     count = (101, 100, 102, 150, 1000, 48)[number % 6]
     factors = "\n".join(f"  - {{name: p{i}, low: 1, high: {rng.uniform(1.5, 3):g}}}" for i in range(count))
-    text = (
-        f"name: many\nfactors:\n{factors}\ntargets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, force: 9 N}}]}}\n"
-    )
+    text = f"name: many\nfactors:\n{factors}\ntargets: [{{diameter: 8 mm, force: 9 N}}]\n"
     text += "solver: {kind: sheet, file: many.csv}\n"
     _folder.mkdir(parents=True, exist_ok=True)
     (_folder / "many.csv").write_text("run,p0,force\nscreen,1,2\n", encoding="utf-8")

@@ -125,7 +125,7 @@ solver:
   kind: command
   command: [{python}, "-S", "-c", "import sys, time; time.sleep(0.3); print(sys.argv[1], sys.argv[2])", "{{{{width}}}}", "{{{{depth}}}}"]
   result: {{kind: regex, file: program-output.txt, pattern: '(\\S+) \\S+'}}
-targets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, force: 15 N}}]}}
+targets: [{{diameter: 8 mm, force: 15 N}}]
 rsm: {{factors: [width, depth]}}
 """  # noqa: E501
 ENDINGS = {"SIGINT": 130, "SIGTERM": 143}

@@ -42,10 +42,8 @@ ANGLE = "  - {name: angle, label: Angle of repose, symbol: θ, unit: deg}\n"
 BULK = "  - {name: bulk, label: Bulk density, symbol: ρ, unit: kg/m3}\n"
 MOIST = """\
 targets:
-  calibrate_at: 12
-  values:
-    - {moisture: 12, angle: 32.6 deg, sd: 0.8 deg, n: 5, bulk: 745 kg/m3, bulk_sd: 6}
-    - {moisture: 16, angle: 33.0 deg, sd: 0.9 deg, n: 5, bulk: 741 kg/m3, bulk_sd: 6}
+  - {moisture: 12, angle: 32.6 deg, n: 5, bulk: 745 kg/m3, sd: {angle: 0.8 deg, bulk: 6}}
+  - {moisture: 16, angle: 33.0 deg, n: 5, bulk: 741 kg/m3, sd: {angle: 0.9 deg, bulk: 6}}
 climb: {}
 refine: {}
 invert: {diameters: all, responses: all}

@@ -32,9 +32,7 @@ solver:
   files: [program.py]
   time_limit: {limit}
   result: {result}
-targets:
-  calibrate_at: 8 mm
-  forces: [{{diameter: 8 mm, force: 100 N}}]
+targets: [{{diameter: 8 mm, force: 100 N}}]
 """
 TEMPLATE = "k = {{stiffness}}\nb = {{ width }}\nd = {{diameter}}\n"
 # answers k·b·d

@@ -43,9 +43,7 @@ solver:
   environment: {{STAND_IN: {mode}}}
   time_limit: 20 s
 {options}
-targets:
-  calibrate_at: 8 mm
-  forces: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
+targets: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
 rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}
 invert: {{rule: others_at_centre}}
 """

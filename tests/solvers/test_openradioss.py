@@ -51,9 +51,7 @@ solver:
   environment: {environment}
   time_limit: 20 s
 {options}
-targets:
-  calibrate_at: 8 mm
-  forces: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
+targets: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
 rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}
 """
 # the levels of the recorded runs

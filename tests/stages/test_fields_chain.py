@@ -26,9 +26,7 @@ solver:
   kind: command
   command: [python, p.py, %s]
   result: {kind: json, file: out.json, path: y}
-targets:
-  calibrate_at: 8 mm
-  forces: [{diameter: 8 mm, force: 32 N}]
+targets: [{diameter: 8 mm, force: 32 N}]
 %s
 """
 

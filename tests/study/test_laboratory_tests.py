@@ -27,10 +27,10 @@ def test_what_is_measured_is_a_response_of_the_study(study: Study) -> None:
     assert [(one.name, one.label, one.unit) for one in study.naming.responses] == [
         ("force", "Maximum force", "N"),
         ("bending_slope", "Bending slope", "N/mm"),
-        ("pull_maximum_force", "Pull maximum force", "N"),
+        ("pull_force", "Pull maximum force", "N"),
         ("pull_work", "Pull work", "mJ"),
     ]
-    assert study.invert.responses == ("response", "bending_slope", "pull_maximum_force", "pull_work")
+    assert study.invert.responses == ("response", "bending_slope", "pull_force", "pull_work")
     assert study.naming.is_force_on_stems
     assert [study.test_of(name) for name in study.invert.responses] == ["", "bending", "pull", "pull"]
 
@@ -95,9 +95,9 @@ def test_an_answer_has_the_responses_of_all_tests(study: Study) -> None:
         Request("rsm", 0, study.midlevels(), 8.0)
     )
     assert answer.ok, answer.message
-    assert set(answer.details["responses"]) == {"pull_maximum_force", "pull_work"}
+    assert set(answer.details["responses"]) == {"pull_force", "pull_work"}
     area = 0.25 * 3.14159 * 64.0 * (1.0 - 0.41**2)
-    assert answer.details["responses"]["pull_maximum_force"] == pytest.approx(15.0 * area, rel=0.03)
+    assert answer.details["responses"]["pull_force"] == pytest.approx(15.0 * area, rel=0.03)
     assert len(answer.details["laboratory"]["pull"]["curve"]["force"]) == 100
 
 

@@ -67,7 +67,7 @@ def _result(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        tolerance_percent=study.targets.tolerance_percent,
+        tolerance_percent=study.validation.tolerance_percent,
         max_abs_error_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         max_abs_error_percent_independent=found.max_abs_error_percent_independent,

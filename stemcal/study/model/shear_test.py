@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from stemcal.measured.curve_modes import Machine
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero, Time
 from stemcal.study.model.growth import Grades, Growth, MayGrow
 from stemcal.study.model.parameters import PARAMETERS
@@ -18,7 +19,7 @@ class SpecimenSection(Frozen):
     """The piece of stem, a hollow cylinder."""
 
     outer_diameter: Size = 8.0
-    """Outer diameter where no other is asked for; targets have their own."""
+    """Outer diameter. The parameters are calibrated there if `targets` have it; rows of `targets` have their own."""
     diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
     """Diameter of the bore over the outer diameter; 0 for a solid stem."""
     length: Size = 50.0
@@ -68,6 +69,23 @@ class LoadingSection(Frozen):
     def stroke(self) -> float:
         """How far the blade comes from touching the stem on, mm."""
         return self.speed * self.duration - self.gap
+
+
+class MachineSection(Frozen):
+    """What is known of the testing machine, for `curves`."""
+
+    stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
+    """Force over the travel that the machine itself takes; without it the travel is used as measured."""
+    stiffness_sd: Annotated[float, Quantity("force per length", at_least=0)] = 0.0
+    """Standard deviation of the stiffness."""
+    toe_sd: SizeOrZero = 0.0
+    """Standard deviation of where the curves really begin, those of all diameters alike: play in the grips, a preload
+    that comes late."""
+
+    @property
+    def known(self) -> Machine:
+        """The same for those who read the curves."""
+        return Machine(self.stiffness, self.stiffness_sd, self.toe_sd)
 
 
 class ContactSection(Frozen):

@@ -6,9 +6,10 @@ from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
 from stemcal.study.model.frozen import Flag, Frozen, Share, Time
-from stemcal.study.model.measured_targets import AtSize
 from stemcal.study.types.field_types import Number, Whole
-from stemcal.study.types.named import responses_by_name
+from stemcal.study.types.named import OwnCondition, responses_by_name
+
+AtSize = Annotated[float, OwnCondition("length", above=0)]
 
 Responses = Annotated[
     tuple[str, ...],
@@ -29,9 +30,17 @@ class InvertOptions(Frozen):
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias=AliasChoices("diameters", "conditions")
     )
-    """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
+    """The diameters that are fitted: `all` or a list. With several, the surface's design is run at each. By default
+    `specimen.outer_diameter` if it was measured, otherwise the diameter of the first row of `targets`."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
+
+
+class ValidateOptions(Frozen):
+    """The comparison with what was measured."""
+
+    tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
+    """Up to here a simulated force counts as equal to the measured one."""
 
 
 class ClimbOptions(Frozen):

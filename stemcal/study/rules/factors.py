@@ -137,7 +137,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
-        yield f"wall_thickness must be below half of targets.calibrate_at, {study.targets.calibrate_at:g} mm"
+        yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
 
 
 def material_is_physical(draft: Draft) -> Iterator[Finding]:
