@@ -70,7 +70,7 @@ RSM = "rsm: {factors: [yield_stress, failure_strain], centre_points: 4}\n"
 WIDE = "rsm: {factors: [yield_stress, failure_strain], design: latin-hypercube, runs: 20}\n"
 PROGRAM = """\
 solver: {kind: command, command: [none, "{{yield_stress}}", "{{failure_strain}}"],
-  result: {kind: json, file: out.json, path: force}MORE}
+  result: {file: out.json, path: force}MORE}
 """
 BOTH, ALL = "invert: {responses: [force, travel]}\n", "invert: {diameters: all}\n"
 ALL_BOTH = "invert: {diameters: all, responses: [force, travel]}\n"

@@ -124,7 +124,7 @@ factors:
 solver:
   kind: command
   command: [{python}, "-S", "-c", "import sys, time; time.sleep(0.3); print(sys.argv[1], sys.argv[2])", "{{{{width}}}}", "{{{{depth}}}}"]
-  result: {{kind: regex, file: program-output.txt, pattern: '(\\S+) \\S+'}}
+  result: {{file: program-output.txt, pattern: '(\\S+) \\S+'}}
 targets: [{{diameter: 8 mm, force: 15 N}}]
 rsm: {{factors: [width, depth]}}
 """  # noqa: E501

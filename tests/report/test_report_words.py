@@ -78,7 +78,7 @@ def angle(tmp_path_factory: pytest.TempPathFactory) -> Told:
 @pytest.fixture(scope="module")
 def moist(tmp_path_factory: pytest.TempPathFactory) -> Told:
     """Two responses over moisture, fitted together, with a climb and a refinement."""
-    one = "{kind: json, file: out.json, path: angle}"
+    one = "{file: out.json, path: angle}"
     both = f"{{angle: {one}, bulk: {one.replace('path: angle', 'path: bulk')}}}"
     changes = [
         (ANGLE, ANGLE + BULK + "conditions: [{name: moisture, unit: '%'}]\n"),

@@ -41,7 +41,7 @@ solver:
   command: [%s, program.py]
   files: [program.py]
   templates: [in.json]
-  result: {kind: json, file: out.json, path: y}
+  result: {file: out.json, path: y}
   %s
 screen: {design: PB, centre_points: 2}
 rsm: {factors: [a, b], centre_points: 4}

@@ -33,8 +33,8 @@ tests:
       templates: [torsion.in]
       files: [torsion.py]
       result:
-        force: {{kind: json, file: out.json, path: force}}
-        slope: {{kind: json, file: out.json, path: slope}}
+        force: {{file: out.json, path: force}}
+        slope: {{file: out.json, path: slope}}
 """
 PROGRAM = """
 import json, math
@@ -170,4 +170,4 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
     with pytest.raises(SpecError, match=r"tests.torsion.kind: only a program"):
         study_in(tmp_path, "\ntests: [{{name: torsion, kind: other, stroke: 1 mm}}]\n")
     with pytest.raises(SpecError, match=r":35: tests.torsion.solver.result.slope.file"):
-        study_in(tmp_path, TESTS.replace("slope: {{kind: json, file: out.json", "slope: {{kind: json, file: 3"))
+        study_in(tmp_path, TESTS.replace("slope: {{file: out.json", "slope: {{file: 3"))

@@ -21,8 +21,7 @@ from stemcal.solvers.measures import curve_scores
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.joint import machine_found
 from stemcal.stages.invert.result import MachineContradicted, MachineFound
-from stemcal.study.model import Study
-from stemcal.study.model.measured_targets import MachineSection
+from stemcal.study.model import MachineSection, Study
 from stemcal.study.reading import load_study
 
 

@@ -25,7 +25,7 @@ factors: [%s]
 solver:
   kind: command
   command: [python, p.py, %s]
-  result: {kind: json, file: out.json, path: y}
+  result: {file: out.json, path: y}
 targets: [{diameter: 8 mm, force: 32 N}]
 %s
 """

@@ -48,7 +48,7 @@ targets:
   - {moisture: 16, angle: 34.9, sd: 0.8, n: 5}
   - {moisture: 20, angle: 37.8, sd: 0.8, n: 5}
 """
-READER = "{kind: json, file: out.json, path: angle}"
+READER = "{file: out.json, path: angle}"
 
 
 def spec_of(condition: str = "", targets: str = ONE, extra: str = "", further: str = "") -> str:

@@ -26,12 +26,7 @@ from stemcal.study.model.program_options import (
     program_of,
 )
 from stemcal.study.model.refine_options import Elsewhere, RefineOptions, RefineTest
-from stemcal.study.model.result_readers import (
-    CsvResult,
-    JsonResult,
-    RegexResult,
-    ResultReader,
-)
+from stemcal.study.model.result_readers import ResultReader
 from stemcal.study.model.shear_test import (
     BladeSection,
     ContactSection,
@@ -52,12 +47,11 @@ __all__ = [
     "BladeSection",
     "ClimbOptions",
     "CodingEntry", "CommandSolver", "ContactSection",
-    "CsvResult", "DeckAt", "DeckSolver", "Elsewhere", "EmbeddedSolver", "Factor",
+    "DeckAt", "DeckSolver", "Elsewhere", "EmbeddedSolver", "Factor",
     "Grades", "Growth",
-    "InvertOptions", "JsonResult", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
+    "InvertOptions", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
     "MachineSection", "MaterialSection", "Mean", "OwnQuantity",
     "Parameter", "ProgramOptions", "RefineOptions", "RefineTest",
-    "RegexResult",
     "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SheetSolver", "SpecimenSection",
     "Study", "StudyForm",
     "SupportsSection", "Target", "TargetRow", "Targets", "ValidateOptions",

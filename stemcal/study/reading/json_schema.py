@@ -15,7 +15,6 @@ from stemcal.study.types.strict_yaml import NodePath
 
 SOLVER_KINDS = ("embedded", "command", "sheet", "deck")
 _DEFS = "#/$defs/"
-RESULT_KINDS = ("json", "csv", "regex")
 
 
 def json_schema() -> dict[str, Any]:
@@ -30,9 +29,9 @@ def json_schema() -> dict[str, Any]:
         "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
     }
     command = schema["$defs"]["CommandSolver"]["properties"]
-    command["result"]["anyOf"] += [
-        {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
-    ]
+    command["result"]["anyOf"].append(
+        {"type": "object", "additionalProperties": command.pop("results")["additionalProperties"]}
+    )
     return schema
 
 

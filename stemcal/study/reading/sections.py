@@ -23,7 +23,7 @@ from stemcal.study.model import (
 )
 from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
 from stemcal.study.model.measured_targets import named_modes
-from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
+from stemcal.study.reading.json_schema import SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.rules.draft import Finding
@@ -179,7 +179,7 @@ def _complete(targets: Targets | None) -> TypeGuard[Targets]:
 def _readers_by_response(solver: Any) -> Any:
     """Return a solver with a mapping of readers by response under a key of its own."""
     result = solver.get("result") if isinstance(solver, dict) else None
-    if isinstance(result, dict) and result and "kind" not in result and {*map(type, result.values())} == {dict}:
+    if isinstance(result, dict) and result and {*map(type, result.values())} == {dict}:
         return {**{key: value for key, value in solver.items() if key != "result"}, "results": result}
     return solver
 
@@ -239,19 +239,9 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
             continue
         depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
-        path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown
-        if section == ("tests",) and "solver" in shown:  # of one kind only, which is in no path
-            depth = shown.index("solver") + 1
-            path = (*shown[:depth], *_without_kind(shown[depth:]))
+        path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found
-
-
-def _without_kind(path: NodePath) -> NodePath:
-    """Return a path below a solver without the kind of its result, which pydantic puts in and YAML has not."""
-    if path[:1] == ("results",) and len(path) > 2 and path[2] in RESULT_KINDS:
-        return (*path[:2], *path[3:])
-    return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path
 
 
 def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:

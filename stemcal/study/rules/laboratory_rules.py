@@ -147,9 +147,9 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("tests", index, *finding.path))
         if test.solver.result is not None:
             message = "a test has responses of several kinds"
-            yield Finding((*path, "result"), message, "write a reader under its name: slope: {kind: …}")
+            yield Finding((*path, "result"), message, "write a reader under its name: slope: {file: …}")
         elif missing := [name for name in test.measured if name not in test.solver.results]:
-            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{kind: …}}")
+            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{file: …}}")
         for name in test.solver.results:
             if name not in RESPONSES:
                 message = f"{name[:60]!r} is no response of a test"

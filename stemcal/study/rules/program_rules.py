@@ -125,14 +125,14 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
     if draft.solver.result is None and not draft.solver.results:
         yield Finding(("solver",), "'result' is missing", "add a line result: …")
     elif draft.solver.result is not None and len(names) > 1:
-        remedy = f"write a reader under each name: {names[0]}: {{kind: …}}, {names[1]}: {{kind: …}}"
+        remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
         yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
     for name in draft.solver.results:
         if name not in names:
             yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
     for name in names if draft.solver.results else ():
         if name not in draft.solver.results:
-            yield Finding(path, f"nothing reads {name}", f"add {name}: {{kind: …}}")
+            yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
 
 
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
@@ -151,7 +151,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
 
 def has_abscissa(result: model.ResultReader) -> bool:
     """Whether a reader finds the travel of a curve too."""
-    return "(?P<x>" in result.pattern if isinstance(result, model.RegexResult) else result.along is not None
+    return result.along is not None or "(?P<x>" in (result.pattern or "")
 
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:

@@ -30,8 +30,8 @@ solver:
   kind: command
   command: [python, program.py, "{{strength}}", "{{friction}}", "{{AT}}"]
   result:
-    FIRST: {kind: json, file: out.json, path: one}
-    SECOND: {kind: json, file: out.json, path: two}
+    FIRST: {file: out.json, path: one}
+    SECOND: {file: out.json, path: two}
 targets: [VALUES]
 screen: {design: none}
 rsm: {factors: [strength, friction], design: central-composite}

@@ -211,7 +211,7 @@ solver:
   kind: command
   command: [python, shear.py, "{{strength}}", "{{power}}", "{{diameter}}"]
   files: [shear.py]
-  result: {kind: csv, file: out.csv, column: load, RESULT scale: 1000}
+  result: {file: out.csv, column: load, RESULT scale: 1000}
 targets:
   - {diameter: 8 mm, curves: lab/8mm-*.csv}
 """
