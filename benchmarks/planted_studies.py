@@ -45,7 +45,6 @@ MIDDLE, HALF = np.array([15.0, 0.03]), np.array([5.0, 0.02])
 NAMES = ("yield_stress", "failure_strain")
 MATERIAL = "density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,\n"
 SPEC = f"""\
-schema_version: 1
 name: planted
 factors:
   - {{name: yield_stress, unit: MPa, low: 10, high: 20}}
@@ -53,7 +52,6 @@ factors:
 material: {{{MATERIAL}  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}}
 """
 NINE = """\
-schema_version: 1
 name: planted
 factors:
   - {name: density, unit: kg/m3, low: 1000, high: 1200}

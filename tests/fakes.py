@@ -15,7 +15,6 @@ from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 SPEC = """\
-schema_version: 1
 name: known
 factors:
   - {name: density, unit: kg/m3, low: 1000, high: 1200}
@@ -41,7 +40,6 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), s
 
 # Two unknown factors, the rest of the material given: for specs that go on after it.
 TWO_FACTORS = """\
-schema_version: 1
 name: two-factors
 factors:
   - {name: yield_stress, unit: MPa, low: 10, high: 20}

@@ -63,7 +63,7 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
     if os.name == "nt":
         raise Missing("needs POSIX signals")
     way, row, always = WAYS[number % 3], rng.randrange(12), number % 2 == 1
-    study, witness = make_study(folder, "runs: {tries: 2}\n"), folder / "witness"
+    study, witness = make_study(folder), folder / "witness"
     accident = None if always else folder / "accident"
     solver = FakeSolver(witness, trouble={row: way}, accident=accident)
     whole = workflow.screen(study, StudyFolder(folder / "whole"), InlineExecutor(), solver=FakeSolver()).to_json()

@@ -166,7 +166,7 @@ def instant_limit(folder: Path, _number: int, rng: random.Random) -> None:
     from stemcal.executors.local import LocalExecutor
 
     row, witness = rng.randrange(12), folder / "witness"
-    study = make_study(folder, "runs: {time_limit: 1 s, tries: 2}\n")
+    study = make_study(folder, "runs: {time_limit: 1 s}\n")
     solver = FakeSolver(witness, seconds=0.15, trouble={row: "hang"})
     with LocalExecutor(1, time_limit=1.0) as executor:
         stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()

@@ -159,7 +159,7 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
         assert expected in text
     with pytest.raises(SpecError, match=r"tests.torsion.solver.files.*missing.py"):
         study_in(tmp_path, wrong)
-    (doubt,) = study_in(tmp_path, TESTS.replace("files: [torsion.py]", "keep: all")).warnings
+    (doubt,) = study_in(tmp_path, TESTS.replace("files: [torsion.py]", "time_limit: 9 s")).warnings
     assert "tests.torsion.solver.command[2]: torsion.py lies beside the spec, but not in the folder of a run" in doubt
     assert doubt.endswith("; add files: [torsion.py]")
     spec = study_in(tmp_path, TESTS.replace("{command}", "[no-such-program]")).source

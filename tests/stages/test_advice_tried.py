@@ -17,7 +17,6 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 SPEC = """\
-schema_version: 1
 name: tried
 factors:
   - {name: yield_stress, unit: MPa, low: 10, high: 24}

@@ -27,7 +27,6 @@ from stemcal.study.reading import load_study
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
 RSM = "rsm: {factors: [yield_stress, failure_strain], centre_points: 4}\n"
 NINE = """\
-schema_version: 1
 name: demo
 factors:
   - {name: density, unit: kg/m3, low: 1000, high: 1200}

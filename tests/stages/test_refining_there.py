@@ -39,7 +39,6 @@ refine:
     kind: command
     command: [{python}, program.py, "{{{{failure_strain}}}}", "{{{{diameter}}}}"]
     files: [program.py]
-    version: "7.1"
     result: {{file: out.json, path: force}}
   adjust: {adjust}
   {more}

@@ -76,7 +76,7 @@ def test_a_run_does_the_tests_that_are_measured_at_its_diameter(study: Study) ->
 def test_what_determines_a_test_is_in_the_key(study: Study) -> None:
     request = Request("rsm", 0, study.midlevels(), 8.0)
     before = Embedded(study).identity(request)["laboratory"]
-    bending = study.tests[0].model_copy(update={"nose_radius": 4.0})
+    bending = study.tests[0].model_copy(update={"radius": 4.0})
     after = Embedded(study.model_copy(update={"tests": (bending, *study.tests[1:])})).identity(request)["laboratory"]
     assert [one["name"] for one in before] == ["bending", "pull"]
     assert before[0] != after[0]

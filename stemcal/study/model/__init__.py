@@ -5,7 +5,6 @@ A key of a spec is a field, and what it means stands below it: the JSON schema, 
 """
 
 from stemcal.study.model.design_options import (
-    CodingEntry,
     RsmOptions,
     ScreenOptions,
     factors_taken,
@@ -20,7 +19,6 @@ from stemcal.study.model.program_options import (
     OF_LSDYNA,
     OF_OPENRADIOSS,
     CommandSolver,
-    DeckAt,
     DeckSolver,
     ProgramOptions,
     program_of,
@@ -28,6 +26,8 @@ from stemcal.study.model.program_options import (
 from stemcal.study.model.refine_options import Elsewhere, RefineOptions, RefineTest
 from stemcal.study.model.result_readers import ResultReader
 from stemcal.study.model.shear_test import (
+    DAMPING,
+    GAP,
     BladeSection,
     ContactSection,
     LoadingSection,
@@ -37,24 +37,61 @@ from stemcal.study.model.shear_test import (
     SupportsSection,
 )
 from stemcal.study.model.sheet_options import SheetSolver
-from stemcal.study.model.solver_options import EmbeddedSolver
+from stemcal.study.model.solver_options import BREAK_DROP, EmbeddedSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions, ValidateOptions
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
 # fmt: off
 __all__ = [
-    "AROUND", "EMBEDDED", "MOST_EXPONENT", "MOST_FACTORS", "OF_LSDYNA", "OF_OPENRADIOSS", "PARAMETERS", "AnySolver",
+    "AROUND",
+    "BREAK_DROP",
+    "DAMPING",
+    "EMBEDDED",
+    "GAP",
+    "MOST_EXPONENT",
+    "MOST_FACTORS",
+    "OF_LSDYNA",
+    "OF_OPENRADIOSS",
+    "PARAMETERS",
+    "AnySolver",
     "BladeSection",
     "ClimbOptions",
-    "CodingEntry", "CommandSolver", "ContactSection",
-    "DeckAt", "DeckSolver", "Elsewhere", "EmbeddedSolver", "Factor",
-    "Grades", "Growth",
-    "InvertOptions", "LaboratoryMeans", "LaboratorySection", "LoadingSection",
-    "MachineSection", "MaterialSection", "Mean", "OwnQuantity",
-    "Parameter", "ProgramOptions", "RefineOptions", "RefineTest",
-    "ResultReader", "RsmOptions", "RunsOptions", "ScreenOptions", "SheetSolver", "SpecimenSection",
-    "Study", "StudyForm",
-    "SupportsSection", "Target", "TargetRow", "Targets", "ValidateOptions",
-    "exponents_in", "factors_taken", "program_of", "strongest_asked",
+    "CommandSolver",
+    "ContactSection",
+    "DeckSolver",
+    "Elsewhere",
+    "EmbeddedSolver",
+    "Factor",
+    "Grades",
+    "Growth",
+    "InvertOptions",
+    "LaboratoryMeans",
+    "LaboratorySection",
+    "LoadingSection",
+    "MachineSection",
+    "MaterialSection",
+    "Mean",
+    "OwnQuantity",
+    "Parameter",
+    "ProgramOptions",
+    "RefineOptions",
+    "RefineTest",
+    "ResultReader",
+    "RsmOptions",
+    "RunsOptions",
+    "ScreenOptions",
+    "SheetSolver",
+    "SpecimenSection",
+    "Study",
+    "StudyForm",
+    "SupportsSection",
+    "Target",
+    "TargetRow",
+    "Targets",
+    "ValidateOptions",
+    "exponents_in",
+    "factors_taken",
+    "program_of",
+    "strongest_asked",
 ]
 # fmt: on

@@ -11,7 +11,6 @@ from stemcal.study.model.frozen import Frozen, Size
 from stemcal.study.model.measured_targets import Mean, Targets
 from stemcal.study.model.program_options import CommandSolver
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.model.solver_options import HourglassCoefficient, ThroughWall
 from stemcal.study.types.field_types import ColumnName, Quantity, complain
 from stemcal.study.types.lengths import Length, StemLength
 
@@ -74,10 +73,8 @@ class LaboratorySection(Frozen):
     """Length of the piece; by default 1.2 times the span in bending, else two diameters."""
     span: StemLength | None = None
     """Distance between the axes of the supports, in bending."""
-    nose_radius: Size = 5.0
-    """Radius of the nose, in bending."""
-    support_radius: Size = 5.0
-    """Radius of the supports, in bending."""
+    radius: Size = 5.0
+    """Radius of the nose and of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
     """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change about its
     middle, which does not slide."""
@@ -88,10 +85,6 @@ class LaboratorySection(Frozen):
     element_size: StemLength | None = None
     """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/64, their width at the
     plates, and four times that elsewhere."""
-    elements_through_wall: ThroughWall = None
-    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
-    axial compression three at least."""
-    hourglass: HourglassCoefficient = 0.03
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     def stroke_at(self, diameter: float) -> float:

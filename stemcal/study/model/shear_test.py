@@ -1,6 +1,6 @@
 """The virtual shear test: stem, blade, supports, and what they are made of."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
@@ -12,6 +12,8 @@ from stemcal.study.types.field_types import Number, Quantity
 from stemcal.study.types.lengths import Length, StemLengthOrZero
 
 Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
+GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
+DAMPING: Final = 0.5  # of the contact, as a share of the critical one
 Ratio = Annotated[float | Growth | Grades, MayGrow(Number)]
 
 
@@ -62,13 +64,11 @@ class LoadingSection(Frozen):
     """Speed of the blade, constant."""
     duration: Time = 0.5
     """How long it moves; speed times duration is the stroke."""
-    gap: SizeOrZero = 0.001
-    """Distance of the edge from the stem at the start."""
 
     @property
     def stroke(self) -> float:
         """How far the blade comes from touching the stem on, mm."""
-        return self.speed * self.duration - self.gap
+        return self.speed * self.duration - GAP
 
 
 class MachineSection(Frozen):
@@ -99,8 +99,6 @@ class ContactSection(Frozen):
     """How fast friction falls from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
     penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
     """Stiffness of the contact, as a share of m/Δt² of each node (mass m, stable time step Δt)."""
-    damping: Annotated[Number, Field(ge=0, le=1)] = 0.5
-    """Damping of the contact, as a share of the critical one."""
 
 
 class MaterialSection(Frozen):

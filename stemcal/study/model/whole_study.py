@@ -25,6 +25,7 @@ from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, DeckSolver
 from stemcal.study.model.refine_options import RefineOptions
 from stemcal.study.model.shear_test import (
+    GAP,
     BladeSection,
     ContactSection,
     LoadingSection,
@@ -36,7 +37,7 @@ from stemcal.study.model.shear_test import (
 from stemcal.study.model.sheet_options import SheetSolver
 from stemcal.study.model.solver_options import EmbeddedSolver
 from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions, ValidateOptions
-from stemcal.study.types.field_types import StudyName, Title, Whole
+from stemcal.study.types.field_types import StudyName, Title
 from stemcal.study.types.named import naming_of
 from stemcal.words import counted, did_you_mean
 
@@ -51,8 +52,6 @@ class StudyForm(Frozen):
 
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
 
-    schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
-    """Version of the form of the spec; 1."""
     name: StudyName
     """Name of the study, and of its folder below `runs`."""
     title: Title = ""
@@ -280,7 +279,7 @@ class Study(StudyForm):
         """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
-        travel = loading.gap + (test.stroke_at(diameter) or loading.stroke)
+        travel = GAP + (test.stroke_at(diameter) or loading.stroke)
         moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
@@ -319,9 +318,7 @@ class Study(StudyForm):
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
         solver = self.solver
-        if isinstance(solver, EmbeddedSolver | CommandSolver):
-            return solver.replicates or 0
-        return solver.replicates if isinstance(solver, SheetSolver) and solver.by_chance else 0
+        return 0 if isinstance(solver, DeckSolver) else solver.replicates or 0
 
     @property
     def calibration_target(self) -> Target:

@@ -82,8 +82,8 @@ def _said_by_fields(model: type) -> dict[str, str]:
 def section_places() -> dict[str, str]:
     """Return where the keys of each class of the model stand in a spec.
 
-    >>> [section_places()[name] for name in ("TargetRow", "CodingEntry", "DeckAt", "Growth")]
-    ['targets[]', 'rsm.coding.*', 'solver.decks[], kind: deck', 'material.*']
+    >>> [section_places()[name] for name in ("TargetRow", "Growth")]
+    ['targets[]', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for name, path, kind in _sections(_schema(), "", ""):

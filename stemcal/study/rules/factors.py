@@ -193,7 +193,7 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters; the user's own deck has them."""
-    own_deck = isinstance(draft.solver, DeckSolver) and (draft.solver.deck or draft.solver.decks)
+    own_deck = isinstance(draft.solver, DeckSolver) and draft.solver.decks
     if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}

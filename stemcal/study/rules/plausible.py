@@ -25,7 +25,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("supports", "fillet_radius"): (0.01, 50, "mm"),
     ("loading", "speed"): (0.01, 1e5, "mm/s"),
     ("loading", "duration"): (1e-5, 1000, "s"),
-    ("loading", "gap"): (0, 10, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),

@@ -70,9 +70,6 @@ def chance_is_said(draft: Draft) -> Iterator[Finding]:
     solver = draft.solver
     if not isinstance(solver, model.CommandSolver | model.SheetSolver):
         return
-    if isinstance(solver, model.SheetSolver) and solver.deterministic and solver.replicates > 1:
-        message = f"a deterministic program gives {solver.replicates} times the same answer"
-        yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
     for index, path in enumerate(solver.templates):
         yield from _seed_without_chance(("solver", "templates", index), _content(path), draft)
     for index, argument in enumerate(_command(draft)):
@@ -85,8 +82,7 @@ def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterat
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
             message = f"{{{{{name}}}}} is for a program with chance in it"
-            sheet = isinstance(draft.solver, model.SheetSolver)
-            yield Finding(node, message, f"write {'deterministic: false' if sheet else 'replicates: 1'} under solver")
+            yield Finding(node, message, "write replicates: 1 under solver")
 
 
 def _content(path: Path) -> bytes:
@@ -104,7 +100,7 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
     readers = draft.solver.readers.values() if isinstance(draft.solver, model.CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
-        for index, path in enumerate(getattr(draft.solver, key)):
+        for index, path in enumerate(getattr(draft.solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
                 yield Finding(("solver", key, index), message, "remove it, or let the program write another file")

@@ -202,7 +202,6 @@ rows = [(0.7 * i / 400, force * (1.0 - (1.0 - i / 400) ** power)) for i in range
 open("out.csv", "w").write("travel,load\\n" + "".join(f"{u},{f / 1000.0}\\n" for u, f in [*rows, (0.71, 1.0)]))
 """
 OF_A_PROGRAM = """
-schema_version: 1
 name: own
 factors:
   - {name: strength, unit: N, low: 150, high: 210}

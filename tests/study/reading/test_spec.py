@@ -125,8 +125,8 @@ def test_the_paper_study_is_the_paper() -> None:
     assert (study.blade.length, study.blade.width, study.blade.thickness) == (90, 28, 2.3)
     replay = load_study(ROOT / "configs" / "paper-replay.yaml")
     assert study.rsm.coding == {}
-    assert replay.rsm.coding["yield_stress"].center == 14.995
-    assert replay.rsm.coding["strain_rate_c"].half_step == 5.95
+    assert replay.rsm.coded("yield_stress") == (14.995, 2.975)
+    assert replay.rsm.coded("strain_rate_c") == (90.0, 5.95)
     other = load_study(ROOT / "configs" / "wild-chrysanthemum-cowper-symonds.yaml")
     assert isinstance(study.solver, EmbeddedSolver) and isinstance(other.solver, EmbeddedSolver)
     assert (study.solver.rate_law, other.solver.rate_law) == ("paper", "cowper_symonds")
