@@ -59,9 +59,9 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
 def beforehand(study: Study) -> list[str]:
     """Return what the designs and the solver of a study need, lose, and assume."""
-    from stemcal.overview import beforehand as before
+    from stemcal.overview import foresight
 
-    return [str(note) for note in before.beforehand(study)]
+    return [str(note) for note in foresight.beforehand(study)]
 
 
 def say_plan(found: Plan) -> None:

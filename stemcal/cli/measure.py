@@ -73,7 +73,7 @@ def diameters(
     """
     from stemcal.measured.diameters import measure_diameters
     from stemcal.measured.text_tables import Form
-    from stemcal.report.figures import laboratory as figures
+    from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
 
     form = Form(encoding, separator, decimal, sheet)
@@ -199,7 +199,7 @@ def _finish_shear(
     from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.shear import SpecimenRow
     from stemcal.measured.target_entries import section_of
-    from stemcal.report.figures import laboratory as figures
+    from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.study.reading.amend import with_rows
 

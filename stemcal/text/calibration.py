@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from stemcal.doe.calibration.inversion import FreeFactors, SecondSolution
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
+from stemcal.note import Note, Severity
 from stemcal.notes import Weight
 from stemcal.numbers import change, fixed, interval, short, significant, with_unit
 from stemcal.stages.invert.result import (
@@ -201,10 +202,24 @@ def remarks(stage: InvertResult, names: Names) -> list[Remark]:
     return [*_of_numbers(stage, names), *(remark(note, names) for note in stage.notes)]
 
 
+_AS_SEVERITY: dict[Weight, Severity] = {
+    Weight.NUMBERS: "warning",
+    Weight.USE: "warning",
+    Weight.TRUST: "caution",
+    Weight.ASIDE: "info",
+}
+
+
+def of_invert(stage: InvertResult) -> list[Note]:
+    """Return the notes of an inversion."""
+    found = remarks(stage, Names(stage.naming))
+    return [Note(one.kind, _AS_SEVERITY[one.weight], one.sentence) for one in found]
+
+
 def _of_numbers(stage: InvertResult, names: Names) -> Iterator[Remark]:
     yield from _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     for part in stage.known:
-        yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN, claims=True)
+        yield Remark(" ".join(known(part, stage, names)), Weight.TRUST, KNOWN)
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Remark]:

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from commanding import COMMANDS, REPLAY, ROOT, SMOKE, command, undrawn
 
+from stemcal.cli.explain import look_up
 from stemcal.study.reading.json_schema import meanings
-from stemcal.text.glossary import look_up
 
 DATA = ROOT / "configs" / "data"
 

@@ -178,7 +178,7 @@ def test_rows_of_the_cut_are_replaced_alone() -> None:
     from stemcal.study.reading import read_study
     from stemcal.study.reading.amend import with_rows
 
-    spec = DATA.parent / "wild-chrysanthemum.yaml"
+    spec = DATA.parent / "wild-chrysanthemum-as-published.yaml"
     text = spec.read_text("utf-8")
     rows = target_rows(measure_shear(find_files(DATA / "measured-shear")))
     changed = with_rows(text, {"": rows})

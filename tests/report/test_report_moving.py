@@ -19,9 +19,8 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.figures.animation import write_animation
 from stemcal.report.figures.fracture import end_faces
-from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near
+from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near, write_animation
 from stemcal.report.page.render import render
 from stemcal.report.records import read_records
 from stemcal.solvers.embedded import Embedded

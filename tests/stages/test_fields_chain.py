@@ -13,7 +13,7 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.note import Note
-from stemcal.overview.beforehand import beforehand
+from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.stages.design import surface_factors
 from stemcal.study.model import Study
@@ -103,7 +103,7 @@ def test_what_eight_runs_lose_is_said_before_any(tmp_path):
 
 def test_a_failure_strain_to_be_found_belongs_to_the_lengths() -> None:
     configs = Path(__file__).resolve().parents[2] / "configs"
-    (said,) = beforehand(load_study(configs / "wild-chrysanthemum.yaml"))
+    (said,) = beforehand(load_study(configs / "wild-chrysanthemum-as-published.yaml"))
     assert said.kind == "lengths_belong" and "d/4.5" in said.text and "d/9.5" in said.text
 
 
@@ -122,7 +122,7 @@ def test_a_factor_that_no_run_varies_is_named(tmp_path):
 
 
 def test_an_exponent_is_not_screened_where_its_growth_is_one():
-    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-growing.yaml")
+    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml")
     without = study.with_(rsm={"factors": [name for name in study.rsm.factors if name not in study.exponents]})
     assert "not_varied" not in {note.kind for note in beforehand(study)}
     unvaried = [note.text for note in beforehand(without) if note.kind == "not_varied"]

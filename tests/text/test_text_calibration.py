@@ -12,6 +12,7 @@ from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Rows
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.notes import Weight
+from stemcal.report.notes import shown_notes
 from stemcal.stages.invert.result import (
     InvertResult,
     JointFitted,
@@ -22,7 +23,6 @@ from stemcal.stages.invert.result import (
 from stemcal.text import calibration
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
-from stemcal.text.results import remarks_of, shown_remarks
 
 LABELLED = Names(labels={"yield_stress": "Yield stress"})
 ANGLE = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
@@ -71,7 +71,7 @@ def test_what_the_curves_tell_of_the_machine() -> None:
 
 
 def said(stage: InvertResult) -> dict[str, str]:
-    return {remark.kind: remark.sentence for remark in remarks_of(stage)}
+    return {note.kind: note.text for note in calibration.of_invert(stage)}
 
 
 def test_the_outcome_of_one_force(results: Any) -> None:
@@ -152,7 +152,7 @@ def test_formulas_weigh_by_who_predicts_better(
     joint: InvertResult, null: NullModel, left_out: float | None, weight: Weight, judged: str
 ) -> None:
     stage = replace(joint, joint=replace(JOINT, null=null, max_abs_left_out_error_percent=left_out))
-    (found,) = (remark for remark in remarks_of(stage) if remark.kind == "without_mechanics")
+    (found,) = (one for one in calibration.remarks(stage, Names()) if one.kind == "without_mechanics")
     assert found.weight is weight and found.sentence.endswith(judged)
 
 
@@ -187,7 +187,7 @@ def test_a_score_that_is_fitted_is_told_by_how_far_the_surface_is_from_it(joint:
 
 
 def test_intervals_are_withheld_where_nothing_is_calibrated(results: Any) -> None:
-    kinds = {remark.kind for remark in shown_remarks(results.inversion, holds=False)}
+    kinds = {note.kind for note in shown_notes(results.inversion, holds=False)}
     assert calibration.KNOWN not in kinds and {"withheld", "one_of_many"} <= kinds
 
 
