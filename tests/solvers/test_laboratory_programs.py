@@ -142,7 +142,7 @@ def test_a_result_of_an_earlier_run_is_not_put_beside_the_program(tmp_path: Path
 
 def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None:
     wrong = (
-        TESTS.replace("force: {{kind", "stiffness: {{kind")
+        TESTS.replace("force: {{file", "stiffness: {{file")
         .replace("torsion.in]", "torsion.in]\n      replicates: 3")
         .replace("files: [torsion.py]", "files: [torsion.py, missing.py]")
         .replace("kind: other\n", "kind: other\n    stroke: 1 mm\n")
