@@ -169,5 +169,5 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
     )
     with pytest.raises(SpecError, match=r"tests.torsion.kind: only a program"):
         study_in(tmp_path, "\ntests: [{{name: torsion, kind: other, stroke: 1 mm}}]\n")
-    with pytest.raises(SpecError, match=r":35: tests.torsion.solver.result.slope.file"):
+    with pytest.raises(SpecError, match=r":54:23: tests.torsion.solver.result.slope.file"):
         study_in(tmp_path, TESTS.replace("slope: {{file: out.json", "slope: {{file: 3"))
