@@ -47,7 +47,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     whole, study = study, study_of(stage, study)
     if study is not whole:
         solver = None  # the stage has one of its own
-    dump = _with_contents(whole.model_dump())
+    sections = {"factors", "tests", "responses", "conditions", *stage_called(stage).options}
+    dump = _with_contents(whole.model_dump(include=sections))
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in stage_called(stage).options}
     if study.tests:

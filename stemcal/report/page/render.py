@@ -192,7 +192,7 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     """Return what the first screen shows: measured against simulated, and the stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
-    return [plot for name in names for plot in plots if plot.name == name]
+    return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
 
 
 def run_tables(results: Results, records: Records) -> list[Table]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
+from stemcal.names import MOST_LISTED, Names
 from stemcal.naming import Named
 from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
@@ -67,10 +67,11 @@ def _measured(study: Study) -> Table:
     fitted = [target.condition for target in study.joint_targets or (study.calibration_target,)]
 
     def other(named: Named) -> list[Column]:
-        return [
-            Column(named.name, named.capital, named.written, short, lambda target: target.mean_of(named.name)[0]),
-            Column(f"sd of {named.name}", "SD", named.written, short, lambda target: target.mean_of(named.name)[1]),
-        ]
+        means = Column(named.name, named.capital, named.written, short, lambda target: target.mean_of(named.name)[0])
+        if all(target.mean_of(named.name)[1] is None for target in targets):
+            return [means]
+        sds = Column(f"sd of {named.name}", "SD", named.written, short, lambda target: target.mean_of(named.name)[1])
+        return [means, sds]
 
     unit = naming.response.written
     columns = [
@@ -86,7 +87,8 @@ def _measured(study: Study) -> Table:
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
         foot = [f"Bold: what the parameters are fitted to ({Names(naming).conditions(fitted)})."]
-    title = f"Measured {series(one.long for one in (naming.response, *naming.others))}"
+    responses = [one.long for one in (naming.response, *naming.others)]
+    title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
 
 
