@@ -146,7 +146,7 @@ def shortened(table: Table, validation: ValidateResult, most: int) -> Table:
         return table
     ranked = sorted(
         range(len(table.rows)),
-        key=lambda i: (validation.compared[i].role != "calibration", -abs(validation.compared[i].error_percent or 1e9)),
+        key=lambda i: (validation.compared[i].role != "held_out", -abs(validation.compared[i].error_percent or 1e9)),
     )
     kept = sorted(ranked[: most - 1])
     rows = tuple(table.rows[i] for i in kept)
