@@ -39,7 +39,7 @@ from stemcal.solvers.laboratory_runs import (
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
 from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
-from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
+from stemcal.study.model import DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.lengths import Length
 
 # Of the history, what pictures of a run are made from.
@@ -306,10 +306,8 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
             edge_spread=blade.edge_spread.at(diameter),
         ),
         supports=cutting.Supports(study.supports.clearance, study.supports.fillet_radius),
-        loading=cutting.Loading(study.loading.speed, study.loading.duration, study.loading.gap),
-        contact=Contact(
-            contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, contact.damping
-        ),
+        loading=cutting.Loading(study.loading.speed, study.loading.duration, GAP),
+        contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
     )
 

@@ -25,10 +25,8 @@ factors: [%s]
 solver:
   kind: command
   command: [python, p.py, %s]
-  result: {kind: json, file: out.json, path: y}
-targets:
-  calibrate_at: 8 mm
-  forces: [{diameter: 8 mm, force: 32 N}]
+  result: {file: out.json, path: y}
+targets: [{diameter: 8 mm, force: 32 N}]
 %s
 """
 

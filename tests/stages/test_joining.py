@@ -34,11 +34,9 @@ SPEC = (
     TWO_FACTORS
     + """\
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 7 mm, force: FORCE7 N, sd: 2 N, n: 6}
-    - {diameter: 8 mm, force: FORCE8 N, sd: 2 N, n: 6}
-    - {diameter: 10 mm, force: FORCE10 N, sd: 2 N, n: 6}
+  - {diameter: 7 mm, force: FORCE7 N, sd: 2 N, n: 6}
+  - {diameter: 8 mm, force: FORCE8 N, sd: 2 N, n: 6}
+  - {diameter: 10 mm, force: FORCE10 N, sd: 2 N, n: 6}
 """
 )
 

@@ -30,11 +30,9 @@ from stemcal.study.reading import load_study
 
 TARGETS = """\
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 7 mm, force: SEVEN N}
-    - {diameter: 8 mm, force: EIGHT N}
-    - {diameter: 11 mm, force: ELEVEN N}
+  - {diameter: 7 mm, force: SEVEN N}
+  - {diameter: 8 mm, force: EIGHT N}
+  - {diameter: 11 mm, force: ELEVEN N}
 """
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 2}\n"
 ORDER = ("not_calibrated", "with_reservations", "calibrated")

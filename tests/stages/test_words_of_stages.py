@@ -44,13 +44,11 @@ MOISTURE = 'conditions: [{name: moisture, label: Moisture content, symbol: w, un
 ONE = "targets: [{angle: 32.6 deg, sd: 0.8 deg, n: 5}]\n"
 THREE = """\
 targets:
-  calibrate_at: 12
-  values:
-    - {moisture: 12, angle: 32.6, sd: 0.8, n: 5}
-    - {moisture: 16, angle: 34.9, sd: 0.8, n: 5}
-    - {moisture: 20, angle: 37.8, sd: 0.8, n: 5}
+  - {moisture: 12, angle: 32.6, sd: 0.8, n: 5}
+  - {moisture: 16, angle: 34.9, sd: 0.8, n: 5}
+  - {moisture: 20, angle: 37.8, sd: 0.8, n: 5}
 """
-READER = "{kind: json, file: out.json, path: angle}"
+READER = "{file: out.json, path: angle}"
 
 
 def spec_of(condition: str = "", targets: str = ONE, extra: str = "", further: str = "") -> str:
@@ -120,7 +118,7 @@ CASES = {
     "refined": spec_of(MOISTURE, THREE, "climb: {}\nrefine: {tolerance_percent: 0.01, budget: 3}\n"),
     "joint, refined": spec_of(MOISTURE, THREE, "invert: {conditions: [12, 16]}\nrefine: {budget: 4}\n"),
     "two responses": spec_of(
-        targets="targets: [{angle: 32.6, sd: 0.8, n: 5, density: 702, density_sd: 12}]\n", further=DENSITY
+        targets="targets: [{angle: 32.6, n: 5, density: 702, sd: {angle: 0.8, density: 12}}]\n", further=DENSITY
     ),
 }
 

@@ -77,7 +77,7 @@ def _result(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        tolerance_percent=study.targets.tolerance_percent,
+        tolerance_percent=study.validation.tolerance_percent,
         worst_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         worst_held_out_percent=found.worst_held_out_percent,

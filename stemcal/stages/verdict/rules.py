@@ -1,7 +1,7 @@
 """The rules of the verdict: each looks at the evidence and yields reasons, as notes with a remedy.
 
 A reason of severity ``error`` means not calibrated, one of severity ``warning`` a reservation. The given percentage is
-`targets.tolerance_percent`.
+`validate.tolerance_percent`.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -50,7 +50,7 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.targets.tolerance_percent)
+        return float(self.study.validation.tolerance_percent)
 
     @property
     def is_given(self) -> bool:
