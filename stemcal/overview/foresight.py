@@ -157,7 +157,7 @@ def _short_stroke(study: Study) -> Iterator[Note]:
 
 def lasting(study: Study, travel: float) -> Remedy:
     """Return the remedy that gives the blade a travel (mm)."""
-    seconds = (travel + study.loading.gap) / study.loading.speed
+    seconds = study.loading.duration + (travel - study.loading.stroke) / study.loading.speed
     step = 10.0 ** (floor(log10(seconds)) - 1)
     edit = f"loading: {{duration: {ceil(seconds / step) * step:.6g} s}}"
     return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
