@@ -112,7 +112,7 @@ def test_a_stroke_of_less_than_0_35_diameters_is_warned_of_and_the_advice_is_eno
     """22 mm at 200 mm/min: 0.35 d are 7.7 mm, which take 2.3103 s with the gap."""
     study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml")
     thick = [{"diameter": "22 mm", "force": "1500 N"}]
-    study = study.with_(loading={"speed": "200 mm/min"}, targets={"calibrate_at": "22 mm", "forces": thick})
+    study = study.with_(loading={"speed": "200 mm/min"}, targets=thick, invert={"diameters": ["22 mm"]})
     stroke = next(note for note in beforehand(study) if note.kind == "short_stroke")
     assert stroke.severity == "warning" and stroke.remedy is not None
     assert stroke.remedy.edit == "loading: {duration: 2.4 s}"
