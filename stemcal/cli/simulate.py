@@ -212,7 +212,7 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
         responses = result.responses
     else:
         work = work_until(result.history.travel, result.history.force_filtered, result.peak_travel)
-        responses = {"maximum_force": result.peak_force, "travel": result.peak_travel, "work": work}
+        responses = {"force": result.peak_force, "travel": result.peak_travel, "work": work}
     head = {"test": test, "responses": responses}
     return {**head, **numbers, "warnings": warnings}
 

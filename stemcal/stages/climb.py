@@ -23,6 +23,9 @@ from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
 from stemcal.words import counted
 
+# Of each range, how much the design of the surface covers around the best step.
+_SHARE = 0.5
+
 
 @dataclass(frozen=True)
 class ClimbRow(Spread):
@@ -194,7 +197,7 @@ def _natural(study: Study, name: str, coded: float) -> float:
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
     """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
     factor, reach = study.factor(name), surface_reach(k, surface_options(study))
-    span = options.shrink * factor.half_range
+    span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
 

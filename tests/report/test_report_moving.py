@@ -163,7 +163,7 @@ def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Pat
     with copy:
         for name in ("screen", "rsm", "invert", "validate"):
             shutil.copy(folder.path / f"{name}.json", copy.path)
-        row = next(row for row in folder.read_stage("validate")["rows"] if row["role"] == "calibration")
+        row = next(row for row in folder.read_stage("validate")["rows"] if row["role"] == "fitted")
         record = folder.peek(row["key"])
         curve = {"travel": [0.0, 0.4, 0.8], "force": [0.0, 159.2, 20.0]}
         record["details"] = {"curve": curve, **pictured(*filmed)}

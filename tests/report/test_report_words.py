@@ -42,10 +42,8 @@ ANGLE = "  - {name: angle, label: Angle of repose, symbol: θ, unit: deg}\n"
 BULK = "  - {name: bulk, label: Bulk density, symbol: ρ, unit: kg/m3}\n"
 MOIST = """\
 targets:
-  calibrate_at: 12
-  values:
-    - {moisture: 12, angle: 32.6 deg, sd: 0.8 deg, n: 5, bulk: 745 kg/m3, bulk_sd: 6}
-    - {moisture: 16, angle: 33.0 deg, sd: 0.9 deg, n: 5, bulk: 741 kg/m3, bulk_sd: 6}
+  - {moisture: 12, angle: 32.6 deg, n: 5, bulk: 745 kg/m3, sd: {angle: 0.8 deg, bulk: 6}}
+  - {moisture: 16, angle: 33.0 deg, n: 5, bulk: 741 kg/m3, sd: {angle: 0.9 deg, bulk: 6}}
 climb: {}
 refine: {}
 invert: {diameters: all, responses: all}
@@ -80,7 +78,7 @@ def angle(tmp_path_factory: pytest.TempPathFactory) -> Told:
 @pytest.fixture(scope="module")
 def moist(tmp_path_factory: pytest.TempPathFactory) -> Told:
     """Two responses over moisture, fitted together, with a climb and a refinement."""
-    one = "{kind: json, file: out.json, path: angle}"
+    one = "{file: out.json, path: angle}"
     both = f"{{angle: {one}, bulk: {one.replace('path: angle', 'path: bulk')}}}"
     changes = [
         (ANGLE, ANGLE + BULK + "conditions: [{name: moisture, unit: '%'}]\n"),

@@ -21,10 +21,8 @@ from stemcal.text.names import Names
 
 FORCES = """\
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 8 mm, force: 110 N, sd: 2 N, n: 6}
-    - {diameter: 9 mm, force: 140 N, sd: 2 N, n: 6}
+  - {diameter: 8 mm, force: 110 N, sd: 2 N, n: 6}
+  - {diameter: 9 mm, force: 140 N, sd: 2 N, n: 6}
 rsm: {factors: [yield_stress, failure_strain], centre_points: 2}
 """
 STRAIN = "{name: failure_strain, low: 0.01, high: 0.05"

@@ -12,7 +12,7 @@ from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table
-from stemcal.report.tables.of_responses import runs
+from stemcal.report.tables.of_responses import errors_in_short, runs
 from stemcal.report.tables.stages import visible
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
@@ -219,10 +219,12 @@ def _validation(stage: ValidateResult) -> PaperTable:
     columns[first] = simulated(naming.response, columns[first].name, "simulated")
     others = [one.long for one in (naming.response, *naming.others)]
     responses = ["maximum shear force"] if naming.response == FORCE else others
-    at = [row.condition for row in stage.compared if row.role == "calibration"]
+    at = [row.condition for row in stage.compared if row.role == "fitted"]
     served = Names(naming).conditions(at) if at and naming.condition is not None else f"the {naming.response.long}"
     checks = "check" if len(at) > 1 and naming.condition is not None else "checks"
     note = f"{_ERRORS}; {served} served for calibration and {checks} nothing."
+    if stage.worst_held_out_percent is not None:
+        note = f"{errors_in_short(stage, Names(naming))} {note}"
     caption = f"Comparison of the measured and simulated {series(responses)}."
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 

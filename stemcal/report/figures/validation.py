@@ -87,7 +87,7 @@ def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float]
             lengths = [spread[r.condition] for r in barred]
             axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
         for row in rows:
-            if row.role == "calibration":
+            if row.role == "fitted":
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
         axes.set_xlabel(plain(condition.axis()))
         axes.set_ylabel(plain(response.axis()))

@@ -15,6 +15,7 @@ from stemcal.stages.refine.words import program
 from stemcal.stages.validate.result import ValidateResult
 
 _JOINT = "Fitted together"
+_LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
 
 
 def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
@@ -32,16 +33,30 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
     unit = names.response.written
     columns = [
         *condition(names.naming),
-        Column("role", "Role"),
+        Column("role", "Role", form=lambda role: role.replace("_", " "), words=True),
         Column("measured", "Measured", unit, short),
         simulated(names.response, "Simulated", "simulated"),
         ERROR,
+        *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
     ]
-    largest, mean = fixed(stage.max_abs_error_percent), fixed(stage.mean_abs_error_percent)
-    of = "over all responses" if names.naming.others else "absolute"
-    worst = [f"Largest error {largest} %, mean {mean} % ({of})."] if names.placed else []
+    worst = [errors_in_short(stage, names)] if names.placed else []
     title = f"Measured against simulated {names.response.long}"
     return Table.of(columns, stage.rows, title, (*worst, "Error = 100·(measured − simulated)/measured."))
+
+
+def errors_in_short(stage: ValidateResult, names: Names) -> str:
+    """Return the largest held-out error next to that of a formula, then the largest and the mean of all."""
+    of = "over all responses" if names.naming.others else "absolute"
+    every = f"argest error {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
+    if stage.worst_held_out_percent is None:
+        return f"L{every}"
+    formula = stage.formula
+    beside = (
+        f" (F = a·d^{formula.exponent:.3g} through the fitted forces: {fixed(formula.worst_held_out_percent)} %)"
+        if formula is not None
+        else ""
+    )
+    return f"Largest held-out error {fixed(stage.worst_held_out_percent)} %{beside}; l{every}"
 
 
 def joint_table(joint: JointFitted, names: Names) -> Table:
