@@ -54,7 +54,7 @@ def spoken(stage: StageResult) -> list[RenderableType]:
     names = Names(stage.naming)
     each = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]
     lines = [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
-    return _lines("What the measurements fix", lines)
+    return _lines("Identifiability", lines)
 
 
 def _lines(title: str, lines: Sequence[str]) -> list[RenderableType]:
