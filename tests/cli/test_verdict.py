@@ -46,7 +46,7 @@ def test_the_last_screen_holds_verdict_table_and_path(
     end = lines.index("Calibrated.")
     table = next(number for number, line in enumerate(lines) if line.startswith("Calibrated parameters"))
     assert "Within 10 % at 7, 8 and 10 mm." in " ".join(lines[end + 1 : table]) and "95 % range" in lines[table + 1]
-    assert [line.split()[0] for line in lines[-6:-3]] == ["7", "8", "10"]
+    assert [line.split()[0] for line in lines[-7:-4]] == ["7", "8", "10"]
     assert lines[-1].startswith("Report: ") and lines[-1].endswith("report.html")
     assert len(lines) - end < 24 and max(map(len, lines[end:-1])) <= 80
     found = said.stdout.index("Effects on the maximum force"), said.stdout.index("Identifiability")
