@@ -91,7 +91,7 @@ def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, 
     """Write the files; return what material.json holds."""
     from stemcal.report.records import spec_hash
     from stemcal.solvers.deck.material import curve_text, material_text
-    from stemcal.text.material import curve_lines, material_lines, not_valid
+    from stemcal.stages.refine.element_size import curve_lines, material_lines, not_valid
     from stemcal.version import __version__
 
     if not row.valid:

@@ -32,8 +32,8 @@ def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as
     from stemcal.cli.show import show_stage
     from stemcal.stages.fresh import make
     from stemcal.stages.refine.result import RefineResult
+    from stemcal.stages.refine.words import shortfall
     from stemcal.stages.verdict.rules import verdict_of
-    from stemcal.text.refinement import shortfall
 
     with opened(spec, out, workers, executor, quiet) as work:
         if stage.simulates:

@@ -46,13 +46,14 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
 
     >>> from types import SimpleNamespace as Progress
     >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
-    ...                   last_condition=8.0, preparing=0.0))
-    'Screening: 5/12 runs, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
+    ...                   last_condition=8.0, preparing=0.0, points=14))
+    'Screening: 5/12 runs for 14 design points, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
     title = TITLES.get(progress.stage, progress.stage)
     if progress.preparing != 0.0:
         return f"{title}: {compiling(progress.preparing)}"
-    parts = [f"{title}: {progress.done}/{progress.total} runs"]
+    repeated = f" for {progress.points} design points" if progress.points > progress.total else ""
+    parts = [f"{title}: {progress.done}/{progress.total} runs{repeated}"]
     if progress.cached:
         parts.append(f"{progress.cached} from earlier")
     if progress.failed:

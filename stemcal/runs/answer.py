@@ -7,7 +7,6 @@ says, and once more by the next command.
 
 import logging
 import math
-from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
@@ -30,7 +29,7 @@ WORK = "work"  # where solvers that need files have their run folders
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a stage stands, in rows of its design.
+    """Where a stage stands, in runs: `points` of its design with equal levels and condition are one run.
 
     `preparing` is how many seconds what no row can begin without takes (None: unknown), 0 where nothing is prepared.
     """
@@ -43,6 +42,7 @@ class Progress:
     last_response: float | None
     last_condition: float | None = None
     preparing: float | None = 0.0
+    points: int = 0
 
 
 Watch = Callable[[Progress], None]
@@ -92,7 +92,7 @@ def answer_all(
     with closing(_recording(missing, solver, folder, executor, policy)) as answers:
         for key, answer in answers:
             known[key] = judged(answer, policy)
-            tally.add(key, known[key], missing[key])
+            tally.add(known[key], missing[key])
             if not (known[key].ok or policy.keep_going):
                 raise stopped_by(missing[key], known[key])
     if waiting:
@@ -113,20 +113,20 @@ def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> 
 
 
 class _Tally:
-    """Counts the rows that are answered and tells the watcher."""
+    """Counts the runs that are answered and tells the watcher."""
 
     def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
-        self.stage, self.rows, self.watch = stage, Counter(keys), watch
-        self.total, self.warned = len(keys), set[tuple[int, str]]()
-        self.done = self.cached = sum(self.rows[key] for key in known)
-        self.failed = sum(self.rows[key] for key, answer in known.items() if not answer.ok)
+        self.stage, self.points, self.watch = stage, len(keys), watch
+        self.total, self.warned = len(set(keys)), set[tuple[int, str]]()
+        self.done = self.cached = len(known)
+        self.failed = sum(not answer.ok for answer in known.values())
         self.report()
 
-    def add(self, key: str, answer: Answer, request: Request) -> None:
+    def add(self, answer: Answer, request: Request) -> None:
         """Count one more answer."""
-        self.done += self.rows[key]
+        self.done += 1
         if not answer.ok:
-            self.failed += self.rows[key]
+            self.failed += 1
             self._warn(answer, request)
         self.report(answer.response, request.condition)
 
@@ -145,7 +145,8 @@ class _Tally:
     ) -> None:
         """Tell the watcher where the stage stands."""
         counts = (self.done, self.total, self.cached, self.failed)
-        self.watch(Progress(self.stage, *counts, response, None if response is None else condition, preparing))
+        condition = None if response is None else condition
+        self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
 
 
 def _prepare(solver: Solver, tally: _Tally) -> None:

@@ -11,9 +11,7 @@ from typing import Any
 from stemcal.files.typed import absent
 from stemcal.folder.record import key_of
 from stemcal.naming import FIRST
-from stemcal.note import Note as PlainNote
-from stemcal.note import Remedy
-from stemcal.notes import Note, Weight
+from stemcal.note import Note, Remedy
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
@@ -84,22 +82,6 @@ def is_censored(answer: Answer) -> bool:
     return answer.reason == CENSORED or (answer.ok and answer.details.get("stroke_was_enough") is False)
 
 
-class LowerBound(Note, weight=Weight.NUMBERS):
-    """In these rows (from 1) the response is a lower bound: how the stroke ended, as far as the solver tells."""
-
-    rows: tuple[int, ...]
-    stroke_end: str
-
-
-def lower_bounds(answers: Sequence[Answer]) -> list[Note]:
-    """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
-    rows: dict[str, list[int]] = {}
-    for row, answer in enumerate(answers, 1):
-        if is_censored(answer):
-            rows.setdefault(str(answer.details.get("stroke_end", "unknown")), []).append(row)
-    return [LowerBound(tuple(numbers), end) for end, numbers in rows.items()]
-
-
 _STROKE_ENDS = {
     "rising": "the response still rose",
     "regained": "a peak was passed and partly regained",
@@ -107,7 +89,7 @@ _STROKE_ENDS = {
 }
 
 
-def lower_bound_notes(answers: Sequence[Answer]) -> list[PlainNote]:
+def lower_bound_notes(answers: Sequence[Answer]) -> list[Note]:
     """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
     rows: dict[str, list[int]] = {}
     for row, answer in enumerate(answers, 1):
@@ -117,12 +99,12 @@ def lower_bound_notes(answers: Sequence[Answer]) -> list[PlainNote]:
     return [_lower_bound(numbers, ended) for ended, numbers in rows.items()]
 
 
-def _lower_bound(rows: Sequence[int], ended: str) -> PlainNote:
+def _lower_bound(rows: Sequence[int], ended: str) -> Note:
     one = len(rows) == 1
     runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
     remedy = Remedy("Lengthen the stroke (loading.duration), or choose how such runs count (runs.censored).")
     text = f"In {runs} {series(rows)} {ended} when the stroke ended: {bound}."
-    return PlainNote("lower_bound", "warning", text, remedy)
+    return Note("lower_bound", "warning", text, remedy)
 
 
 # ---- what a stage tells of a run

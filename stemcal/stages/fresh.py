@@ -278,9 +278,10 @@ def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
 def _told(result: StageResult, watch: Watch) -> StageResult:
     """Tell the watcher of a stage that is read."""
     outcomes = [outcome for _, outcome in result.runs()]
-    count, failed = len(outcomes), sum(not outcome.ok for outcome in outcomes)
+    distinct = {outcome.keys: outcome.ok for outcome in outcomes}
+    count, failed = len(distinct), sum(not ok for ok in distinct.values())
     if outcomes:
-        watch(Progress(result.name, count, count, count, failed, None))
+        watch(Progress(result.name, count, count, count, failed, None, points=len(outcomes)))
     return result
 
 

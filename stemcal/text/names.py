@@ -8,7 +8,7 @@ from functools import cached_property
 from stemcal import names
 from stemcal.numbers import duration, fixed, in_bytes, signed_probability, significant, tenths
 from stemcal.stages.base import stage_called
-from stemcal.text.language import Writer, all_of, say
+from stemcal.text.language import Writer, all_of
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class Names(names.Names):
     response with its unit (``{x:response +.3g}`` as Python formats it), ``{x:responses}`` an interval of it,
     ``{x:condition}`` a value of the condition, ``{x:conditions}`` several of them, ``p {x:p}`` a p-value with its sign,
     ``{x:fixed 1}`` a number with so many decimals, ``{x:tenths}`` with one or, where that is 0.0, its first digit,
-    ``{x:significant 3}`` with so many digits, ``{x:duration}`` seconds, ``{x:memory}`` bytes, ``{x:program}`` a kind of
-    solver, ``{x:stage}`` a stage by its title.
+    ``{x:significant 3}`` with so many digits, ``{x:duration}`` seconds, ``{x:memory}`` bytes,
+    ``{x:stage}`` a stage by its title.
     """
 
     def say(self, template: str, /, **fields: object) -> str:
@@ -49,16 +49,9 @@ class Names(names.Names):
                 "all": all_of,
                 "duration": duration,
                 "memory": in_bytes,
-                "program": program,
                 "stage": lambda name: stage_called(name).title,
                 "fixed": lambda value, decimals="2": fixed(value, int(decimals)),
                 "tenths": tenths,
                 "significant": lambda value, digits="4": significant(value, int(digits)),
             }
         )
-
-
-def program(kind: str) -> str:
-    """Return what is called by the name of a kind of solver."""
-    known = {"embedded": say("the other model"), "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
-    return known.get(kind, say("the other program"))

@@ -9,7 +9,6 @@ from stemcal.notes import Weight
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.text import runs
 from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import Remark, remark
@@ -23,12 +22,10 @@ _TOPICS = {
     "climb": "stemcal.stages.climb_words",
     "rsm": "stemcal.stages.surface.words",
     "invert": "stemcal.text.calibration",
-    "refine": "stemcal.text.refinement",
-    "validate": "stemcal.text.validation",
+    "refine": "stemcal.stages.refine.words",
+    "validate": "stemcal.stages.validate.words",
 }
 """The module that words a stage: its remarks, what came of it, how sure that is, each from result and names."""
-TOPICS = (runs,)
-"""What gives notes of several stages their sentences."""
 _AGREEING = ("refine", "validate")
 _CLAIMING = ("invert", *_AGREEING)
 

@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.cutting.result import moving_mean
 from stemcal.cutting.stroke import stroke_end
-from stemcal.runs.outcome import LowerBound, judged, lower_bound_notes, lower_bounds
+from stemcal.runs.outcome import judged, lower_bound_notes
 from stemcal.solvers.protocol import Answer
 from stemcal.study.model import RunsOptions
 
@@ -59,8 +59,6 @@ def answer(end: str | None) -> Answer:
 
 def test_only_what_rose_is_said_to_have_risen() -> None:
     answers = [answer("rising"), answer("regained"), answer("rising"), answer(None), Answer("ok", 1.0)]
-    notes = lower_bounds(answers)
-    assert notes == [LowerBound((1, 3), "rising"), LowerBound((2,), "regained"), LowerBound((4,), "unknown")]
     starts = ("In runs 1 and 3 the response still rose", "In run 2 a peak was", "In run 4 the response had not fallen")
     for note, start in zip(lower_bound_notes(answers), starts, strict=True):
         assert note.kind == "lower_bound" and note.text.startswith(start)

@@ -154,3 +154,13 @@ def test_what_determines_no_answer_recomputes_nothing(tmp_path: Path, folder: St
     screen(tmp_path, folder, FakeSolver(witness))
     screen(tmp_path, folder, FakeSolver(witness), "tries: 5, time_limit: 30 s, quorum: 1, keep_going: false")
     assert len(lines(witness)) == 12
+
+
+def test_the_runs_that_are_counted_are_those_that_the_surface_is_fitted_to(tmp_path: Path, folder: StudyFolder) -> None:
+    study, seen = make_study(tmp_path), []
+    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
+    for _ in ("computed", "read"):
+        surface = workflow.fit_surface(study, folder, InlineExecutor(), watch=seen.append, solver=FakeSolver())
+        counted = {(state.done, state.total, state.points) for state in seen[-1:]}
+        assert counted == {(len(surface.runs_diagnostics),) * 2 + (len(surface.design.runs),)}
+    assert len(surface.runs_diagnostics) < len(surface.design.runs)

@@ -23,13 +23,12 @@ from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.material import curve_text
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.refine.element_size import SizedStrains, strains_of, without_lengths
+from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.reading import load_study
 from stemcal.study.types.lengths import Length
-from stemcal.text.material import material_lines, not_valid
 
 ROOT = Path(__file__).parents[2]
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

@@ -127,7 +127,7 @@ def test_the_first_point_is_the_joint_solution_with_its_intervals(tmp_path: Path
         low, high = run["prediction_interval"]
         assert made.inside_interval == (low <= run["response"] <= high)
     outside = [run.condition for run in result.made if not run.inside_interval]
-    assert outside == next((n["conditions"] for n in stage["notes"] if n["kind"] == "first_outside"), [])
+    assert bool(outside) == ("first_outside" in [note["kind"] for note in stage["notes"]])
 
 
 def test_a_failed_run_at_one_diameter_is_stepped_back_from(tmp_path: Path) -> None:

@@ -144,7 +144,8 @@ def test_the_budget_is_kept_and_the_nearest_conditions_come_first(tmp_path: Path
     assert len(stage["runs"]) == 6 == len(started(tmp_path))
     assert [run["condition"] for run in stage["runs"]] == [8.0, 8.0, 8.0, 7.0, 9.0, 10.0]
     assert [row["after"] is None for row in stage["rows"]] == [False, False, False, False, True]
-    assert stage["notes"][-1] == {"kind": "not_run_there", "weight": "use", "conditions": [11.0], "converged": True}
+    note = stage["notes"][-1]
+    assert note["kind"] == "not_run_there" and "at 11 mm" in note["text"] and "budget" in note["remedy"]["text"]
 
 
 def test_a_spent_budget_is_told(tmp_path: Path) -> None:
@@ -160,7 +161,7 @@ def test_within_the_ranges_it_may_be_out_of_reach(tmp_path: Path) -> None:
     stage = refined(tmp_path, adjust="{failure_strain: [0.001, 0.05]}")
     assert stage["stopped"] == "out_of_reach" and stage["parameters"]["failure_strain"] == 0.05
     assert next(row["after"] for row in stage["rows"] if row["condition"] == 8.0) == pytest.approx(100.745, abs=1e-3)
-    assert stage["notes"][0]["kind"] == "not_reached" and stage["notes"][0]["factors"] == ["failure_strain"]
+    assert stage["notes"][0]["kind"] == "not_reached" and "failure_strain" in stage["notes"][0]["text"]
 
 
 def test_the_second_factor_moves_once_the_first_is_at_its_end(tmp_path: Path) -> None:

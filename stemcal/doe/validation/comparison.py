@@ -10,14 +10,9 @@ import numpy as np
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.errors import UsageError
 from stemcal.naming import CUTTING, Naming
-from stemcal.notes import Note, Weight
+from stemcal.note import Note
+from stemcal.numbers import minus
 from stemcal.power_law import PowerLaw, fit_power_law
-
-
-class ErrorTrend(Note, weight=Weight.USE):
-    """The error changes with the stem's diameter along a line that explains most of its variation, percent per mm."""
-
-    slope: float
 
 
 @dataclass(frozen=True)
@@ -105,7 +100,7 @@ def compare_conditions(
         error_slope_percent_per_unit=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=(ErrorTrend(slope),) if slope is not None and _is_trend(done, slope) else (),
+        notes=(_trend(slope),) if slope is not None and _is_trend(done, slope) else (),
     )
 
 
@@ -154,6 +149,12 @@ def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
         return None
     errors = np.array([row.error_percent for row in rows], dtype=float)
     return float(fit_least_squares(np.column_stack([np.ones_like(d), d]), errors).coefficients[1])
+
+
+def _trend(slope: float) -> Note:
+    size = minus(f"{slope:+.1f}")
+    text = f"The error changes by {size} % per mm of diameter, so a constant factor on the force would not remove it."
+    return Note("error_trend", "warning", text)
 
 
 def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:

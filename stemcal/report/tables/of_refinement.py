@@ -5,8 +5,9 @@ from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.refine.words import program
 from stemcal.text.language import say
-from stemcal.text.names import Names, program
+from stemcal.text.names import Names
 from stemcal.text.tables import line
 
 _INSIDE = {True: say("inside"), False: say("outside"), None: ""}

@@ -6,58 +6,12 @@ from typing import ClassVar, Literal
 
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline, key
-from stemcal.notes import Note, Weight
+from stemcal.note import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 
 Stopped = Literal["tolerance", "budget", "settled", "out_of_reach"]
 How = Literal["solution", "surface", "bracket", "back", "path", "elsewhere"]
-
-
-class NotReached(Note, weight=Weight.USE):
-    """The target is not reached: the budget is spent, no step is left, or the factors are at the end of their range.
-
-    `factors` are those that may move in another model, none in the study's own.
-    """
-
-    stopped: Stopped
-    missed_percent: float
-    factors: tuple[str, ...]
-
-
-class FirstOutside(Note, weight=Weight.USE):
-    """At the solution of the surface the simulated response is outside its prediction interval, at these conditions."""
-
-    conditions: tuple[float, ...]
-
-
-class BeyondRange(Note, weight=Weight.USE):
-    """A parameter is outside the study's range of the factor."""
-
-    factor: str
-    value: float
-    low: float
-    high: float
-
-
-class StillRose(Note, weight=Weight.NUMBERS):
-    """In so many runs of another model the response still rose at the end of the stroke."""
-
-    runs: int
-
-
-class NotRunThere(Note, weight=Weight.USE):
-    """The result was not run there at these conditions: the target was not reached, or the budget was spent."""
-
-    conditions: tuple[float, ...]
-    converged: bool
-
-
-class FailedThere(Note, weight=Weight.NUMBERS):
-    """Runs with the result failed at these conditions, the first for this reason."""
-
-    conditions: tuple[float, ...]
-    reason: str
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,14 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
-from stemcal.notes import Note
 from stemcal.runs.answer import ignore
 from stemcal.solvers.protocol import Belonging, Solver
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine import result as found
 from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
+from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
@@ -84,7 +83,7 @@ def _result(
 ) -> RefineResult:
     best, rows = loop.best, list(_rows(loop, means))
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]
-    return RefineResult(
+    result = RefineResult(
         head=head,
         elsewhere=bool(adjusted),
         model=_model(work, loop),
@@ -100,8 +99,8 @@ def _result(
         rows=Rows(rows),
         max_abs_error_percent=max(errors, default=None),
         made=Rows(loop.runs),
-        notes=tuple(_notes(work.study, loop, rows, adjusted)),
     )
+    return replace(result, notes=tuple(notes_of(result, work.study)))
 
 
 def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
@@ -182,33 +181,6 @@ def _scatter(target: Target) -> tuple[float, float] | None:
         return None
     relative = target.sd / target.response
     return (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
-
-
-def _notes(study: Study, loop: Loop, rows: Sequence[RefineRow], adjusted: Sequence[AdjustedFactor]) -> Iterator[Note]:
-    if loop.stopped != "tolerance":
-        factors = tuple(one.factor for one in adjusted)
-        yield found.NotReached(loop.stopped, abs(loop.best.error_percent or 0.0), factors)
-    first = loop.runs[: len(loop.steps.conditions)]
-    if outside := tuple(run.condition for run in first if run.inside_interval is False):
-        yield found.FirstOutside(outside)
-    if adjusted:
-        yield from _notes_there(study, loop, rows, adjusted)
-
-
-def _notes_there(
-    study: Study, loop: Loop, rows: Sequence[RefineRow], adjusted: Sequence[AdjustedFactor]
-) -> Iterator[Note]:
-    for one in adjusted:
-        factor = study.factor(one.factor)
-        if not factor.low <= one.value <= factor.high:
-            yield found.BeyondRange(one.factor, one.value, factor.low, factor.high)
-    if censored := sum(run.outcome.censored for run in loop.runs):
-        yield found.StillRose(censored)
-    after = loop.responses(loop.best.point.levels)
-    if left := tuple(row.condition for row in rows if row.condition not in after):
-        yield found.NotRunThere(left, loop.stopped == "tolerance")
-    if failed := tuple(at for at, outcome in after.items() if not outcome.ok):
-        yield found.FailedThere(failed, after[failed[0]].reason)
 
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:

@@ -10,16 +10,12 @@ from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_per
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
-from stemcal.notes import Note, Weight
+from stemcal.note import Note
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.stages.result import Head, StageResult
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
-
-
-class FromTable(Note, weight=Weight.USE):
-    """The simulated responses are a table's and belong to its levels, not to this calibration."""
 
 
 _COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n")

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.files.rows import Rows
-from stemcal.notes import Note
-from stemcal.runs.outcome import Outcome, lower_bounds
+from stemcal.note import Note
+from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Head
-from stemcal.stages.validate.result import (
-    FromTable,
-    FurtherRow,
-    ValidateResult,
-    ValidateRow,
-)
+from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
+from stemcal.stages.validate.words import notes_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 
@@ -37,8 +34,9 @@ def validate(work: Work, head: Head) -> ValidateResult:
     found = _compared(study, outcomes)
     compared = zip(study.targets.means, found.rows, outcomes, strict=True)
     rows = [_row(study, target, row, outcome) for target, row, outcome in compared]
-    notes = [*found.notes, *_from_table(study, solver), *lower_bounds(answers)]
-    return _result(study, head, parameters, found, rows, notes)
+    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(answers)]
+    result = _result(study, head, parameters, found, rows)
+    return replace(result, notes=(*notes_of(result), *notes))
 
 
 def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
@@ -59,7 +57,6 @@ def _result(
     parameters: dict[str, float],
     found: Validation,
     rows: list[ValidateRow],
-    notes: Sequence[Note],
 ) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
     formula = _formula(found.rows) if study.naming.is_force_on_stems else None
@@ -75,14 +72,15 @@ def _result(
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
         formula_max_abs_error_percent=formula,
-        notes=tuple(notes),
     )
 
 
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
-        yield FromTable()
+        response = study.naming.response.long
+        text = f"The simulated {response} is read from a table, so it may be that of other parameters than these."
+        yield Note("from_table", "warning", text)
 
 
 def _formula(rows: Sequence[ValidationRow]) -> float | None:

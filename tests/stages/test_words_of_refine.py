@@ -1,0 +1,125 @@
+"""What the refinement reports, in the study's own model and in another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from stemcal.files.rows import Rows
+from stemcal.naming import Named, Naming
+from stemcal.report.tables.of_refinement import refine_tables
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.refine.result import (
+    AdjustedFactor,
+    Model,
+    RefineResult,
+    RefineRow,
+    RefineRun,
+    Stopped,
+)
+from stemcal.stages.refine.words import certainty, notes_of, outcome, program, shortfall
+from stemcal.stages.result import Head
+from stemcal.text.names import Names
+
+STEM = Names()
+HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
+RUN = RefineRun(
+    run=1, how="solution", condition=8.0, levels={"strain": 0.035}, predicted=158.5, outcome=Outcome(response=66.7)
+)
+THERE = RefineResult(
+    head=Head(2, "refine", "known"),
+    elsewhere=True,
+    model=Model("openradioss"),
+    condition=8.0,
+    aim=159.2,
+    tolerance_percent=2.0,
+    budget=8,
+    converged=True,
+    stopped="tolerance",
+    error_percent=0.06,
+    parameters={"strain": 0.26},
+    adjusted=Rows([AdjustedFactor("strain", 0.035, 0.26, None, 0.001, 1.0)]),
+    rows=Rows([RefineRow(8.0, "force", 159.2, 66.7, 159.1, 0.06)]),
+    max_abs_error_percent=0.06,
+    made=Rows([RUN, replace(RUN, run=2, how="path", levels={"strain": 0.26}, outcome=Outcome(response=159.1))]),
+)
+HERE = replace(THERE, elsewhere=False, model=Model("embedded"), adjusted=Rows(), error_percent=-0.13)
+
+
+@pytest.fixture
+def study() -> Any:
+    return SimpleNamespace(factor=lambda _name: SimpleNamespace(low=0.01, high=0.05))
+
+
+def test_the_outcome_there() -> None:
+    assert outcome(THERE, STEM) == [
+        "For OpenRadioss: strain 0.2600. These give 159.1 N, the calibrated values give 66.7 N; the target is 159.2 N."
+    ]
+    same = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], value=0.035)]))
+    assert outcome(same, STEM) == ["In OpenRadioss the calibrated parameters give 159.1 N; the target is 159.2 N."]
+    assert certainty(THERE, STEM) == ["In OpenRadioss the largest error is 0.1 % (8 mm)."]
+    assert certainty(HERE, STEM) == []
+
+
+def test_the_outcome_here_counts_the_runs() -> None:
+    assert outcome(HERE, STEM) == ["2 runs corrected the solution: the error is 0.13 %, within the tolerance of 2 %."]
+    first = replace(HERE, made=Rows(HERE.made[:1]), converged=False, error_percent=6.2)
+    assert outcome(first, STEM) == ["1 run at the solution: the error is 6.20 %, not within the tolerance of 2 %."]
+    assert shortfall(first) == "refine: 6.20 % from the target after 1 run"
+
+
+def test_the_tables_state_what_they_refer_to() -> None:
+    parameters, responses, runs = refine_tables(THERE, STEM)
+    assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
+    known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
+    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % range: by the scatter")
+    assert responses.foot == (
+        "The best point is within 2 %, after 2 of 8 runs.",
+        "Error = 100·(measured − after)/measured.",
+    )
+    assert [row[1] for row in runs.cells] == ["solution", "path"]
+    after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
+    assert after_a_joint_fit[:2] == (
+        "The best point is not within 2 %, after 2 of 8 runs.",
+        "After a joint fit the target is what the study's own model gives: 150 N.",
+    )
+    assert len(refine_tables(HERE, STEM)) == 2
+
+
+def test_programs_by_their_names() -> None:
+    names = [program(kind) for kind in ("embedded", "lsdyna", "openradioss", "command", "manual")]
+    assert names == ["the other model", "LS-DYNA", "OpenRadioss", "the other program", "the other program"]
+
+
+def kinds(result: RefineResult, known: Any) -> dict[str, str]:
+    return {note.kind: str(note) for note in notes_of(result, known)}
+
+
+def test_notes(study: Any) -> None:
+    """The study's range of the strain is 0.01 to 0.05."""
+    assert "0.01 to 0.05" in kinds(THERE, study)["beyond_range"]
+    assert list(kinds(HERE, study)) == ["found_by_simulation"]
+    elsewhere = replace(
+        THERE, rows=Rows([*THERE.rows, *(RefineRow(d, "force", 200.0, None, None, None) for d in (10, 11))])
+    )
+    assert "10 and 11 mm" in kinds(elsewhere, study)["not_run_there"]
+    assert "not reached" in kinds(replace(elsewhere, converged=False), study)["not_run_there"]
+    rose = replace(THERE, made=Rows([replace(run, outcome=replace(run.outcome, censored=True)) for run in THERE.made]))
+    assert "In 2 runs" in kinds(rose, study)["still_rose"]
+    late = Outcome(response=None, status="failed", reason="timeout")
+    failed = replace(THERE, made=Rows([THERE.made[0], replace(THERE.made[1], outcome=late)]))
+    assert "at 8 mm (timeout)" in kinds(failed, study)["failed_there"]
+    outside = replace(HERE, made=Rows([replace(RUN, prediction_interval=(150.0, 160.0))]))
+    assert "(8 mm)" in kinds(outside, study)["first_outside"]
+
+
+@pytest.mark.parametrize("stopped", ["budget", "settled", "out_of_reach"])
+def test_where_it_ended(stopped: Stopped, study: Any) -> None:
+    far = {"stopped": stopped, "converged": False, "error_percent": 36.7}
+    there = kinds(replace(THERE, **far), study)["not_reached"]
+    assert "36.7" in there and "strain" in there
+    if stopped != "out_of_reach":
+        assert "36.70 %" in kinds(replace(HERE, **far), study)["not_reached"]

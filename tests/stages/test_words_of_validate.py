@@ -1,0 +1,91 @@
+"""What a validation says, on the paper's own forces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from stemcal.files.rows import Rows
+from stemcal.names import Names
+from stemcal.naming import Named, Naming
+from stemcal.note import Note
+from stemcal.stages.invert.certainty import Measured
+from stemcal.stages.validate.result import FurtherRow, ValidateResult
+from stemcal.stages.validate.words import certainty, notes_of, outcome
+
+ANGLE = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
+
+
+def notes(stage: ValidateResult, naming: Naming | None = None) -> dict[str, Note]:
+    stage = stage if naming is None else replace(stage, head=replace(stage.head, naming=naming))
+    return {note.kind: note for note in notes_of(stage)}
+
+
+def rows_with(stage: ValidateResult, **facts: Any) -> ValidateResult:
+    """Return it with other facts of every comparison."""
+    rows = [replace(row, compared=replace(row.compared, **facts)) for row in stage.rows]
+    return replace(stage, rows=type(stage.rows)(rows))
+
+
+def test_outcome_and_certainty(results: Any) -> None:
+    """Table 13: at most 7.83 %, 6.72 % on average; d^2.5 through 8 mm is 7.3 % off at most."""
+    (size,) = outcome(results.validation, Names())
+    assert "5 values" in size and "7.8 %" in size and "6.7 %" in size
+    checked, formula, table = certainty(results.validation, Names())
+    assert checked.startswith("At 7, 9, 10 and 11 mm") and "7.8 %; 4 of 4 are within 10 %" in checked
+    assert "d^2.5 through 8 mm" in formula and "7.3 %" in formula and "only within 7.8 %" in formula
+    assert table in [note.text for note in results.validation.notes if note.kind == "from_table"]
+    assert "1 of 4 are within 6 %" in certainty(replace(results.validation, tolerance_percent=6.0), Names())[0]
+
+
+def test_a_small_error_is_not_zero(results: Any) -> None:
+    """As of a study whose solution is known."""
+    small = replace(results.validation, max_abs_error_percent=0.0123, mean_abs_error_percent=0.0068)
+    assert "at most 0.01 %, 0.007 % on average" in outcome(small, Names())[0]
+    one = rows_with(replace(small, rows=small.rows[:1]), error_percent=-0.0123)
+    assert "0.01 % (angle of repose)" in outcome(one, Names(ANGLE))[0]
+
+
+def test_a_single_condition_and_none(results: Any) -> None:
+    one = replace(results.validation, rows=results.validation.rows[:1], formula_max_abs_error_percent=None, notes=())
+    (checked,) = certainty(one, Names())
+    assert checked.startswith("At 7 mm") and "7.8 %: it agrees within 10 %" in checked
+    (fitted,) = certainty(rows_with(one, role="calibration"), Names())
+    assert "nothing checks" in fitted
+    failed = rows_with(replace(one, max_abs_error_percent=None), simulated=None, error_percent=None)
+    assert "No run" in outcome(failed, Names())[0]
+
+
+def test_notes_of_the_published_forces(results: Any) -> None:
+    assert {note.kind: note.severity for note in results.validation.notes} == {
+        "fitted": "info",
+        "growth": "info",
+        "beside_formula": "warning",
+        "error_trend": "warning",
+        "from_table": "warning",
+    }
+    found = notes(results.validation)
+    assert "at 8 mm" in found["fitted"].text
+    assert "d^2.59" in found["growth"].text and "d^2.20" in found["growth"].text
+
+
+def test_a_machines_travel_is_compared_with_the_simulated(results: Any) -> None:
+    """3 to 5 mm at the machine, 0.7 mm in the model."""
+
+    def with_travel(*measured: float) -> ValidateResult:
+        pairs = [FurtherRow.of(Measured(8.0, "travel", value), 0.7) for value in measured]
+        rows = [replace(row, further=Rows([pair])) for row, pair in zip(results.validation.rows, pairs, strict=False)]
+        return replace(results.validation, rows=Rows(rows))
+
+    found = notes(with_travel(3.0, 5.0))["travel_apart"]
+    assert found.severity == "caution" and "at 3.00 to 5.00 mm" in found.text and "0.700 mm" in found.text
+    assert "travel_apart" not in notes(with_travel(0.75, 0.9)) | notes(results.validation)
+
+
+def test_failed_runs_are_named_by_their_condition(results: Any) -> None:
+    failed = rows_with(results.validation, simulated=None)
+    assert notes(failed)["failed"].severity == "warning"
+    assert "maximum force at 7, 8, 9, 10 and 11 mm" in notes(failed)["failed"].text
+    moist = replace(ANGLE, condition=Named("moisture", "Moisture", "w", "%"))
+    assert "angle of repose at moisture 7, 8, 9, 10 and 11 %" in notes(failed, moist)["failed"].text
+    assert "angle of repose: the run" in notes(failed, ANGLE)["failed"].text
