@@ -88,7 +88,6 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.stages import joint_tables, tables_of
     from stemcal.report.tables.terminal import spoken
-    from stemcal.text.calibration import KNOWN
     from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
     found = results.inversion
@@ -100,7 +99,6 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
         say_tables(*(table for table in tables_of(results.refined_there) if not table.detail))
     warnings = [] if verdict.has("physics") else warned(run_warnings(read_records(results, folder)))
     said = read_first([*warnings, *said_by_all(results, verdict.holds)])
-    said = [(title, remark) for title, remark in said if remark.kind != KNOWN]
     if quiet:
         return
     for title, remark in said[:MOST]:

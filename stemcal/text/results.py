@@ -21,7 +21,7 @@ _TOPICS = {
     "screen": "stemcal.stages.screen_words",
     "climb": "stemcal.stages.climb_words",
     "rsm": "stemcal.stages.surface.words",
-    "invert": "stemcal.text.calibration",
+    "invert": "stemcal.stages.invert.words",
     "refine": "stemcal.stages.refine.words",
     "validate": "stemcal.stages.validate.words",
 }

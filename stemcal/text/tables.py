@@ -33,9 +33,8 @@ LINES = {
     "intervals of the response": "95 % interval of the mean {response} {mean:responses}, of one simulated {response} "
     "{one:responses}.",
     "joint": "Fitted together",
-    "joint errors": "Largest error {error:fixed} %, left out {left_out:fixed} %; no parameters in the region do better "
-    "than {best:fixed} %.",
-    "fitted errors": "Largest error {error:fixed} %; no parameters in the region do better than {best:fixed} %.",
+    "joint errors": "Largest error {error:fixed} %, left out {left_out:fixed} %.",
+    "fitted errors": "Largest error {error:fixed} %.",
     "left out": "Left out: predicted from a fit to the others.",
     "test left out": "Left out: predicted from a fit to the other tests. Others allow: where these put the mean, with "
     "95 %.",

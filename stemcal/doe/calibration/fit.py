@@ -1,14 +1,15 @@
 """One fit: the parameters at which surfaces predict what was measured, and how far these may be off.
 
-Every measured mean is an observation, ȳ = ŷ(x) + errors: of its specimens, of its surface, of the testing machine, which
-moves several means together. A prior is one more observation, of variance 1: z = (v − μ)/σ of the value v, or of a
-lognormal one z = (ln v − m)/s with s² = ln(1 + (sd/mean)²), m = ln(mean) − s²/2. The covariance V of the errors is not
-known; `scatter` draws it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
+Every measured mean is an observation, ȳ = ŷ(x) + errors: of its specimens, of its surface, of the testing machine,
+which moves several means together. A prior is one more observation, of variance 1: z = (v − μ)/σ of the value v, or
+of a lognormal one z = (ln v − m)/s with s² = ln(1 + (sd/mean)²), m = ln(mean) − s²/2. The covariance V of the errors
+is not known; `scatter` draws it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
 
     L(x) = mean of |V|^(−1/2) exp(−rᵀV⁻¹r/2)
 
 which for one mean of n specimens is Student's t, and for a known standard deviation the normal density. Draws count by
-their evidence, the integral of this over x on the tangents at the solution. Their mean precision W = E[V⁻¹] gives
+their evidence, the integral of this over x on the tangents at the solution, unless the data contradict all of them.
+Their mean precision W = E[V⁻¹] gives
 
     solution     the least D(x) = rᵀWr, of one force the points where it is 0
     interval     of factor j: all v with min D(x: xⱼ = v) − min D ≤ c, a profile likelihood
@@ -25,9 +26,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stemcal.doe.calibration.region import Objective, Region, optimise
 from stemcal.doe.calibration.scatter import FINEST, Contrasts, Uniforms, chi_squared, variances
@@ -38,6 +40,7 @@ from stemcal.errors import UsageError
 from stemcal.naming import FIRST
 
 Scatter = Literal["measured", "pooled", "misfit", "surface"]
+LEVEL = 0.05
 _CLOUD, _SETTLED = 11, 3
 _NOTHING = 1e-9  # of the largest certainty of a direction: below it nothing is known along it
 _WIDEST = 1.0  # relative scatter above which a laboratory measures nothing
@@ -104,8 +107,13 @@ class Errors:
     """Draws of the errors: `laboratory` (draws, m, m), and those of the surfaces of each kind with their contrasts."""
 
     laboratory: Array
-    surfaces: tuple[tuple[Array, Contrasts, Array, Array, Array], ...]
+    surfaces: tuple[tuple[NDArray[np.intp], Contrasts, Array, Array, Array], ...]
     scatter: Scatter
+
+    @property
+    def surface_error_known(self) -> bool:
+        """Whether the surfaces of every kind have residual degrees of freedom, or were shown exact by none."""
+        return all(told.df > 0 for _, told, *_ in self.surfaces)
 
     def at(self, x: Array) -> Array:
         """Return draws of V at a point, (draws, m, m)."""
@@ -142,15 +150,17 @@ def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
             relative[:, mine] = variances(cv2[mine], df[mine], uniform) / n[mine]
     laboratory = np.zeros((uniform.draws, m, m))
     laboratory[:, np.arange(m), np.arange(m)] = relative * measured**2
-    for group in dict.fromkeys(o.specimens for o in observations if o.specimens):
+    groups = list(dict.fromkeys(o.specimens for o in observations if o.specimens))
+    for group in groups:
         mine = np.flatnonzero([o.specimens == group for o in observations])
-        laboratory[:, mine[:, None], mine] = _of_specimens([observations[i] for i in mine], uniform)
+        factors = len(observations[0].surface.names) / len(groups)
+        laboratory[:, mine[:, None], mine] = _of_specimens([observations[i] for i in mine.tolist()], factors, uniform)
     for u in loadings(observations).values():
         laboratory += np.outer(u, u)
     surfaces = []
     for kind in dict.fromkeys(kinds.tolist()):
         mine = np.flatnonzero(kinds == kind)
-        told = Contrasts.of([observations[i].surface for i in mine])
+        told = Contrasts.of([observations[i].surface for i in mine.tolist()])
         chance = told.by_chance(uniform)
         surfaces.append((mine, told, *told.missed(chance, uniform), chance))
     return Errors(laboratory, tuple(surfaces), scatter)
@@ -162,20 +172,22 @@ def loadings(observations: Sequence[Observation]) -> dict[str, Array]:
     return {name: np.array([o.systematic.get(name, 0.0) for o in observations]) for name in names}
 
 
-def _of_specimens(observations: Sequence[Observation], uniform: Uniforms) -> Array:
+def _of_specimens(observations: Sequence[Observation], factors: float, uniform: Uniforms) -> Array:
     """Return draws of the covariance matrix of the means of p responses of the same n specimens, (draws, p, p).
 
-    Σ⁻¹ has the Wishart distribution of n − 1 degrees of freedom about S⁻¹, so that the means have Student's t of n − p.
-    By M. S. Bartlett (Proc. R. Soc. Edinb. 53 (1933) 260) it is S^(−1/2) A Aᵀ S^(−1/2), A lower triangular.
+    Σ⁻¹ has a Wishart distribution about S⁻¹ of n − 2 − p + 2k degrees of freedom, k ≤ p the factors that the means
+    determine: then their intervals are those of C. R. Rao, Proc. Fifth Berkeley Symp. 1 (1967) 355, with Student's t of
+    n − 1 − p + k. By M. S. Bartlett (Proc. R. Soc. Edinb. 53 (1933) 260) it is S^(−1/2) A Aᵀ S^(−1/2), A triangular.
     """
     from scipy.special import ndtri
 
     p, n = len(observations), min(o.n or 1 for o in observations)
     if n <= p:
         raise UsageError(f"joint fit: {n} specimens do not tell how {p} responses vary together; {p + 1} do")
+    df = max(n - 2.0 - p + 2.0 * min(factors, p), float(p))
     a = np.zeros((uniform.draws, p, p))
     for i in range(p):
-        a[:, i, i] = np.sqrt(chi_squared(uniform(), n - 1.0 - i))
+        a[:, i, i] = np.sqrt(chi_squared(uniform(), df - i))
         for j in range(i):
             a[:, i, j] = ndtri(uniform())
     root = np.array([max(o.sd or 0.0, FINEST * o.measured) for o in observations]) * ((n - 1.0) / n) ** 0.5
@@ -261,12 +273,23 @@ class Fit:
         """D, brought to order one, as something to make small."""
         scale = max(float(np.median(self.many(self.region.cloud(9)))), 1e-300)
         return Objective(
-            lambda x: self.value(x) / scale, lambda x: self.gradient(x) / scale, lambda points: self.many(points) / scale
+            lambda x: self.value(x) / scale,
+            lambda x: self.gradient(x) / scale,
+            lambda points: self.many(points) / scale,
         )
 
     def rise(self, x: Array) -> float:
-        """Return how far D is above its least, by the error of the surfaces at x."""
-        return max(self.value(x) - self.least, 0.0) / self.looseness(x)
+        """Return how far D is above its least, that of the observations by the error of the surfaces at x."""
+        here, best = self.gaps(x[None])[0], self.gaps(self.best[None])[0]
+        m = len(self.observations)
+        of_data, of_priors = (
+            float(
+                here[part] @ self.precision[part, part] @ here[part]
+                - best[part] @ self.precision[part, part] @ best[part]
+            )
+            for part in (slice(m), slice(m, None))
+        )
+        return max(of_data / self.looseness(x) + of_priors, 0.0)
 
     def looseness(self, x: Array) -> float:
         """Return the variance of the observations at x over that at the solution, their mean: at least 0.1."""
@@ -316,6 +339,16 @@ class Fit:
         if self.df < 1:
             return None
         return float(np.mean(chdtrc(self.df, self.tangents.misfits)))
+
+    @property
+    def evidence(self) -> Array:
+        """Weights of the draws by the gaps; equal where these contradict them: a wrong model is no sign of scatter."""
+        from scipy.special import chdtrc
+
+        p = float(np.mean(chdtrc(max(self.df, 1), self.tangents.misfits)))
+        if self.errors.scatter == "misfit" or p >= LEVEL:
+            return self.tangents.evidence
+        return np.full(len(self.draws), 1.0 / len(self.draws))
 
     def _p_of_priors(self) -> float:
         """Return the probability of the rise by the priors, where the data alone tell the scatter."""
@@ -392,7 +425,7 @@ class Tangents:
         step = np.einsum("sde,se->sd", covariance, b)
         d = np.einsum("a,sab,b->s", self.gaps, inverse, self.gaps) - (step * b).sum(axis=1)
         logs = np.linalg.slogdet(self.draws)[1] + np.linalg.slogdet(info)[1]
-        return covariance, step, d, -0.5 * (logs + d)
+        return np.asarray(covariance), np.asarray(step), np.asarray(d), np.asarray(-0.5 * (logs + d))
 
     @property
     def evidence(self) -> Array:
@@ -435,7 +468,7 @@ class Tangents:
         most = 2.0 * typical
         while outside(most) < 0.0:
             most *= 2.0
-        return (float(brentq(outside, 0.0, most)) / typical) ** 2
+        return float((brentq(outside, 0.0, most) / typical) ** 2)
 
 
 def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Prior] = ()) -> Fit:
@@ -450,18 +483,15 @@ def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Pr
         raise UsageError("joint fit: needs one or more surfaces, all over the same factors in the same order")
     errors = errors_of(observations, len(observations) - region.k)
     m, q = len(observations), len(priors)
-    cloud, x = region.cloud(_CLOUD), region.middle
-    weights: Array | None = None
-    found: Any = None
+    seeds, found = region.cloud(_CLOUD), None
     for _ in range(_SETTLED):
+        x = region.middle if found is None else found.best
         draws = np.zeros((len(errors.laboratory), m + q, m + q))
         draws[:, :m, :m], draws[:, m:, m:] = errors.at(x), np.eye(q)
-        if weights is None:
-            weights = np.full(len(draws), 1.0 / len(draws))
+        weights = np.full(len(draws), 1.0 / len(draws)) if found is None else found.evidence
         precision = np.tensordot(weights, np.linalg.inv(draws), axes=1)
         found = Fit(tuple(observations), tuple(priors), region, errors, draws, weights, precision, x)
-        x = optimise(found.objective, cloud, region)[0]
-        found = replace(found, best=x)
-        weights = found.tangents.evidence
-    final: Fit = found
-    return final
+        found = replace(found, best=optimise(found.objective, seeds, region)[0])
+        seeds = found.best[None]
+    assert found is not None
+    return found

@@ -1,7 +1,7 @@
 """What a fit leaves possible: intervals of the factors, directions that nothing fixes, and observations at odds.
 
-The profile of factor j is the least rise of D over the other factors with xⱼ = v; its 95 % interval has all v whose rise
-is at most `Tangents.allowed`. An end at the edge of the region is an end of the region, not of what the data allow.
+The profile of factor j is the least rise of D over the other factors with xⱼ = v; its 95 % interval has all v whose
+rise is at most `Tangents.allowed`. An end at the edge of the region is the region's, not what the data allow.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.fit import Fit
+from stemcal.doe.calibration.fit import LEVEL, Fit
 from stemcal.doe.calibration.region import (
     Objective,
     Region,
@@ -24,7 +24,7 @@ from stemcal.doe.calibration.region import (
 )
 from stemcal.doe.regression.least_squares import Array
 
-GRID, FREE, LEVEL = 25, 0.5, 0.05
+GRID, FREE = 25, 0.5
 """`FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
@@ -124,7 +124,7 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 
 
 def unseen_directions(fit: Fit) -> Array:
-    """Return unit vectors (coded) along which nothing changes at the solution, to first order; (directions, factors)."""
+    """Return unit vectors (coded) along which nothing changes, to first order; (directions, factors)."""
     return _in_errors(fit, unseen=True)
 
 
@@ -161,22 +161,28 @@ def flat_directions(fit: Fit) -> Array:
     return np.asarray(vectors.T[np.maximum(certainty, 0.0) * (_FLAT * length) ** 2 <= 4.0 * allowed])
 
 
-def settled(fit: Fit) -> tuple[Fit, Array]:
+def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
     """Return the fit with its solution, and the directions that it leaves flat.
 
     In a flat valley the solution is the point nearest to the centre among those that the data cannot tell from the
-    least misfit, moved across the flat directions to the floor of the valley: its least misfit is an accident.
+    least misfit, moved across the flat directions to the floor of the valley: the least misfit is an accident there.
+    `within` is a part of the region that the solution is sought in.
     """
+    region = within or fit.region
+    if within is not None:
+        fit = replace(fit, best=optimise(fit.objective, within.cloud(_CLOUD), within)[0])
     flat = flat_directions(fit)
     if not len(flat):
         return fit, flat
-    known, distance, cloud = _scattered(fit), squared_distance(), fit.region.cloud(_CLOUD)
+    known, distance, cloud = _scattered(fit), squared_distance(), region.cloud(_CLOUD)
     most = known.least + max(fit.tangents.allowed(v) for v in flat)
     held = cloud[known.many(cloud) <= most]
     starts = [fit.best, *held[np.argsort(distance.many(held), kind="stable")[:_SEEDS]]]
-    nearest = min((least_under(distance, x, fit.region, below(known, most)) for x in starts), key=distance.value)
+    nearest = min((least_under(distance, x, region, below(known, most)) for x in starts), key=distance.value)
     along = {"type": "eq", "fun": lambda z: flat @ (z - nearest), "jac": lambda z: flat}
-    return replace(fit, best=least_under(known.objective, nearest, fit.region, along)), flat
+    floor = replace(fit, best=least_under(known.objective, nearest, region, along))
+    there = flat_directions(floor)  # the valley may be bent
+    return floor, there if len(there) == len(flat) else flat
 
 
 def _scattered(fit: Fit) -> Fit:
@@ -188,7 +194,7 @@ def _scattered(fit: Fit) -> Fit:
 
 
 def presses_outwards(fit: Fit) -> bool:
-    """Tell whether the data ask for a point beyond the region: one twice as wide has less misfit, by more than chance."""
+    """Tell whether a region twice as wide has a point of less misfit, by more than chance."""
     region = fit.region
     low, high = region.bounds()
     more, radius = 0.5 * (high - low), None if region.radius is None else 2.0 * region.radius
@@ -278,7 +284,9 @@ def left_out(fit: Fit, groups: Sequence[object]) -> tuple[list[float], list[tupl
         errors[members] = fit.errors_percent(others.best)[members]
         for i in members:
             middle = float(fit.predict(others.best)[0, i])
-            own = (others.tangents.allowed(fit.slopes(others.best)[i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))) ** 0.5
+            own = (
+                others.tangents.allowed(fit.slopes(others.best)[i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))
+            ) ** 0.5
             low, high = _allowed(fit, others, i)
             ends[i] = middle - np.hypot(middle - low, own), middle + np.hypot(high - middle, own)
     return errors.tolist(), [(low, high) for low, high in ends.tolist()]

@@ -1,4 +1,4 @@
-"""The region a solution may come from, and searches in it: a coded box, cut by a sphere about the centre if there is one."""
+"""The region a solution may come from, a coded box, cut by a sphere if there is one; and searches in it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -79,15 +79,6 @@ class Region:
         # |anchor + s·way| = radius: a quadratic in s with one root between 0 and 1
         a, b, c = float(way @ way), float(anchor @ way), float(anchor @ anchor) - self.radius**2
         return np.asarray(anchor + (-b + np.sqrt(b * b - a * c)) / a * way)
-
-    def spread(self, log2_points: int) -> Array:
-        """Fill the region evenly, the same way every time (Sobol' sequence)."""
-        from scipy.stats.qmc import Sobol
-
-        low, high = self.bounds()
-        points = low + (high - low) * Sobol(self.k, scramble=False).random_base2(log2_points)
-        inside = points[self.contains(points)]
-        return np.asarray(inside if len(inside) else points)
 
     def cloud(self, log2_points: int) -> Array:
         """Fill the region and its boundary: spread points, corners, axes, drawn in to the sphere."""

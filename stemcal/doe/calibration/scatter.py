@@ -33,7 +33,7 @@ DRAWS = 512
 FINEST, COARSEST = 1e-4, 0.1
 """No response is known better than the first part of itself; a surface is not off by more than the second, unless its
 runs show more."""
-MOST_APART = 0.7
+MOST_APART = 1.0
 _STEPS, _SHAPES = 48, 8
 _COMMON_SHAPE = 1e6  # d₀ of conditions that scatter equally; also degrees of freedom of what is known
 _WIDTH = 6.0  # of the grid of ln τ² to either side

@@ -43,16 +43,16 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     """Return what was measured beside the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others), values)
-    error, best = joint.max_abs_error_percent, joint.best_worst_error_percent
-    left_out, rows = joint.max_abs_left_out_error_percent, from_means(map(to_json, joint.rows), names)
+    error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
+    rows = from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, line("joint"), [line("fitted errors", error=error, best=best), *_scores(names)])
+        return Table.of(columns, rows, line("joint"), [line("fitted errors", error=error), *_scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
-    largest = line("joint errors", error=error, best=best, left_out=left_out)
+    largest = line("joint errors", error=error, left_out=left_out)
     foot = largest, line("test left out" if tests else "left out"), *_scores(names)
     return Table.of(columns, rows, line("joint"), foot)
 

@@ -145,25 +145,21 @@ def _reach(evidence: Evidence) -> Iterator[Note]:
 def _conflict(evidence: Evidence) -> Iterator[Note]:
     found = evidence.results.inversion
     joint = found.joint if found is not None else None
-    if joint is None:
+    if found is None or joint is None:
         return
-    apart = joint.contradiction
-    if joint.best_worst_error_percent <= evidence.equivalent_percent and apart is None:
-        return
-    beyond = joint.best_worst_error_percent > evidence.equivalent_percent or (
-        apart is not None and apart.p < _BEYOND_DOUBT
-    )
-    least = f"No parameters within the ranges bring all errors below {joint.best_worst_error_percent:.0f} %."
-    text = least if apart is None else words.contradiction(apart, evidence.names)
-    yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
+    apart, beyond = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
+    if apart is not None and not found.priors:
+        beyond = beyond or apart.p < _BEYOND_DOUBT
+        text = words.contradiction(apart, joint, evidence.names)
+        yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
-    surface, place = evidence.results.surface, joint.best_worst_solution
-    assert surface is not None
-    coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    if joint.out_of_reach and joint.contradiction is None and _on_edge(evidence, coded):
+    surface = evidence.results.surface
+    assert surface is not None and evidence.results.inversion is not None
+    coded = list(evidence.results.inversion.point.coded.values())
+    if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
     return _fit_fewer(evidence, joint)
 
