@@ -22,7 +22,7 @@ from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).resolve().parent.parent / "configs"
-SPEC = CONFIGS / "wild-chrysanthemum.yaml"
+SPEC = CONFIGS / "wild-chrysanthemum-as-published.yaml"
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,6 @@ MIDDLE, HALF = np.array([15.0, 0.03]), np.array([5.0, 0.02])
 NAMES = ("yield_stress", "failure_strain")
 MATERIAL = "density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,\n"
 SPEC = f"""\
-schema_version: 1
 name: planted
 factors:
   - {{name: yield_stress, unit: MPa, low: 10, high: 20}}
@@ -53,7 +52,6 @@ factors:
 material: {{{MATERIAL}  hardening_parameter: 0.05, strain_rate_c: 90 1/s, strain_rate_p: 8}}
 """
 NINE = """\
-schema_version: 1
 name: planted
 factors:
   - {name: density, unit: kg/m3, low: 1000, high: 1200}
@@ -70,7 +68,7 @@ RSM = "rsm: {factors: [yield_stress, failure_strain], centre_points: 4}\n"
 WIDE = "rsm: {factors: [yield_stress, failure_strain], design: latin-hypercube, runs: 20}\n"
 PROGRAM = """\
 solver: {kind: command, command: [none, "{{yield_stress}}", "{{failure_strain}}"],
-  result: {kind: json, file: out.json, path: force}MORE}
+  result: {file: out.json, path: force}MORE}
 """
 BOTH, ALL = "invert: {responses: [force, travel]}\n", "invert: {diameters: all}\n"
 ALL_BOTH = "invert: {diameters: all, responses: [force, travel]}\n"
@@ -161,9 +159,10 @@ class Plant:
             true = np.array(self.law.of(*self.truth, diameter)) * (1.0, 1.0 + self.travel_off)
             measured = true * (1.0 + self.scatter * self.random.standard_normal((8, 2)))
             (force, way), (sd, way_sd) = measured.mean(axis=0), measured.std(axis=0, ddof=1)
-            more = f", travel: {way:.6f} mm, travel_sd: {way_sd:.6f} mm" if travel else ""
-            lines.append(f"    - {{diameter: {diameter:g} mm, force: {force:.5f} N, sd: {sd:.5f} N, n: 8{more}}}")
-        return "targets:\n  calibrate_at: 8 mm\n  forces:\n" + "\n".join(lines) + "\n"
+            both = f", travel: {way:.6f} mm, sd: {{force: {sd:.5f} N, travel: {way_sd:.6f} mm}}"
+            more = both if travel else f", sd: {sd:.5f} N"
+            lines.append(f"    - {{diameter: {diameter:g} mm, force: {force:.5f} N, n: 8{more}}}")
+        return "targets:\n" + "\n".join(lines) + "\n"
 
     def off(self, found: Results | None) -> float:
         """Return how far the parameters are from the truth, in half ranges; infinite where there are none."""

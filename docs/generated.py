@@ -122,7 +122,7 @@ def _default(node: Mapping[str, Any]) -> str:
 
 def glossary() -> str:
     """Return the terms that `stemcal explain` knows."""
-    from stemcal.text.glossary import GLOSSARY
+    from stemcal.cli.explain import GLOSSARY
 
     rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(GLOSSARY, key=lambda e: e.term.lower())]
     return "\n\n".join(

@@ -11,6 +11,9 @@ from stemcal.naming import CUTTING, DIAMETER, Named, Naming
 from stemcal.numbers import interval, minus, short
 from stemcal.words import series
 
+MOST_LISTED = 12
+"""Up to so many values of the condition are listed in a sentence, more are counted."""
+
 
 @dataclass(frozen=True)
 class Names:
@@ -74,12 +77,15 @@ class Names:
         return f"{interval(ends)}{self.response.unit_suffix}"
 
     def conditions(self, values: Iterable[float]) -> str:
-        """List values of the condition; a stem's diameter goes without its name.
+        """List values of the condition, or count many of them; a stem's diameter goes without its name.
 
-        >>> Names().conditions([7.0, 8.0, 11.0])
-        '7, 8 and 11 mm'
+        >>> Names().conditions([7.0, 8.0, 11.0]), Names().conditions(range(1, 501))
+        ('7, 8 and 11 mm', '500 values from 1 to 500 mm')
         """
-        listed = f"{series(short(value) for value in values)}{self.condition.unit_suffix}"
+        values = list(values)
+        many = len(values) > MOST_LISTED
+        listed = f"{len(values)} values from {short(min(values))} to {short(max(values))}" if many else ""
+        listed = f"{listed or series(map(short, values))}{self.condition.unit_suffix}"
         return listed if self.condition == DIAMETER else f"{self.condition.long} {listed}"
 
     @staticmethod

@@ -35,7 +35,7 @@ def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float
 def maximum_not_passed(stroke: float) -> Note:
     """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
     text = (
-        f"The test ended after {stroke:.3g} mm, before its maximum force: maximum_force, travel and work are lower "
+        f"The test ended after {stroke:.3g} mm, before its maximum force: force, travel and work are lower "
         "bounds; slope is not affected."
     )
     return Note("maximum_not_passed", "warning", text, Remedy("Lengthen the stroke of the test."))

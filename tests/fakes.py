@@ -15,7 +15,6 @@ from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 SPEC = """\
-schema_version: 1
 name: known
 factors:
   - {name: density, unit: kg/m3, low: 1000, high: 1200}
@@ -28,11 +27,9 @@ factors:
   - {name: strain_rate_p, low: 4, high: 12}
   - {name: failure_strain, low: 0.01, high: 0.05, expected_sign: "+"}
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 7 mm, force: 84.21875 N}
-    - {diameter: 8 mm, force: 110 N}
-    - {diameter: 10 mm, force: 171.875 N}
+  - {diameter: 7 mm, force: 84.21875 N}
+  - {diameter: 8 mm, force: 110 N}
+  - {diameter: 10 mm, force: 171.875 N}
 """
 
 
@@ -43,7 +40,6 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), s
 
 # Two unknown factors, the rest of the material given: for specs that go on after it.
 TWO_FACTORS = """\
-schema_version: 1
 name: two-factors
 factors:
   - {name: yield_stress, unit: MPa, low: 10, high: 20}

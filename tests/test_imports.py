@@ -55,7 +55,7 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "pyDOE3": ("stemcal.doe",),
     "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.latex"),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.formats"),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),

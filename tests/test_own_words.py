@@ -107,7 +107,7 @@ def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> 
     (row,) = validation.rows
     (bulk,) = row.further
     assert (bulk.measured, bulk.sd, bulk.n) == (741.0, 6.0, 5) and bulk.judged
-    assert validation.max_abs_error_percent == pytest.approx(
+    assert validation.worst_percent == pytest.approx(
         max(abs(row.compared.error_percent or 0.0), abs(bulk.error_percent or 0.0))
     )
 

@@ -85,7 +85,7 @@ def test_screening_finds_the_two_factors_that_act(tmp_path: Path, folder: StudyF
 def test_validation_rows_have_the_papers_sign(tmp_path: Path, folder: StudyFolder) -> None:
     """Measured forces follow d², as the solver does: no error anywhere, 8 mm is the calibration."""
     stage = workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver()).to_json()
-    assert [row["role"] for row in stage["rows"]] == ["validation", "calibration", "validation"]
+    assert [row["role"] for row in stage["rows"]] == ["held_out", "fitted", "held_out"]
     assert [row["error_percent"] for row in stage["rows"]] == pytest.approx([0.0, 0.0, 0.0], abs=1e-5)
     assert all(row["status"] == "ok" for row in stage["rows"])
 

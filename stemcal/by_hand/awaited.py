@@ -56,7 +56,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
             wanted = left
     rows, options = list(wanted.values()), study.solver
     if isinstance(options, SheetSolver) and options.by_chance:
-        rows.sort(key=lambda row: seed_of(row, options.seed))
+        rows.sort(key=lambda row: seed_of(row))
     return rows
 
 
@@ -107,7 +107,7 @@ def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
 
 def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> None:
     solver = make_solver(study)
-    if not isinstance(solver, Sheet) or not (solver.options.templates or solver.options.files):
+    if not isinstance(solver, Sheet) or not solver.options.templates:
         return
     for name, request in _named(study, runs):
         solver.write_inputs(make_folder(folder.path / INPUTS) / name, request)

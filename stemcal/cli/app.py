@@ -17,10 +17,8 @@ from stemcal.cli import (
     export,
     init,
     measure,
-    report,
     run,
     simulate,
-    stages,
     status,
 )
 from stemcal.cli.console import fail
@@ -51,8 +49,8 @@ app = typer.Typer(
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each resumes where it stopped)": (
-        *(run.run, *(stages.command_of(stage) for stage in STAGES)),
-        *(by_hand.enter, report.report),
+        *(run.run, *(run.command_of(stage) for stage in STAGES)),
+        *(by_hand.enter, run.report),
     ),
     AROUND: (init.init, check.check, simulate.simulate),
     "The study folder": (status.status,),

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 import sys
 import time
+from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from rich.console import RenderableType
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+from rich.text import Text
 
-    from stemcal.cli.terminal import Terminal
+from stemcal.files.showing import visible
+
+if TYPE_CHECKING:
     from stemcal.files.rows import Table
 
 
 def stdout() -> Terminal:
     """Return a console for data."""
-    from stemcal.cli.terminal import Terminal
-
     return Terminal(stderr=False)
 
 
 def stderr() -> Terminal:
     """Return a console for progress, notes and errors."""
-    from stemcal.cli.terminal import Terminal
-
     return Terminal(stderr=True)
 
 
@@ -154,7 +155,30 @@ class _Waiting:
 
 
 def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
-    from rich.text import Text
-
     console = stderr()
     console.print(Text.assemble((f"{label}: ", f"bold {colour}"), console.render_str(text)), soft_wrap=whole)
+
+
+# A command or key between grave accents is not broken, so that it can be copied; while lines are broken, a letter that
+# no language uses stands for its blanks.
+_CODE, _BLANK = re.compile(r"`[^`\n]{1,40}`"), "\ue000"
+
+
+class Terminal(Console):
+    """At most 80 columns, text printed as it stands."""
+
+    WIDEST = 80
+
+    def __init__(self, stderr: bool) -> None:
+        super().__init__(stderr=stderr, highlight=False, markup=False, emoji=False)
+        if self.width > self.WIDEST:
+            self.width = self.WIDEST
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        """Return a text whose codes stay whole."""
+        return super().render_str(_CODE.sub(lambda code: code[0].replace(" ", _BLANK), text), **how)
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Yield what is printed; control characters that a text brings along command nothing, they are spelled out."""
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(visible(segment.text.replace(_BLANK, " ")), segment.style)

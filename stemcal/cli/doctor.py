@@ -35,7 +35,7 @@ def doctor(as_json: AsJson = False) -> None:
     Example: [bold]stemcal doctor[/bold]
     """
     from stemcal.fem.warm import is_compiled, seconds_to_compile
-    from stemcal.text.runs import compiling
+    from stemcal.report.progress import compiling
 
     if not as_json and not is_compiled():
         note(compiling(seconds_to_compile()))

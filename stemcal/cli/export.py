@@ -188,7 +188,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.cutting.end_state import Shape
     from stemcal.numbers import short
     from stemcal.outputs import make_folder
-    from stemcal.report.figures.animation import write_animation
+    from stemcal.report.figures.frames import write_animation
     from stemcal.solvers.film import frames_of
 
     if not study.naming.is_cutting:

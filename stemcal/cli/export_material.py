@@ -57,7 +57,7 @@ def export_material(
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
-    from stemcal.report.tables.of_refinement import strain_table
+    from stemcal.report.tables.of_responses import strain_table
     from stemcal.solvers import make_solver
     from stemcal.stages.refine.element_size import strains_of
     from stemcal.stages.work import Work

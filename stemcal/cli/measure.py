@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -73,7 +73,7 @@ def diameters(
     """
     from stemcal.measured.diameters import measure_diameters
     from stemcal.measured.text_tables import Form
-    from stemcal.report.figures import laboratory as figures
+    from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
 
     form = Form(encoding, separator, decimal, sheet)
@@ -101,10 +101,9 @@ def shear(
     alpha: Annotated[
         float, typer.Option(metavar="P", min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")
     ] = 0.05,
-    calibrate_at: Annotated[
-        float | None, typer.Option(metavar="MM", help="Grade to calibrate at.", show_default="the middle one")
+    spec: Annotated[
+        Path | None, typer.Option(metavar="SPEC", help="Replace the rows of the cutting test in this spec.")
     ] = None,
-    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Replace the targets section of this spec.")] = None,
     travel_and_work: Annotated[
         bool, typer.Option("--travel-and-work", help="Targets for travel to the maximum and work done by then, too.")
     ] = False,
@@ -127,11 +126,11 @@ def shear(
 
     A specimen's diameter stands in its file's name (7mm-1.csv), above its data, or in an index.
 
-    Example: [bold]stemcal measure shear configs/data/measured-shear --calibrate-at 8[/bold]
+    Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
     from stemcal.measured.shear import find_files, measure_shear, read_index
     from stemcal.measured.shear_curves import CurveOptions, speed_of
-    from stemcal.measured.target_entries import targets_section
+    from stemcal.measured.target_entries import target_rows
     from stemcal.measured.text_tables import Form
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
@@ -141,8 +140,7 @@ def shear(
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [], alpha)
-    section = targets_section(tests, calibrate_at, travel_and_work)
-    _finish_shear(tests, section, spec, out, as_json, quiet)
+    _finish_shear(tests, target_rows(tests, travel_and_work), spec, out, as_json, quiet)
 
 
 @app.command()
@@ -153,7 +151,7 @@ def tests(
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="TEST/SPECIMEN", help="Leave a specimen out; repeatable.")
     ] = None,
-    write: Annotated[bool, typer.Option("--write", help="Put the targets of the tests into the spec.")] = False,
+    write: Annotated[bool, typer.Option("--write", help="Write the rows of the tests into the spec.")] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
     time_column: TimeColumn = None,
@@ -179,35 +177,36 @@ def tests(
     from stemcal.measured.text_tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
-    from stemcal.study.reading.amend import with_test_targets
+    from stemcal.study.reading.amend import with_rows
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     known = speed_of(speed) if speed is not None else None
     how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, known, preload)
     found = measure_tests(read_study(spec), folder, how, exclude or [])
-    section = "\n".join("\n  - ".join([f"{name}:", *entries]) for name, entries in found.targets.items())
+    section = "\n  - ".join(["targets:", *(row for rows in found.targets.values() for row in rows)])
     content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
     if write:
-        _rewrite(spec, lambda text: with_test_targets(text, found.targets))
+        _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote targets of tests into {spec}; see what is right and wrong: stemcal check {spec}")
+        note(f"wrote rows of tests into the targets of {spec}; see what is right and wrong: stemcal check {spec}")
 
 
 def _finish_shear(
-    tests: ShearTests, section: str, spec: Path | None, out: Path | None, as_json: bool, quiet: bool
+    tests: ShearTests, targets: Sequence[str], spec: Path | None, out: Path | None, as_json: bool, quiet: bool
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.shear import SpecimenRow
-    from stemcal.measured.target_entries import with_targets
-    from stemcal.report.figures import laboratory as figures
+    from stemcal.measured.target_entries import section_of
+    from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
+    from stemcal.study.reading.amend import with_rows
 
-    rows = Rows(map(SpecimenRow.of, tests.specimens))
+    rows, section = Rows(map(SpecimenRow.of, tests.specimens)), section_of(targets)
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
-    study = _rewrite(spec, lambda text: with_targets(text, section)) if spec else None
+    study = _rewrite(spec, lambda text: with_rows(text, {"": targets})) if spec else None
     if out:
         drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
         notes = Column("notes", of=lambda row: " ".join(map(str, row.notes)))
@@ -215,20 +214,23 @@ def _finish_shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if study is not None and not quiet:
-        if further := _beyond_stroke(tests, study.loading.stroke):
+        if further := _beyond_stroke(tests, study):
             note(further)
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
 
-def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
+def _beyond_stroke(tests: ShearTests, study: Study) -> str:
     """Say that curves are longer than what the simulated blade travels, mm; nothing if they are not."""
-    longest = max(grade.travel.mean for grade in tests.grades)
+    from stemcal.overview.foresight import lasting
+
+    longest, stroke = max(grade.travel.mean for grade in tests.grades), study.loading.stroke
     if longest <= stroke:
         return ""
+    longer = lasting(study, longest).text
     return (
         f"note: the measured force has its maximum at up to {longest:.3g} mm of the machine's travel, which has the "
-        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. Forces are compared, "
-        "not travel, unless --travel-and-work writes it too"
+        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. {longer} "
+        "Forces are compared, not travel, unless --travel-and-work writes it too"
     )
 
 

@@ -1,21 +1,23 @@
-"""`stemcal run`: the whole study."""
+"""`stemcal run`, the command of each stage, and `stemcal report`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import cleandoc
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stemcal.cli.console import note, warn
+from stemcal.cli.console import note, say_json, say_whole, warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import Session, opened
+from stemcal.cli.session import Session, existing_folder, opened, read_study
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.stages.base import STAGES
+from stemcal.stages.base import STAGES, Stage
 
 if TYPE_CHECKING:
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study
+
 
 Until = Annotated[
     str | None,
@@ -126,3 +128,70 @@ def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
             known[:] = draw_early(study, folder, results, verdict_of(study, folder, results), known)
 
     return show
+
+
+def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..., None]:
+    """Return the command that runs a stage."""
+
+    def command(
+        spec: Spec,
+        out: Out = None,
+        workers: Workers = None,
+        executor: ExecutorName = "local",
+        as_json: AsJson = False,
+        quiet: Quiet = False,
+    ) -> None:
+        _run(stage, spec, out, workers, executor, as_json, quiet)
+
+    command.__name__ = stage.name
+    command.__doc__ = f"{cleandoc(stage.help)}\n\nExample: [bold]stemcal {stage.name} {example}[/bold]"
+    return command
+
+
+def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
+    """Run one stage of a study and show what it came to."""
+    from stemcal.cli.show import show_stage
+    from stemcal.stages.fresh import make
+    from stemcal.stages.refine.result import RefineResult
+    from stemcal.stages.refine.words import shortfall
+    from stemcal.stages.verdict.rules import verdict_of
+
+    with opened(spec, out, workers, executor, quiet) as work:
+        if stage.simulates:
+            work.foresee(stage.name)
+        result = make(stage, work.study, work.folder, work.executor, work.watch)
+        verdict = verdict_of(work.study, work.folder)
+    if isinstance(result, RefineResult) and not result.converged:
+        warn(shortfall(result))
+    show_stage(result, verdict, work.folder, as_json, quiet)
+
+
+def report(
+    spec: Spec,
+    out: Out = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write report.html, one self-contained page, from the stages that are done.
+
+    It may be written while the study still runs.
+
+    Example: [bold]stemcal report configs/smoke.yaml[/bold]
+    """
+    from stemcal.report.drawing import draw
+    from stemcal.stages.results import fresh_results
+    from stemcal.stages.verdict.rules import verdict_of
+
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    results = fresh_results(study, folder)
+    if not quiet:
+        for sentence in results.stale:
+            warn(sentence)
+    verdict = verdict_of(study, folder, results)
+    page = draw(study, folder, results, verdict, again=True)
+    drawn = folder.path / "figures"
+    if as_json:
+        say_json({"page": str(page), "figures": str(drawn)})
+    else:
+        say_whole(f"Report: {page}", f"Figures: {drawn}")

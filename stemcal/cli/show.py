@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +12,7 @@ import typer
 from stemcal.cli.console import height, note, say, say_json, say_tables, say_whole, stdout, warn
 from stemcal.stages.verdict.result import Verdict
 from stemcal.text.names import Names
+from stemcal.words import counted
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -32,12 +35,12 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
+        from stemcal.report.notes import KNOWN, shown_notes
         from stemcal.stages.verdict.words import opening
-        from stemcal.text.results import remarks_of, shown_remarks
 
-        for remark in shown_remarks(result, verdict.may_hold):
-            note(f"note: {remark.sentence}")
-        if any(remark.claims for remark in remarks_of(result)) and not verdict.holds:
+        for found in shown_notes(result, verdict.may_hold):
+            note(f"note: {found}")
+        if not verdict.holds and any(found.kind == KNOWN for found in shown_notes(result, holds=True)):
             note(f"note: {opening(verdict)}")
     warn_of_runs(result, folder)
     if warn_of_failed(result):
@@ -48,8 +51,8 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
     """Pass on what the solver warned of in the results' runs."""
     from stemcal.report.records import read_records, run_warnings
 
-    for sentence in run_warnings(read_records(results, folder)):
-        warn(sentence)
+    for found in run_warnings(read_records(results, folder)):
+        warn(str(found))
 
 
 def show_known(result: StageResult) -> None:
@@ -85,26 +88,26 @@ def show_run(
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
+    from stemcal.report.notes import KNOWN, MOST, notes_of_all, read_first
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.tables.stages import joint_tables, tables_of
     from stemcal.report.tables.terminal import spoken
-    from stemcal.text.results import MOST, read_first, said_by_all, say_more, warned
 
-    found = results.inversion
-    if found is not None and found.joint is not None:
-        say_tables(*joint_tables(found, Names(found.naming)))
-    if found is not None and verdict.holds:
-        say(*spoken(found))
+    inversion = results.inversion
+    if inversion is not None and inversion.joint is not None:
+        say_tables(*joint_tables(inversion, Names(inversion.naming)))
+    if inversion is not None and verdict.holds:
+        say(*spoken(inversion))
     if results.refined_there is not None:
         say_tables(*(table for table in tables_of(results.refined_there) if not table.detail))
-    warnings = [] if verdict.has("physics") else warned(run_warnings(read_records(results, folder)))
-    said = read_first([*warnings, *said_by_all(results, verdict.holds)])
     if quiet:
         return
-    for title, remark in said[:MOST]:
-        note(f"note: {title}: {remark.sentence}")
-    if len(said) > MOST:
-        note(say_more(len(said) - MOST))
+    warnings = [] if verdict.has("physics") else run_warnings(read_records(results, folder))
+    found = read_first([*(("runs", one) for one in warnings), *notes_of_all(results, verdict.holds)])
+    notes = [f"note: {title}: {one}" for title, one in found if one.kind != KNOWN]
+    note("\n".join(notes[:MOST]))
+    if len(notes) > MOST:
+        note(f"{counted(len(notes) - MOST, 'more note')} in the report")
 
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
@@ -122,9 +125,22 @@ def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> N
 
 def warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
-    from stemcal.text.runs import failed_runs
-
     failed = [text for result in results if (text := failed_runs(result))]
     for text in failed:
         warn(text)
     return bool(failed)
+
+
+def failed_runs(result: StageResult) -> str:
+    """Return the number of failed runs of a stage with their reasons; nothing if none failed."""
+    outcomes = [outcome for _, outcome in result.runs()]
+    reasons = Counter(outcome.reason or "no reason given" for outcome in outcomes if not outcome.ok)
+    if not reasons:
+        return ""
+    runs, why = counted(len(outcomes), "run"), counted_reasons(reasons)
+    return f"{result.name}: {reasons.total()} of {runs} failed: {why}; see {result.name}.json"
+
+
+def counted_reasons(reasons: Mapping[str, int]) -> str:
+    """Return why runs failed, each reason with its count."""
+    return ", ".join(f"{reason} ({count})" for reason, count in reasons.items())

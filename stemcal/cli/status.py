@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -10,10 +10,14 @@ import typer
 from stemcal.cli.console import fail, say, say_json, say_tables
 from stemcal.cli.options import AsJson, Out, Spec
 from stemcal.cli.session import existing_folder, read_study
+from stemcal.cli.show import counted_reasons
 from stemcal.files.typed import to_json
+from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder.study_folder import Holder, StudyFolder
+    from stemcal.names import Names
+    from stemcal.overview.status import StageStatus, Status
     from stemcal.overview.verify import Inspection
     from stemcal.study.model import Study
 
@@ -64,10 +68,9 @@ def status(
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
     """Return how far every stage is, and the verdict."""
     from stemcal.files.rows import Column, Table
+    from stemcal.names import Names
     from stemcal.overview.status import status as count
     from stemcal.stages.verdict.words import verdict_json
-    from stemcal.text.names import Names
-    from stemcal.text.status import lines
 
     found, names = count(study, folder), Names(study.naming)
     if not as_json:
@@ -75,15 +78,45 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
         # None: a stage before it decides first
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
-        say_tables(Table.of(columns, found.stages, f"Study {found.study}", lines(found, names)))
+        say_tables(Table.of(columns, found.stages, f"Study {found.study}", state(found, names)))
     return {**to_json(found), **verdict_json(found.verdict, names)}
+
+
+def state(found: Status, names: Names) -> list[str]:
+    """Return who works on a study, what failed, what is stale, and the verdict with all its reasons."""
+    from stemcal.stages.verdict.words import in_full
+
+    stages = [line for stage in found.stages for line in _stage(stage)]
+    if found.sheet is not None:
+        stages.append(f"Results are awaited: fill in {found.sheet}, then `stemcal run SPEC`.")
+    return [_worker(found.working), *stages, *in_full(found.verdict, names)]
+
+
+def _worker(working: Holder | None) -> str:
+    if working is None:
+        return "No process is working on this study."
+    if working.pid is None:
+        return "A process is working on this study."
+    return f"Process {working.pid} on {working.host} has been working on this study since {working.since}."
+
+
+def _stage(stage: StageStatus) -> Iterator[str]:
+    name = stage.stage
+    if stage.reasons:
+        yield f"{name}: failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists them."
+    if stage.censored:
+        yield f"{name}: {counted(stage.censored, 'response')} not clearly past the maximum at the end of the stroke."
+    if stage.damaged:
+        yield f"{name}: {counted(stage.damaged, 'damaged record')}: the next command repeats the run."
+    if stage.changed:
+        yield f"{name}.json is stale: {', '.join(stage.changed)} changed since."
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
     """Return the runs of the study, or the failed ones."""
+    from stemcal.names import Names
     from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import listed, runs_table
-    from stemcal.text.names import Names
 
     entries, names = ledger(study, folder), Names(study.naming)
     found = [entry for entry in entries if not failed or entry.status == "failed"]

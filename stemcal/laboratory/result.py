@@ -30,7 +30,7 @@ class LaboratoryResult(CuttingResult):
         By name; those that the curve does not have are left out.
 
         slope : N/mm, of the straight line fitted to the force over the travel from 20 to 50 % of the largest force
-        maximum_force : N, until the break
+        force : N, until the break
         travel : mm, at the maximum
         work : mJ, until the break or the end of the stroke
     slope_r2 : float
@@ -85,7 +85,7 @@ def responses_of(
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
     line = secant(travel, force)
     found = curve_responses(travel, force, line)
-    found |= {"maximum_force": result.peak_force, "travel": result.peak_travel}
+    found |= {"force": result.peak_force, "travel": result.peak_travel}
     return found, None if line is None else line.r2
 
 
@@ -101,7 +101,7 @@ def curve_responses(travel: Array, force: Array, line: Line | None) -> dict[str,
     """
     peak = int(np.argmax(force))
     found = {} if line is None else {"slope": line.slope}
-    found |= {"maximum_force": float(force[peak]), "travel": float(travel[peak])}
+    found |= {"force": float(force[peak]), "travel": float(travel[peak])}
     found["work"] = float(np.trapezoid(force, travel))
     return found
 

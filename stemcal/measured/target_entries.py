@@ -1,78 +1,47 @@
-"""The `targets` section of a spec, written from measured forces; a spec's other lines stay as they are."""
+"""Rows of the `targets` of a spec, written from measured forces."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from stemcal.errors import UsageError
 from stemcal.measured.shear import GradeForces, ShearTests
 from stemcal.measured.statistics import Summary
 
 _DIGITS = 4
+Show = Callable[[float], str]
 
 
-def targets_section(tests: ShearTests, calibrate_at: float | None = None, travel_and_work: bool = False) -> str:
-    """Return the section as YAML: mean, standard deviation and number of specimens of every grade.
+def target_rows(tests: ShearTests, travel_and_work: bool = False) -> list[str]:
+    """Return a row in YAML for every grade: mean, standard deviation and number of specimens; also comments.
 
-    Without `calibrate_at` the parameters are calibrated at the middle grade. With `travel_and_work` the travel to the
-    maximum and the work done by then stand beside the force.
+    With `travel_and_work` they also have the travel to the maximum and the work done by then.
     """
-    diameters = [grade.diameter for grade in tests.grades]
-    chosen = diameters[len(diameters) // 2] if calibrate_at is None else calibrate_at
-    if chosen not in diameters:
-        listed = ", ".join(f"{diameter:g}" for diameter in diameters)
-        raise UsageError(f"--calibrate-at {chosen:g}: not measured; take one of {listed}")
-    made_up = "  # SYNTHETIC data, not measured" if tests.synthetic else ""
-    lines = [f"targets:{made_up}", f"  calibrate_at: {chosen:g} mm", "  forces:"]
-    lines += [_entry(grade, travel_and_work) for grade in tests.grades]
-    return "\n".join(lines) + "\n"
+    made_up = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
+    return [*made_up, *(_row(grade, travel_and_work) for grade in tests.grades)]
 
 
-def _entry(grade: GradeForces, travel_and_work: bool) -> str:
-    sd = _spread("sd", grade.summary, "N")
-    line = f"    - {{diameter: {grade.diameter:g} mm, force: {_short(grade.summary.mean)} N{sd}, n: {grade.summary.n}"
+def section_of(rows: Sequence[str]) -> str:
+    """Return the section `targets` with these rows as YAML."""
+    return "".join(["targets:\n", *(f"  {row if row.startswith('#') else f'- {row}'}\n" for row in rows)])
+
+
+def _row(grade: GradeForces, travel_and_work: bool) -> str:
+    means = {"force": (grade.summary, "N")}
     if travel_and_work:
-        travel, work = grade.travel, grade.work
-        line += f",\n       travel: {_short(travel.mean)} mm{_spread('travel_sd', travel, 'mm')}"
-        line += f",\n       work: {_short(work.mean)} mJ{_spread('work_sd', work, 'mJ')}"
-    return f"{line}}}"
+        means |= {"travel": (grade.travel, "mm"), "work": (grade.work, "mJ")}
+    return row_of(grade.diameter, means, grade.summary.n, _short)
 
 
-def _spread(name: str, summary: Summary, unit: str) -> str:
-    return f", {name}: {_short(summary.sd)} {unit}" if summary.sd is not None else ""
+def row_of(diameter: float, means: Mapping[str, tuple[Summary, str]], n: int, shown: Show, test: str = "") -> str:
+    """Return a row of YAML for means by response, each with its unit."""
+    values = ", ".join(f"{name}: {shown(mean.mean)} {unit}" for name, (mean, unit) in means.items())
+    known = {name: f"{shown(mean.sd)} {unit}" for name, (mean, unit) in means.items() if mean.sd is not None}
+    sd = next(iter(known.values()), "")
+    if len(means) > 1:
+        sd = f"{{{', '.join(f'{name}: {one}' for name, one in known.items())}}}" if known else ""
+    of_test = f"test: {test}, " if test else ""
+    apart = ",\n     " if len(means) > 2 else ", "
+    return f"{{{of_test}diameter: {diameter:g} mm, {values}{sd and f'{apart}sd: {sd}'}, n: {n}}}"
 
 
 def _short(value: float) -> str:
     """Return a value with as many digits as a laboratory has."""
     return f"{value:.{_DIGITS}g}" if value < 1000 else f"{value:.1f}"
-
-
-def with_targets(spec: str, section: str) -> str:
-    """Return a spec's text with its `targets` section replaced, or appended if it has none.
-
-    >>> spec = "name: a\\ntargets:\\n  old: 1\\n\\n# next\\nscreen: {}\\n"
-    >>> print(with_targets(spec, "targets:\\n  new: 2\\n"), end="")
-    name: a
-    targets:
-      new: 2
-    <BLANKLINE>
-    # next
-    screen: {}
-    """
-    lines = spec.splitlines()
-    begins = [index for index, line in enumerate(lines) if re.match(r"targets\s*:", line)]
-    if not begins:
-        return spec.rstrip("\n") + "\n\n" + section
-    begin = begins[0]
-    end = begin + 1 + _indented(lines[begin + 1 :])
-    return "\n".join([*lines[:begin], *section.rstrip("\n").splitlines(), *lines[end:]]) + "\n"
-
-
-def _indented(lines: Sequence[str]) -> int:
-    """Return how many lines belong to a section: up to the last one that is indented or a list item."""
-    last = 0
-    for index, line in enumerate(lines):
-        if line.strip() and not line.startswith((" ", "\t", "-", "#")):
-            break
-        if line.strip() and not line.startswith("#"):
-            last = index + 1
-    return last

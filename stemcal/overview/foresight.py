@@ -1,7 +1,8 @@
-"""What a study takes, foretold before anything of it is begun: time and memory, and whether that is too much."""
+"""Before a study begins: time and memory of its runs, and what its designs and solver need."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import ceil, floor, isclose, log10
 
 from stemcal.errors import UsageError
 from stemcal.executors import machine
@@ -11,7 +12,7 @@ from stemcal.numbers import in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Weighing
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
 _COMMAND, _WORKER = 0.35e9, 0.25e9  # bytes that the command and each of its workers hold beside their models
@@ -115,3 +116,89 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
     if impossible := [str(note) for note in found if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
     return [str(note) for note in (*found, *(scarce(demand, workers, machine.free_memory()) if here else ()))]
+
+
+LEAST_STROKE = 0.35
+"""Of the diameter: stems that break have their maximum at 0.06 to 0.1 of it, stems that fold first at 0.2 to 0.35."""
+_SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
+
+
+def beforehand(study: Study) -> Iterator[Note]:
+    """Yield notes on the designs and the solver; none is a mistake."""
+    k, runs = len(study.factors), study.screen.runs
+    if study.screen.design == "plackett-burman" and runs is not None and runs <= _SMALL and k >= 3:
+        yield _small_screening(runs, k)
+    if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
+        least, most = factors_taken(study.rsm.design)
+        yield _box_behnken(least, most, k)
+    yield from _not_varied(study)
+    yield from _short_stroke(study)
+    if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
+        text = (
+            f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
+            f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
+        )
+        remedy = Remedy("Choose the lengths first, keep them, and report all three.")
+        yield Note("lengths_belong", "caution", text, remedy)
+
+
+def _short_stroke(study: Study) -> Iterator[Note]:
+    """Yield a warning if the blade may stop before the maximum of the thickest stem."""
+    if not isinstance(study.solver, EmbeddedSolver) or not study.naming.is_cutting:
+        return
+    thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
+    if study.loading.stroke < LEAST_STROKE * thickest:
+        text = (
+            f"The blade travels {study.loading.stroke:.3g} mm, {study.loading.stroke / thickest:.2g} of the largest "
+            f"diameter ({thickest:g} mm). A run that stops before the maximum gives too small a force."
+        )
+        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest))
+
+
+def lasting(study: Study, travel: float) -> Remedy:
+    """Return the remedy that gives the blade a travel (mm)."""
+    seconds = study.loading.duration + (travel - study.loading.stroke) / study.loading.speed
+    step = 10.0 ** (floor(log10(seconds)) - 1)
+    edit = f"loading: {{duration: {ceil(seconds / step) * step:.6g} s}}"
+    return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
+
+
+def _small_screening(runs: int, factors: int) -> Note:
+    df = runs - 1 - factors
+    left = f"{df or 'no'} residual df {'is' if df == 1 else 'are'} left for the test"
+    text = (
+        f"screen.runs {runs} for {factors} factors: each main effect is fully aliased with two-factor interactions, "
+        f"and {left}. With {_USUAL} runs the alias weight is 1/3, and {_USUAL - 1 - factors} df are left."
+    )
+    return Note("small_screening", "caution", text)
+
+
+def _box_behnken(least: int, most: int, factors: int) -> Note:
+    needs = f"rsm.design box-behnken needs {least} to {most} factors"
+    if factors < least:
+        text = f"{needs}, this study has {factors}: it will stop after the screening."
+        return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
+    text = (
+        f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
+        f"its terms are noise; if more, the {most} strongest."
+    )
+    remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
+    return Note("factors_wanted", "caution", text, remedy)
+
+
+def _not_varied(study: Study) -> Iterator[Note]:
+    """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
+    if isinstance(study.rsm.factors, str):
+        return
+    at = study.targets.calibrate_at
+    grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
+    unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
+    for factor in study.factors:
+        screened = study.screen.design != "none" and factor.name not in unseen
+        if not screened and factor.name not in study.rsm.factors:
+            text = (
+                f"No run varies {factor.name}: it is neither screened nor listed in rsm.factors, and stays at "
+                f"{factor.centre:g}."
+            )
+            remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")
+            yield Note("not_varied", "caution", text, remedy)

@@ -16,6 +16,7 @@ from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
+from stemcal.measured.target_entries import row_of
 from stemcal.note import Note
 from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import RESPONSES
@@ -133,16 +134,11 @@ def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:
 
 
 def _targets(test: LaboratorySection, means: Sequence[TestedMean]) -> list[str]:
-    """Return the entries of a test's targets as YAML, one a diameter."""
+    """Return the rows of a test in YAML, one for each diameter."""
     lines = []
     for diameter in sorted({mean.diameter for mean in means}):
-        own = [mean for mean in means if mean.diameter == diameter]
-        told = [_told(mean) for mean in own]
-        lines.append(f"{{diameter: {diameter:g} mm, {', '.join(told)}, n: {min(mean.summary.n for mean in own)}}}")
+        own = {mean.response: mean.summary for mean in means if mean.diameter == diameter}
+        with_units = {name: (summary, RESPONSES[name][1]) for name, summary in own.items()}
+        n = min(summary.n for summary in own.values())
+        lines.append(row_of(diameter, with_units, n, "{:.4g}".format, test.name))
     return lines
-
-
-def _told(mean: TestedMean) -> str:
-    name, unit, summary = mean.response, RESPONSES[mean.response][1], mean.summary
-    sd = "" if summary.sd is None else f", {name}_sd: {summary.sd:.4g} {unit}"
-    return f"{name}: {summary.mean:.4g} {unit}{sd}"

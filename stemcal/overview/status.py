@@ -115,7 +115,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
     if record is None:
         status = "damaged" if problem else "left"
         return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)
-    answer = counted(record, study.runs)
+    answer = counted(record)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
     return Entry(
@@ -234,7 +234,7 @@ def retry(
 
     A record is replaced when its new answer is there, not before.
     """
-    policy = study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+    policy = study.runs.model_copy(update={"quorum": 0.0})
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder, solver)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))

@@ -16,8 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
-from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import diagnostics, observed_predicted, residuals
+from stemcal.report.figures.effects import diagnostics, half_normal, observed_predicted, pareto, residuals
 from stemcal.report.figures.gallery import gallery, spread_of
 from stemcal.report.figures.validation import growth, validation
 from stemcal.report.page.render import coded

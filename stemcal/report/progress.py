@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING, Self
 from stemcal.naming import CUTTING, FORCE, Naming
 from stemcal.numbers import significant
 from stemcal.stages.base import STAGES
-from stemcal.text.language import say
-from stemcal.text.runs import compiling
-from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,7 +19,7 @@ if TYPE_CHECKING:
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
-TITLES = {stage.name: stage.title for stage in STAGES} | {"material": line("strain by size")}
+TITLES = {stage.name: stage.title for stage in STAGES} | {"material": "Failure strain over element size"}
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
@@ -39,6 +36,12 @@ def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watc
     console = Console(stderr=True)
     shown = console.is_terminal or console.is_jupyter
     return Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
+
+
+def compiling(seconds: float | None) -> str:
+    """Return that kernels are compiled, and how many seconds that took the last time if that is known."""
+    last = "about half a minute" if seconds is None else f"{seconds:.0f} s last time"
+    return f"compiling the solver for this machine ({last}, once for all studies)"
 
 
 def describe(progress: Progress, naming: Naming = CUTTING) -> str:
@@ -138,7 +141,7 @@ class Bar(Watcher):
             completed=done,
             total=None if preparing else total,  # without a total the bar pulses
             runs=f"{done}/{total}",
-            tail=say("compiling, once") if preparing else self._tail(progress),
+            tail="compiling, once" if preparing else self._tail(progress),
         )
 
     def busy(self, what: str) -> None:

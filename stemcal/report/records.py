@@ -13,7 +13,7 @@ from stemcal.solvers.programs.inputs import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
-from stemcal.text.runs import warned_of
+from stemcal.words import counted
 
 Numbers = tuple[float, ...]
 
@@ -126,14 +126,16 @@ def curves_of(records: Records) -> dict[str, Curve]:
     }
 
 
-def run_warnings(records: Records) -> list[str]:
-    """Return what the runs are warned of, once per kind: how many runs, and the first one's warning."""
+def run_warnings(records: Records) -> list[Note]:
+    """Return a note per kind of warning of the runs: how many runs have it, and the first one's warning."""
     kinds: dict[str, dict[str, Note]] = {}
     distinct = distinct_of(records)
     for label, record in distinct.values():
         for warning in record.details.warnings:
             kinds.setdefault(warning.kind, {}).setdefault(label, warning)
-    return [warned_of(found, len(distinct)) for found in kinds.values()]
+    runs = counted(len(distinct), "run")
+    firsts = [(len(found), *next(iter(found.items()))) for found in kinds.values()]
+    return [Note(one.kind, "warning", f"{count} of {runs}, first {label}: {one}") for count, label, one in firsts]
 
 
 def spec_hash(study: Study) -> str:

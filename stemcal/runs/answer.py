@@ -15,7 +15,7 @@ from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.outcome import counted, judged, record_key, stands
+from stemcal.runs.outcome import TRIES, counted, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
 from stemcal.study.model import RunsOptions
@@ -69,7 +69,7 @@ def answer_all(
     Raises
     ------
     RunsFailed
-        If the policy asks for more successes, or not to go on after a failure.
+        If the policy asks for more successes.
     Waiting
         If the runs are done by hand, and results are not entered yet; those that are known are recorded first.
     """
@@ -89,12 +89,10 @@ def answer_all(
     waiting = [missing.pop(key) for key in awaited]
     if missing:
         _prepare(solver, tally)
-    with closing(_recording(missing, solver, folder, executor, policy)) as answers:
+    with closing(_recording(missing, solver, folder, executor)) as answers:
         for key, answer in answers:
-            known[key] = judged(answer, policy)
+            known[key] = judged(answer)
             tally.add(known[key], missing[key])
-            if not (known[key].ok or policy.keep_going):
-                raise stopped_by(missing[key], known[key])
     if waiting:
         raise Waiting(stage, waiting)
     found = [known[key] for key in keys]
@@ -108,7 +106,7 @@ def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> 
     for key in dict.fromkeys(keys):
         record = folder.load(key)
         if record is not None and stands(record, policy):
-            found[key] = counted(record, policy)
+            found[key] = counted(record)
     return found
 
 
@@ -164,7 +162,6 @@ def _recording(
     solver: Solver,
     folder: StudyFolder,
     executor: RunExecutor,
-    policy: RunsOptions,
 ) -> Generator[tuple[str, Answer], None, None]:
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:
@@ -172,7 +169,7 @@ def _recording(
     if isinstance(solver, Placed):
         solver = solver.placed(folder.path.absolute() / WORK)
 
-    batch = Batch(missing, solver, executor, policy.tries)
+    batch = Batch(missing, solver, executor, TRIES)
     try:
         for key, computed in batch.arriving():
             yield key, keep(key, missing[key], computed, solver, folder)
@@ -210,14 +207,6 @@ def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], polic
     counts = f"{failed} of {len(answers)} runs failed, runs.quorum {policy.quorum:g} asks for {needed} that succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
-
-
-def stopped_by(request: Request, answer: Answer) -> RunsFailed:
-    """Return the error of a stage that may not go on after a failed run."""
-    return RunsFailed(
-        f"{request.stage}: run {request.row + 1} failed, and runs.keep_going is false\n"
-        + "\n".join(reason_lines([request], [answer]))
-    )
 
 
 def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:

@@ -1,6 +1,6 @@
 """From the record of a run to what a stage tells of it: does it stand, how does it count, what came of it?
 
-The spec says which runs that fail are tried again, and whether a stroke that ended too early counts.
+Accidents are tried again; a stroke that ended too early gives a lower bound.
 """
 
 import math
@@ -19,7 +19,7 @@ from stemcal.words import series
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
-CENSORED = "censored"
+TRIES = 2  # how often a run is begun that ends by accident
 
 # ---- records, and how they count
 
@@ -34,9 +34,9 @@ def answer_of(record: Mapping[str, Any]) -> Answer:
     return _kept(record).readable()
 
 
-def counted(record: Mapping[str, Any], policy: RunsOptions) -> Answer:
-    """Return the answer that a record holds as the spec wants it counted."""
-    return judged(_kept(record), policy).readable()
+def counted(record: Mapping[str, Any]) -> Answer:
+    """Return the answer that a record holds as stages count it."""
+    return judged(_kept(record)).readable()
 
 
 def _kept(record: Mapping[str, Any]) -> Answer:
@@ -54,32 +54,17 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
     return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)
 
 
-def judged(answer: Answer, policy: RunsOptions) -> Answer:
-    """Return the answer as the spec wants it counted; of long lists only what they come to leaves the record."""
+def judged(answer: Answer) -> Answer:
+    """Return the answer as stages count it; of long lists only what they come to leaves the record."""
     kept = (RESPONSES,)
     details = {n: value for n, value in answer.details.items() if n in kept or not isinstance(value, list | dict)}
     details |= measures(answer.details)
-    if is_censored(answer) and policy.censored == "fail":
-        message = f"{ending(answer)}: it is at least {answer.response:g} N"
-        return Answer("failed", None, CENSORED, message, details)
     return replace(answer, details=details)
-
-
-_ENDINGS = {
-    "rising": "the force still rose when the stroke ended",
-    "regained": "a peak was passed and partly regained when the stroke ended",
-    "falling": "a peak was passed, but the force had fallen little when the stroke ended",
-}
-
-
-def ending(answer: Answer) -> str:
-    """Say how the force of a censored run ended, as far as the solver tells."""
-    return _ENDINGS.get(str(answer.details.get("stroke_end")), "the force had not fallen when the stroke ended")
 
 
 def is_censored(answer: Answer) -> bool:
     """Whether the force is only a lower bound: the stroke ended before the maximum was clearly passed."""
-    return answer.reason == CENSORED or (answer.ok and answer.details.get("stroke_was_enough") is False)
+    return answer.ok and answer.details.get("stroke_was_enough") is False
 
 
 _STROKE_ENDS = {
@@ -102,7 +87,7 @@ def lower_bound_notes(answers: Sequence[Answer]) -> list[Note]:
 def _lower_bound(rows: Sequence[int], ended: str) -> Note:
     one = len(rows) == 1
     runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
-    remedy = Remedy("Lengthen the stroke (loading.duration), or choose how such runs count (runs.censored).")
+    remedy = Remedy("Lengthen the stroke (loading.duration).")
     text = f"In {runs} {series(rows)} {ended} when the stroke ended: {bound}."
     return Note("lower_bound", "warning", text, remedy)
 

@@ -39,6 +39,7 @@ _OUTPUTS, _THROUGH_RING, _SMOOTHED, _WIDER, _LONGER = 400, 8, 0.01, 4.0, 3.0
 _WORST_DRIFT = 5.0
 # Nor is one whose contact has created more than this share of the tool's work, percent (`CuttingResult`).
 _LEAST_CONTACT = -1.0
+_HOURGLASS = 0.03
 
 AnyTest = LaboratoryTest | ShearTest
 
@@ -66,10 +67,10 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
         contact=sheared.contact,
         discretisation=Discretisation(
             element_size=section.size().at(diameter),
-            through_wall=section.elements_through_wall or (_THROUGH_RING if ring else None),
+            through_wall=_THROUGH_RING if ring else None,
             symmetry="quarter",
             edge_over="nodes",
-            hourglass=section.hourglass,
+            hourglass=_HOURGLASS,
             integration=replace(how.integration, outputs=_OUTPUTS, time_step=None, mass_scaling=1.0),
             filter_window=_SMOOTHED * duration,
             coarsening=_LONGER if section.kind == "three-point-bending" else 1.0,
@@ -82,7 +83,7 @@ def laboratory_test(section: LaboratorySection, sheared: ShearTest) -> Laborator
 
 def _kind(section: LaboratorySection, diameter: float) -> Kind:
     if section.span is not None:
-        return ThreePointBending(section.span.at(diameter), section.nose_radius, section.support_radius)
+        return ThreePointBending(section.span.at(diameter), section.radius, section.radius)
     if section.kind == "radial-compression":
         return RadialCompression()
     return Axial("tension" if section.kind == "axial-tension" else "compression", section.ends)

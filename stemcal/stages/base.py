@@ -129,7 +129,7 @@ STAGES: tuple[Stage, ...] = (
         "Validation",
         "stemcal.stages.validate.stage.validate",
         "stemcal.stages.validate.result.ValidateResult",
-        ("targets",),
+        ("targets", "validation"),
         _before_validation,
         "Simulate whatever was measured, at every diameter or other condition, with the calibrated parameters.",
         pictured=True,

@@ -14,7 +14,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, inline
 from stemcal.names import Names
 from stemcal.note import Note, Remedy
-from stemcal.numbers import minus
+from stemcal.numbers import fixed, minus
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.design import surface_factors, surface_options
 from stemcal.stages.result import CodedScale, DesignRuns, Head, StageResult
@@ -22,6 +22,9 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
 from stemcal.words import counted
+
+# Of each range, how much the design of the surface covers around the best step.
+_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -194,6 +197,16 @@ def _natural(study: Study, name: str, coded: float) -> float:
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
     """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
     factor, reach = study.factor(name), surface_reach(k, surface_options(study))
-    span = options.shrink * factor.half_range
+    span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
+
+
+def outcome(stage: ClimbResult, names: Names) -> list[str]:
+    """Return how near the steps came to the target."""
+    stepped = f"{len(stage.rows)} runs stepped {names.factors(stage.names)} together towards the target."
+    reached = "The target was passed" if stage.passed else "The target was not reached"
+    return [
+        "1 run was made at the centre." if len(stage.rows) == 1 else stepped,
+        f"{reached}; step {stage.best_step} came nearest, {fixed(abs(stage.error_percent), 1)} % from it.",
+    ]

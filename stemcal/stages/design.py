@@ -120,11 +120,11 @@ def surface_coding(study: Study, names: Sequence[str]) -> Coding:
     factors = [study.factor(name) for name in names]
     reach = catalogue.surface_reach(len(names), surface_options(study))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
-    given = study.rsm.coding
+    coded = {name: study.rsm.coded(name) for name in study.rsm.coding}
     return Coding(
         tuple(names),
-        tuple(given[n].center if n in given else c for n, c in zip(names, ranged.centre, strict=True)),
-        tuple(given[n].half_step if n in given else h for n, h in zip(names, ranged.half_step, strict=True)),
+        tuple(coded[n][0] if n in coded else c for n, c in zip(names, ranged.centre, strict=True)),
+        tuple(coded[n][1] if n in coded else h for n, h in zip(names, ranged.half_step, strict=True)),
     )
 
 
@@ -136,9 +136,7 @@ def design_radius(study: Study, k: int) -> float:
 def surface_options(study: Study) -> catalogue.SurfaceOptions:
     """Return what the spec chooses about the design of the surface."""
     rsm = study.rsm
-    return catalogue.SurfaceOptions(
-        rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.seed, rsm.extra_runs
-    )
+    return catalogue.SurfaceOptions(rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.extra_runs)
 
 
 def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[Note]]:

@@ -47,7 +47,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     whole, study = study, study_of(stage, study)
     if study is not whole:
         solver = None  # the stage has one of its own
-    dump = _with_contents(whole.model_dump())
+    sections = {"factors", "tests", "responses", "conditions", *stage_called(stage).options}
+    dump = _with_contents(whole.model_dump(include=sections))
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in stage_called(stage).options}
     if study.tests:
@@ -60,7 +61,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
         parts["conditions"] = [target.condition for target in study.joint_targets]
         parts["responses"] = study.invert.responses
     if stage_called(stage).simulates:
-        parts |= _solver_parts(study, solver, stage) | {"runs.censored": study.runs.censored}
+        parts |= _solver_parts(study, solver, stage)
         parts["solver.replicates"] = study.replicates
     if (before := stage_called(stage).needs(whole)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
@@ -147,7 +148,7 @@ def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
     """Whether a result that was entered by hand is another now than the stage was made from."""
     for _, outcome in read(stage_called(stage), folder).runs():
         records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
-        answers = [answer for record in records if (answer := counted(record, study.runs)).ok]
+        answers = [answer for record in records if (answer := counted(record)).ok]
         if records and outcome.ok != bool(answers):
             return True
         for name in (FIRST, *study.own_further):
@@ -264,7 +265,7 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
         records = [folder.peek(key) for key in outcome.keys if key]
         if not all(record is not None and stands(record, study.runs) for record in records):
             return False
-        if records and outcome.ok != any(counted(record, study.runs).ok for record in records if record):
+        if records and outcome.ok != any(counted(record).ok for record in records if record):
             return False
     return True
 

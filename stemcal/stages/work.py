@@ -17,7 +17,7 @@ from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, StageResult, leave, read_result
-from stemcal.study.model import RunsOptions, Study, program_of
+from stemcal.study.model import Study, program_of
 
 R_co = TypeVar("R_co", bound=StageResult, covariant=True)
 HERE = InlineExecutor()
@@ -54,8 +54,7 @@ class Work:
             If the program answers the first of them differently the second time, and no chance was declared.
         """
         if again := second_time(self.study, requests):
-            runs = self.study.runs  # what fails here is judged among the runs of its stage
-            policy = RunsOptions(quorum=0.0).model_copy(update={"tries": runs.tries, "time_limit": runs.time_limit})
+            policy = self.study.runs.model_copy(update={"quorum": 0.0})  # failures are judged in their stage
             _require_same(self.study, again, answer_all(again, self.solver, self.folder, self.executor, ignore, policy))
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
@@ -66,7 +65,7 @@ class Work:
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
-        policy = self.study.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+        policy = self.study.runs.model_copy(update={"quorum": 0.0})
 
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)

@@ -1,12 +1,11 @@
 """The sentence of any note, or other fact of a kind. Each topic's module says those of its kinds."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 from operator import attrgetter
 from typing import Any, TypeVar
 
-from stemcal import note as note_
 from stemcal.files.typed import Tagged
 from stemcal.notes import Note, Weight
 from stemcal.text.names import Names
@@ -16,31 +15,17 @@ K = TypeVar("K", bound=Tagged)
 
 @dataclass(frozen=True)
 class Remark:
-    """A sentence about a result, what it weighs, and its kind: of several of a kind one is read first.
-
-    One that `claims` holds for a calibrated study only.
-    """
+    """A sentence about a result, what it weighs, and its kind."""
 
     sentence: str
     weight: Weight
     kind: str
-    claims: bool = False
 
 
 @singledispatch
-def sentence(fact: Tagged | note_.Note, names: Names) -> str:
+def sentence(fact: Tagged, names: Names) -> str:
     """Return what a note says, or a reason of the verdict, or its remedy."""
     raise TypeError(f"no sentence for facts of kind {fact.kind}")
-
-
-@sentence.register
-def _(fact: note_.Note, _names: Names) -> str:
-    return str(fact)
-
-
-def sentences(facts: Iterable[Tagged | note_.Note], names: Names | None = None) -> list[str]:
-    """Return what each of several notes says, of a topic whose module is imported."""
-    return [sentence(fact, names or Names()) for fact in facts]
 
 
 def states(
@@ -78,11 +63,6 @@ def _decides(path: str, fact: Tagged, names: Names) -> Any:
     return attrgetter(rest)(names) if root == "names" else attrgetter(path)(fact) if path else None
 
 
-_WEIGHTS = {"error": Weight.NUMBERS, "warning": Weight.NUMBERS, "caution": Weight.TRUST, "info": Weight.ASIDE}
-
-
-def remark(note: Note | note_.Note, names: Names) -> Remark:
-    """Return a note as a sentence that knows its weight."""
-    if isinstance(note, note_.Note):
-        return Remark(str(note), _WEIGHTS[note.severity], note.kind)
-    return Remark(sentence(note, names), note.weight, note.kind, note.claims)
+def remark(note: Note, names: Names) -> Remark:
+    """Return a note as a sentence with its weight."""
+    return Remark(sentence(note, names), note.weight, note.kind)

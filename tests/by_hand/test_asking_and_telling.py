@@ -173,7 +173,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
 
 
 def test_replicates_are_rows_of_their_own(tmp_path: Path) -> None:
-    study = stemcal.load_study(spec_of(tmp_path, deterministic="replicates: 2"))
+    study = stemcal.load_study(spec_of(tmp_path, replicates="replicates: 2"))
     folder = StudyFolder(tmp_path / "study")
     sizes = []
     while sheet := awaited(study, folder):
@@ -193,18 +193,18 @@ def test_replicates_are_rows_of_their_own(tmp_path: Path) -> None:
 def test_order_is_drawn_by_chance_where_there_is_chance(tmp_path: Path) -> None:
     def order(name: str, line: str) -> list[str]:
         (tmp_path / name).mkdir()
-        study = stemcal.load_study(spec_of(tmp_path / name, deterministic=line))
+        study = stemcal.load_study(spec_of(tmp_path / name, replicates=line))
         return [row[0] for row in awaited(study, StudyFolder(tmp_path / name / "study"))[1:]]
 
-    by_chance = order("a", "deterministic: false")
-    assert by_chance == order("b", "deterministic: false") != order("c", "deterministic: false\n  seed: 1")
-    assert order("d", "deterministic: true") == [f"rsm {number}" for number in range(1, 14)]  # one run in the middle
+    by_chance = order("a", "replicates: 1")
+    assert by_chance == order("b", "replicates: 1") != sorted(by_chance, key=lambda run: int(run.split()[1]))
+    assert order("d", "") == [f"rsm {number}" for number in range(1, 14)]  # one run in the middle
     assert sorted(by_chance, key=lambda run: int(run.split()[1])) == [f"rsm {number}" for number in range(1, 16)]
 
 
 def test_templates_are_filled_in_for_every_run(tmp_path: Path) -> None:
     (tmp_path / "heap.in").write_text("friction {{sliding}} {{rolling}}\n", encoding="utf-8")
-    spec = spec_of(tmp_path, deterministic="templates: [heap.in]")
+    spec = spec_of(tmp_path, replicates="replicates: 1\n  templates: [heap.in]")
     assert command("run", spec, "--out", tmp_path / "study").exit_code == 6
     inputs = tmp_path / "study" / "inputs"
     assert len(list(inputs.iterdir())) == 15

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from commanding import COMMANDS, REPLAY, ROOT, SMOKE, command, undrawn
 
+from stemcal.cli.explain import look_up
 from stemcal.study.reading.json_schema import meanings
-from stemcal.text.glossary import look_up
 
 DATA = ROOT / "configs" / "data"
 
@@ -40,9 +40,7 @@ def test_measure_diameters(tmp_path: Path) -> None:
 def test_measure_shear_prints_and_writes_targets(tmp_path: Path) -> None:
     spec = tmp_path / "mine.yaml"
     spec.write_text(SMOKE.read_text("utf-8"), "utf-8")
-    result = command(
-        "measure", "shear", DATA / "measured-shear", "--calibrate-at", 8, "--spec", spec, "--out", tmp_path
-    )
+    result = command("measure", "shear", DATA / "measured-shear", "--spec", spec, "--out", tmp_path)
     assert result.exit_code == 0
     assert "of the machine's travel" in result.stderr and "the simulated blade travels 1.33 mm in all" in result.stderr
     assert "- {diameter: 8 mm, force: 159.2 N, sd:" in result.stdout
@@ -142,7 +140,7 @@ def test_every_key_of_a_spec_is_explained_by_its_place_and_by_its_name(place: st
 
 
 def test_of_a_section_the_keys_are_listed() -> None:
-    (entry,) = look_up("targets.machine")
+    (entry,) = look_up("machine")
     assert entry.meaning.endswith(" Keys: stiffness, stiffness_sd and toe_sd.")
     assert [entry.meaning.count("Keys:") for entry in look_up("solver.threads")] == [0, 0]
 

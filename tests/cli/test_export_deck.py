@@ -9,7 +9,7 @@ from stemcal.numbers import significant
 from stemcal.solvers.embedded import simulate
 from stemcal.study.reading import load_study
 
-PAPER = ROOT / "configs" / "wild-chrysanthemum.yaml"
+PAPER = ROOT / "configs" / "wild-chrysanthemum-as-published.yaml"
 
 
 def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:

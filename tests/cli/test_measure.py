@@ -338,7 +338,6 @@ def test_where_there_is_a_displacement_the_speed_is_not_needed(tmp_path: Path) -
         (("--preload", "nan"), "--preload"),
         (("--preload", "inf"), "--preload"),
         (("--alpha", "nan"), "--alpha"),
-        (("--calibrate-at", "nan"), "--calibrate-at"),
         (("--pattern", ""), "--pattern"),
         (("--pattern", "/etc/*"), "--pattern"),
         (("--pattern", "**x"), "--pattern"),

@@ -18,7 +18,7 @@ def test_run_leaves_every_file_and_shows_the_result(finished: tuple[Path, Any]) 
         assert (folder / f"{name}.{suffix}").is_file()
     assert "18.37" in result.stdout
     assert "16.52 to 19.47" in result.stdout
-    assert "Largest error 7.83 %" in result.stdout
+    assert "Largest held-out error 7.83 %" in result.stdout
     assert "Screening: 12/12 runs" in result.stderr
     assert "12/12" not in result.stdout
 
@@ -38,7 +38,7 @@ def test_json_is_pure_in_a_process(finished: tuple[Path, Any], tmp_path: Path) -
     found = json.loads(done.stdout)["result"]
     assert done.returncode == 0
     assert json.loads(done.stdout)["command"] == "run"
-    assert found["validate"]["max_abs_error_percent"] == pytest.approx(7.83, abs=0.01)
+    assert found["validate"]["worst_percent"] == pytest.approx(7.83, abs=0.01)
 
 
 def test_quiet_says_nothing_on_stderr(tmp_path: Path) -> None:
@@ -102,12 +102,12 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
             "study": "known",
             "parameters": {},
             "rows": [
-                {"condition": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "validation",
+                {"condition": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "held_out",
                  "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
                 {"condition": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
-                 "role": "calibration", "status": "ok", "reason": "", "message": ""},
+                 "role": "fitted", "status": "ok", "reason": "", "message": ""},
             ],
-            "max_abs_error_percent": 0.5,
+            "worst_percent": 0.5,
             "mean_abs_error_percent": 0.5,
         }
     )  # fmt: skip

@@ -103,7 +103,7 @@ def test_a_stage_is_stale_with_the_one_before_it(replayed: Path, tmp_path: Path)
     before = json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["stages"]
     assert {part["file"] for part in before} == {"fresh"}
     text = spec.read_text("utf-8")
-    spec.write_text(text.replace("\nrsm:\n", "\nrsm:\n  reduce_alpha: 0.2\n"), "utf-8")
+    spec.write_text(text.replace("\nrsm:\n", "\nrsm:\n  reduce: backward\n"), "utf-8")
     found = {
         part["stage"]: part
         for part in json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["stages"]

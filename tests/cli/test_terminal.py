@@ -5,7 +5,7 @@ from io import StringIO
 import pytest
 from rich.text import Text
 
-from stemcal.cli.terminal import Terminal
+from stemcal.cli.console import Terminal
 
 
 def printed(text: str | Text, width: int) -> list[str]:

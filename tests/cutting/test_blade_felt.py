@@ -16,7 +16,7 @@ from stemcal.fem.stepper import simulate
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
 
-SPEC = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml"
+SPEC = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml"
 
 
 def shipped(**blade: object) -> ShearTest:

@@ -25,7 +25,7 @@ CHANGES: dict[str, tuple[str, str]] = {
     "another diameter's force": ("force: 171.875 N", "force: 160 N"),
     "another diameter": ("diameter: 10 mm", "diameter: 9 mm"),
     "the level of significance": ("targets:", "screen: {alpha: 0.1}\ntargets:"),
-    "the calibrated diameter": ("calibrate_at: 8 mm", "calibrate_at: 7 mm"),
+    "the calibrated diameter": ("name: known", "name: known\nspecimen: {outer_diameter: 7 mm}"),
     "the number of centre points": ("centre_points: 3", "centre_points: 5"),
     "the rule of the inversion": ("targets:", "invert: {rule: others_at_centre}\ntargets:"),
     "the solver's version": ("", ""),

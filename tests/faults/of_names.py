@@ -60,7 +60,7 @@ def leaving_name(folder: Path, number: int, _rng: random.Random) -> None:
             read_study(text.encode(), inside / "study.yaml")
             raise AssertionError(f"the template {name!r} was taken")
         else:
-            result = f"{{kind: json, file: {shown}, path: out}}"
+            result = f"{{file: {shown}, path: out}}"
             study = test_command.study_of(inside, result=result)
             file = study.solver.result.file  # type: ignore[union-attr]
             assert (folder / "run" / file).resolve().is_relative_to((folder / "run").resolve()), file
@@ -99,7 +99,7 @@ def injected(folder: Path, number: int, rng: random.Random) -> None:
         program,
         template=template,
         command=command,
-        result="{kind: json, file: out.json, path: out, reduction: first}",
+        result="{file: out.json, path: out, reduction: first}",
     )
     assert answer.ok, answer.message
     assert answer.response == len("1.510.0") + len(word), "the template is not what was written"

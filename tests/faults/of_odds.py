@@ -128,8 +128,8 @@ WRITE_MUCH = "open('out.txt', 'w').write('{\"out\": [' + ','.join(['[[[{}]]]'] *
 def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
     """A result that takes for ever to read is a time-out, soon after the limit; the next one is read."""
     kind, what, text = list(SLOW.values())[number % len(SLOW)]
-    result = f"{{kind: regex, file: out.txt, pattern: '{what}'}}" if kind == "regex" else ""
-    result = result or f"{{kind: json, file: out.txt, path: {what}}}"
+    result = f"{{file: out.txt, pattern: '{what}'}}" if kind == "regex" else ""
+    result = result or f"{{file: out.txt, path: {what}}}"
     program = WRITE_MUCH if text is None else WRITE.format(text=text)
     began = time.monotonic()
     answer = test_command.solved(folder, program, result=result, limit="6 s" if text is None else "2 s")
@@ -139,7 +139,7 @@ def slow_result(folder: Path, number: int, _rng: random.Random) -> None:
     again = test_command.solved(
         folder / "again",
         "open('out.txt', 'w').write('F = 12.5')",
-        result="{kind: regex, file: out.txt, pattern: 'F = (.*)'}",
+        result="{file: out.txt, pattern: 'F = (.*)'}",
     )
     assert again.ok and again.response == 12.5, again
 
@@ -165,9 +165,7 @@ def many_factors(_folder: Path, number: int, rng: random.Random) -> None:
     """A hundred factors are screened; one more is told, in a line."""
     count = (101, 100, 102, 150, 1000, 48)[number % 6]
     factors = "\n".join(f"  - {{name: p{i}, low: 1, high: {rng.uniform(1.5, 3):g}}}" for i in range(count))
-    text = (
-        f"name: many\nfactors:\n{factors}\ntargets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, force: 9 N}}]}}\n"
-    )
+    text = f"name: many\nfactors:\n{factors}\ntargets: [{{diameter: 8 mm, force: 9 N}}]\n"
     text += "solver: {kind: sheet, file: many.csv}\n"
     _folder.mkdir(parents=True, exist_ok=True)
     (_folder / "many.csv").write_text("run,p0,force\nscreen,1,2\n", encoding="utf-8")

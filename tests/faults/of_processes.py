@@ -63,7 +63,7 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
     if os.name == "nt":
         raise Missing("needs POSIX signals")
     way, row, always = WAYS[number % 3], rng.randrange(12), number % 2 == 1
-    study, witness = make_study(folder, "runs: {tries: 2}\n"), folder / "witness"
+    study, witness = make_study(folder), folder / "witness"
     accident = None if always else folder / "accident"
     solver = FakeSolver(witness, trouble={row: way}, accident=accident)
     whole = workflow.screen(study, StudyFolder(folder / "whole"), InlineExecutor(), solver=FakeSolver()).to_json()
@@ -124,8 +124,8 @@ factors:
 solver:
   kind: command
   command: [{python}, "-S", "-c", "import sys, time; time.sleep(0.3); print(sys.argv[1], sys.argv[2])", "{{{{width}}}}", "{{{{depth}}}}"]
-  result: {{kind: regex, file: program-output.txt, pattern: '(\\S+) \\S+'}}
-targets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, force: 15 N}}]}}
+  result: {{file: program-output.txt, pattern: '(\\S+) \\S+'}}
+targets: [{{diameter: 8 mm, force: 15 N}}]
 rsm: {{factors: [width, depth]}}
 """  # noqa: E501
 ENDINGS = {"SIGINT": 130, "SIGTERM": 143}

@@ -24,7 +24,7 @@ from stemcal.fem.stepper import simulate
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.programs.reductions import NoResult
-from stemcal.study.model import CsvResult, JsonResult, RegexResult
+from stemcal.study.model import ResultReader
 
 # ---- physics
 
@@ -107,15 +107,15 @@ def hung_program(folder: Path, _number: int, rng: random.Random) -> None:
 
 RESULTS: dict[str, tuple[Any, bytes]] = {
     "json": (
-        JsonResult(kind="json", file="out", path="F", along="x", reduction="max"),
+        ResultReader(file="out", path="F", along="x", reduction="max"),
         json.dumps({"F": [0.5 * i for i in range(40)], "x": list(range(40))}).encode(),
     ),
     "csv": (
-        CsvResult(kind="csv", file="out", column="F", along="t", reduction="max"),
+        ResultReader(file="out", column="F", along="t", reduction="max"),
         b"t,F\n" + b"".join(b"%d,%d.25\n" % (i, 2 * i) for i in range(40)),
     ),
     "regex": (
-        RegexResult(kind="regex", file="out", pattern=r"^force\s+(\S+)\s*;$"),
+        ResultReader(file="out", pattern=r"^force\s+(\S+)\s*;$"),
         b"".join(b"step %d\nforce  %d.5D+00 ;\n" % (i, i) for i in range(40)),
     ),
 }
@@ -166,7 +166,7 @@ def instant_limit(folder: Path, _number: int, rng: random.Random) -> None:
     from stemcal.executors.local import LocalExecutor
 
     row, witness = rng.randrange(12), folder / "witness"
-    study = make_study(folder, "runs: {time_limit: 1 s, tries: 2}\n")
+    study = make_study(folder, "runs: {time_limit: 1 s}\n")
     solver = FakeSolver(witness, seconds=0.15, trouble={row: "hang"})
     with LocalExecutor(1, time_limit=1.0) as executor:
         stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()

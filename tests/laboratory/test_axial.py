@@ -68,7 +68,7 @@ def test_it_breaks_at_the_failure_strain() -> None:
     assert result.break_travel == pytest.approx(travel, rel=0.03)
     assert result.responses["travel"] == pytest.approx(travel, rel=0.03)
     narrowed = exp(-(log(1.0 + travel / LENGTH) - (1.0 - 2.0 * NU) * strength / E))
-    assert result.responses["maximum_force"] == pytest.approx(strength * area * narrowed, rel=0.005)
+    assert result.responses["force"] == pytest.approx(strength * area * narrowed, rel=0.005)
     assert result.stroke_was_enough
 
 
@@ -90,7 +90,7 @@ def test_held_ends_carry_more() -> None:
     test, _ = pulled("tension")
     free = perform(test)
     held = perform(piece(Axial("tension", "held"), test.material, LENGTH, 0.6, 1.3))
-    for name in ("slope", "maximum_force"):
+    for name in ("slope", "force"):
         assert 1.0 < held.responses[name] / free.responses[name] < 1.1
 
 
@@ -110,7 +110,7 @@ def test_a_whole_piece_that_hardly_hardens_stays_straight(turn: float) -> None:
     ]
     pieces[1] = replace(pieces[1], discretisation=replace(pieces[1].discretisation, turn=turn))
     quarter, whole = (perform(one) for one in pieces)
-    for name in ("slope", "maximum_force", "work"):
+    for name in ("slope", "force", "work"):
         assert whole.responses[name] == pytest.approx(quarter.responses[name], rel=1e-3 if turn == 0.0 else 5e-3), name
     assert not [one for one in (*quarter.warnings, *whole.warnings) if one.kind == "buckles"]
 

@@ -91,7 +91,7 @@ def test_the_axis_bends_as_timoshenkos_beam(span: float, tolerance: float) -> No
     along, travelled = (secant(way, force, (0.3, 0.7)) for way in (np.array(axis.deflection), result.history.travel))
     assert along is not None and travelled is not None
     exact = timoshenko(test)
-    leaning = 1.5 * 0.5 * result.responses["maximum_force"] / exact / (0.5 * span)
+    leaning = 1.5 * 0.5 * result.responses["force"] / exact / (0.5 * span)
     exact *= 1.0 + 3.0 * (2.0 + 4.0) * leaning / (0.5 * span)
     assert along.slope == pytest.approx(exact, rel=tolerance)
     assert travelled.slope < along.slope
@@ -195,7 +195,7 @@ def test_a_plastic_hinge() -> None:
     """
     span, stress = 80.0, 3.0
     result = perform(bending(span, 3.0, material(stress)))
-    force = result.responses["maximum_force"]
+    force = result.responses["force"]
     width = sqrt(force / (3.0 * stress) / pi * sqrt(2.0 / 4.0))
     arm = lever(span, result.responses["travel"]) - 4.0 * width / (3.0 * pi)
     assert force == pytest.approx(HINGE * 2.0 * plastic_moment(stress) / arm, rel=0.03)
@@ -207,7 +207,7 @@ def test_a_slender_piece_carries_the_hinge_of_a_beam() -> None:
     span, stress = 320.0, 3.0
     test = bending(span, 20.0, material(stress), 1.0)
     result = perform(replace(test, discretisation=replace(test.discretisation, coarsening=6.0)))
-    assert result.responses["maximum_force"] == pytest.approx(4.0 * plastic_moment(stress) / span, rel=0.05)
+    assert result.responses["force"] == pytest.approx(4.0 * plastic_moment(stress) / span, rel=0.05)
 
 
 def test_a_quarter_is_the_whole() -> None:

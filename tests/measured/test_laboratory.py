@@ -12,7 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.diameters import measure_diameters, proposed_grades
 from stemcal.measured.shear import find_files, measure_shear, read_index
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
-from stemcal.measured.target_entries import targets_section, with_targets
+from stemcal.measured.target_entries import section_of, target_rows
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
@@ -40,7 +40,7 @@ def test_examples_say_that_they_are_synthetic_and_have_the_published_means() -> 
     assert tests.synthetic
     assert {g.diameter: g.summary.mean for g in tests.grades} == pytest.approx(MEANS)
     assert [g.summary.n for g in tests.grades] == [6] * 5
-    assert "SYNTHETIC" in targets_section(tests)
+    assert "SYNTHETIC" in target_rows(tests)[0]
     assert measure_diameters(DATA / "measured-diameters.csv").synthetic
 
 
@@ -151,6 +151,7 @@ def test_where_the_diameter_comes_from(tmp_path: Path) -> None:
 def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     """0, 10, 50, 90 N at 0, 0.1, 0.2, 0.3 mm from the last point below the preload: ∫F du = 0.5 + 3 + 7 = 10.5 mJ."""
     from stemcal.study.reading import read_study
+    from stemcal.study.reading.amend import with_rows
 
     for name, most in (("a", 90.0), ("b", 110.0)):
         curve_file(tmp_path / f"8mm-{name}.csv", [0.0, 10.0, 50.0, most, 20.0])
@@ -159,11 +160,12 @@ def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     (grade,) = tests.grades
     assert (grade.travel.mean, grade.travel.sd) == pytest.approx((0.3, 0.0), abs=1e-12)
     assert (grade.work.mean, grade.work.sd) == pytest.approx((11.0, 0.5**0.5))
-    section = targets_section(tests, travel_and_work=True)
-    assert "travel: 0.3 mm" in section and "work: 11 mJ, work_sd: 0.7071 mJ}" in section
+    rows = target_rows(tests, travel_and_work=True)
+    section = section_of(rows)
+    assert "travel: 0.3 mm, work: 11 mJ," in section and "work: 0.7071 mJ}" in section
     assert max(map(len, section.splitlines())) <= 72
     spec = DATA.parent / "smoke.yaml"
-    (target,) = read_study(with_targets(spec.read_text("utf-8"), section).encode(), spec).targets.means
+    (target,) = read_study(with_rows(spec.read_text("utf-8"), {"": rows}).encode(), spec).targets.means
     assert (target.work, target.work_sd, target.n) == (11.0, 0.7071, 2)
 
 
@@ -172,22 +174,20 @@ def test_files_are_sorted_by_number() -> None:
     assert (names[0], names[6], names[-1]) == ("7mm-1", "8mm-1", "11mm-6")
 
 
-def test_targets_replace_only_their_section() -> None:
+def test_rows_of_the_cut_are_replaced_alone() -> None:
     from stemcal.study.reading import read_study
+    from stemcal.study.reading.amend import with_rows
 
-    spec = DATA.parent / "wild-chrysanthemum.yaml"
+    spec = DATA.parent / "wild-chrysanthemum-as-published.yaml"
     text = spec.read_text("utf-8")
-    section = targets_section(measure_shear(find_files(DATA / "measured-shear")), 8.0)
-    changed = with_targets(text, section)
+    rows = target_rows(measure_shear(find_files(DATA / "measured-shear")))
+    changed = with_rows(text, {"": rows})
     study = read_study(changed.encode(), spec)
     assert study.calibration_target.response == 159.2
     assert [target.n for target in study.targets.means] == [6] * 5
     assert all(target.sd for target in study.targets.means)
     outside = [line for line in text.splitlines() if line not in changed.splitlines()]
-    assert all("diameter:" in line or line == "targets:" for line in outside)
-    assert with_targets("name: a\n", section).startswith("name: a\n\ntargets:")
-    with pytest.raises(UsageError, match="--calibrate-at 12"):
-        targets_section(measure_shear(find_files(DATA / "measured-shear")), 12.0)
+    assert all("diameter:" in line for line in outside)
 
 
 @pytest.mark.parametrize("head", ["12.1 mm,,13.2 mm,", "d = 12.1 mm,,d = 13.2 mm,", "A (d=12.1mm),,B (d=13.2mm),"])

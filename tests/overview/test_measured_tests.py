@@ -18,7 +18,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.overview.measured_tests import break_at, measure_tests
 from stemcal.study.reading import load_study
-from stemcal.study.reading.amend import with_test_targets
+from stemcal.study.reading.amend import with_rows
 
 THREE = Path(__file__).parents[2] / "configs" / "three-tests.yaml"
 MAXIMA = {"8mm-1": 600.0, "8mm-2": 640.0, "8mm-3": 650.0, "9mm-1": 700.0, "9mm-2": 720.0}
@@ -48,14 +48,14 @@ def test_means_of_what_the_targets_have_already(lab: Path) -> None:
     """The pull of the shipped spec has maximum force and work; its bending has no folder here."""
     found = measure_tests(load_study(THREE), lab, AT_ONCE)
     means = {(one.diameter, one.response): one.summary for one in found.means}
-    assert list(means) == [(8.0, "maximum_force"), (8.0, "work"), (9.0, "maximum_force"), (9.0, "work")]
+    assert list(means) == [(8.0, "force"), (8.0, "work"), (9.0, "force"), (9.0, "work")]
     forces = [600.0, 640.0, 650.0]
     works = [force**2 / (2.0 * STIFFNESS) for force in forces]
-    assert means[8.0, "maximum_force"].mean == pytest.approx(fmean(forces), rel=1e-6)
+    assert means[8.0, "force"].mean == pytest.approx(fmean(forces), rel=1e-6)
     assert means[8.0, "work"].mean == pytest.approx(fmean(works), rel=1e-6)
     assert means[8.0, "work"].sd == pytest.approx(stdev(works), rel=1e-6)
     assert found.targets["pull"][0] == (
-        "{diameter: 8 mm, maximum_force: 630 N, maximum_force_sd: 26.46 N, work: 496.7 mJ, work_sd: 41.25 mJ, n: 3}"
+        "{test: pull, diameter: 8 mm, force: 630 N, work: 496.7 mJ, sd: {force: 26.46 N, work: 41.25 mJ}, n: 3}"
     )
 
 
@@ -72,7 +72,7 @@ def test_without_targets_what_such_a_test_usually_tells(lab: Path) -> None:
     means = {one.response: one.summary for one in found.means if one.diameter == 8.0}
     assert {name: one.n for name, one in means.items()} == {
         "slope": 2,
-        "maximum_force": 2,
+        "force": 2,
         "work": 2,
     }
     assert means["slope"].mean == pytest.approx(STIFFNESS, rel=1e-6)
@@ -93,12 +93,14 @@ def test_they_get_into_the_spec_and_nothing_else_changes(lab: Path) -> None:
     assert done.exit_code == 0, done.stderr
     entry = measure_tests(load_study(THREE), lab, AT_ONCE).targets["pull"][0]
     assert len(entry) > 80
-    assert f"pull:\n  - {entry}\n" in done.stdout
+    assert f"targets:\n  - {entry}\n" in done.stdout
     before, after = text.splitlines(), spec.read_text(encoding="utf-8").splitlines()
     changed = [(old, new) for old, new in zip(before, after, strict=True) if old != new]
     assert len(changed) == 1
-    assert changed[0][1].startswith("      - {diameter: 8 mm, maximum_force: 630 N, maximum_force_sd: 26.46 N")
-    assert load_study(spec).tests[1].targets[0].work == pytest.approx(496.7)
+    assert changed[0][1].startswith(
+        "  - {test: pull, diameter: 8 mm, force: 630 N, work: 496.7 mJ, sd: {force: 26.46 N,"
+    )
+    assert load_study(spec).tests[1].targets[0].means["work"].value == pytest.approx(496.7)
 
 
 def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
@@ -125,7 +127,7 @@ def test_of_two_folders_the_one_of_the_very_name_is_read_and_the_other_told(lab:
         pytest.skip("names of folders differ in more than case here")
     (lab / "Pull" / "8mm-1.csv").write_text(sheet(300.0), encoding="utf-8")
     done = command("measure", "tests", THREE, lab, "--preload", 0)
-    assert "maximum_force: 630 N" in done.stdout
+    assert "force: 630 N" in done.stdout
     assert "note: Folder 'Pull' is not read: 'pull' is read instead." in done.stderr.splitlines()
 
 
@@ -133,7 +135,7 @@ def test_json_tells_means_and_targets(lab: Path) -> None:
     told = json.loads(command("measure", "tests", THREE, lab, "--json", "--preload", 0).stdout)["result"]
     assert told["stage"] == "measure-tests"
     assert told["means"][0] | {"mean_interval": None, "sd_interval": None, "cv_percent": None, "sd": None} == {
-        **{"test": "pull", "diameter": 8.0, "response": "maximum_force", "n": 3, "mean": pytest.approx(630.0)},
+        **{"test": "pull", "diameter": 8.0, "response": "force", "n": 3, "mean": pytest.approx(630.0)},
         **dict.fromkeys(("mean_interval", "sd_interval", "cv_percent", "sd")),
     }
 
@@ -156,13 +158,13 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
     ("text", "known"),
     [
         (
-            "tests:\n- name: pull\n  kind: x\n# end\n",
-            "tests:\n- name: pull\n  kind: x\n  targets:\n    - {a: 1}\n# end\n",
+            "targets:\n- {diameter: 8 mm}\n- test: pull\n  force: 3 N\n# end\n",
+            "targets:\n- {diameter: 8 mm}\n- {a: 1}\n# end\n",
         ),
-        ("tests:\r\n- name: pull\r\n", "tests:\r\n- name: pull\r\n  targets:\r\n    - {a: 1}\r\n"),
-        ("tests:\n- name: pull\n  targets: [{b: 2}]  # old\n", "tests:\n- name: pull\n  targets: [{a: 1}]  # old\n"),
-        ("tests:\n- name: other\n  targets: [{b: 2}]\n", "tests:\n- name: other\n  targets: [{b: 2}]\n"),
+        ("targets:\r\n- {b: 2}\r\n", "targets:\r\n- {b: 2}\r\n- {a: 1}\r\n"),
+        ("targets: [{b: 2}, {test: pull}]  # old\n", "targets:\n  - {b: 2}\n  - {a: 1}  # old\n"),
+        ("targets:\n  - {b: 2}", "targets:\n  - {b: 2}\n  - {a: 1}\n"),
     ],
 )
 def test_however_a_spec_is_laid_out(text: str, known: str) -> None:
-    assert with_test_targets(text, {"pull": ["{a: 1}"]}) == known
+    assert with_rows(text, {"pull": ["{a: 1}"]}) == known

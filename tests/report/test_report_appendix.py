@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import diagnostics, studentised
+from stemcal.report.figures.effects import diagnostics, half_normal, pareto, studentised
 from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
 from stemcal.report.tables.of_designs import canonical_table, checks_table, design_table

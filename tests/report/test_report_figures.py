@@ -9,8 +9,7 @@ import pytest
 
 from stemcal.report.figures.contour import contours
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.figures.effects import half_normal, pareto
-from stemcal.report.figures.fit import observed_predicted, residuals
+from stemcal.report.figures.effects import half_normal, observed_predicted, pareto, residuals
 from stemcal.report.figures.style import inline, save, save_both, svg
 from stemcal.report.figures.validation import validation
 from stemcal.report.records import Curve

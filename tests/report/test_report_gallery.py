@@ -10,14 +10,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from stemcal.cli.explain import GLOSSARY, look_up
 from stemcal.errors import UsageError
-from stemcal.report.figures import laboratory
+from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.contour import contours, relief, solutions
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.gallery import Plot, gallery, write_figures
 from stemcal.report.figures.style import resize, styled
 from stemcal.report.figures.validation import validation
-from stemcal.text.glossary import GLOSSARY, look_up
 
 
 def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:

@@ -19,9 +19,8 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.figures.animation import write_animation
 from stemcal.report.figures.fracture import end_faces
-from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near
+from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near, write_animation
 from stemcal.report.page.render import render
 from stemcal.report.records import read_records
 from stemcal.solvers.embedded import Embedded
@@ -164,7 +163,7 @@ def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Pat
     with copy:
         for name in ("screen", "rsm", "invert", "validate"):
             shutil.copy(folder.path / f"{name}.json", copy.path)
-        row = next(row for row in folder.read_stage("validate")["rows"] if row["role"] == "calibration")
+        row = next(row for row in folder.read_stage("validate")["rows"] if row["role"] == "fitted")
         record = folder.peek(row["key"])
         curve = {"travel": [0.0, 0.4, 0.8], "force": [0.0, 159.2, 20.0]}
         record["details"] = {"curve": curve, **pictured(*filmed)}

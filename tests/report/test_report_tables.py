@@ -101,8 +101,8 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
 
 def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
     text = printed(stages["validate"])
-    assert cells(text, "11 ") == ["11", "validation", "378.2", "350.0", "7.46"]
-    assert cells(text, "8 ")[1] == "calibration"
+    assert cells(text, "11 ") == ["11", "held", "out", "378.2", "350.0", "7.46"]
+    assert cells(text, "8 ")[1] == "fitted"
 
 
 def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:
@@ -118,7 +118,7 @@ def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> Non
 def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:
     failed = {"simulated": None, "error_percent": None, "status": "failed", "reason": "nan"}
     stage = edited(stages["validate"], lambda content: content["rows"][0].update(failed))
-    assert cells(printed(stage), "7 ") == ["7", "validation", "120", "failed", "(nan)", "–"]
+    assert cells(printed(stage), "7 ") == ["7", "held", "out", "120", "failed", "(nan)", "–"]
 
 
 def test_markup_in_names_is_text(stages: dict[str, Any], edited: Any) -> None:

@@ -17,10 +17,12 @@ from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
-from stemcal.report.export.latex import document
+from stemcal.report.export.formats import document
 from stemcal.report.export.paper import paper_tables
 from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
+from stemcal.report.notes import certainty, outcome_of, shown_notes
+from stemcal.report.page.headline import kind_of, question
 from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
@@ -32,8 +34,6 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.names import Names
-from stemcal.text.page import kind_of, question
-from stemcal.text.results import certainty, outcome_of, remarks_of
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
@@ -42,10 +42,8 @@ ANGLE = "  - {name: angle, label: Angle of repose, symbol: θ, unit: deg}\n"
 BULK = "  - {name: bulk, label: Bulk density, symbol: ρ, unit: kg/m3}\n"
 MOIST = """\
 targets:
-  calibrate_at: 12
-  values:
-    - {moisture: 12, angle: 32.6 deg, sd: 0.8 deg, n: 5, bulk: 745 kg/m3, bulk_sd: 6}
-    - {moisture: 16, angle: 33.0 deg, sd: 0.9 deg, n: 5, bulk: 741 kg/m3, bulk_sd: 6}
+  - {moisture: 12, angle: 32.6 deg, n: 5, bulk: 745 kg/m3, sd: {angle: 0.8 deg, bulk: 6}}
+  - {moisture: 16, angle: 33.0 deg, n: 5, bulk: 741 kg/m3, sd: {angle: 0.9 deg, bulk: 6}}
 climb: {}
 refine: {}
 invert: {diameters: all, responses: all}
@@ -80,7 +78,7 @@ def angle(tmp_path_factory: pytest.TempPathFactory) -> Told:
 @pytest.fixture(scope="module")
 def moist(tmp_path_factory: pytest.TempPathFactory) -> Told:
     """Two responses over moisture, fitted together, with a climb and a refinement."""
-    one = "{kind: json, file: out.json, path: angle}"
+    one = "{file: out.json, path: angle}"
     both = f"{{angle: {one}, bulk: {one.replace('path: angle', 'path: bulk')}}}"
     changes = [
         (ANGLE, ANGLE + BULK + "conditions: [{name: moisture, unit: '%'}]\n"),
@@ -146,12 +144,12 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     errors = [row.compared.error_percent for row in validation.rows]
     errors += [one.error_percent for row in validation.rows for one in row.further]
     largest = max(abs(error or 0.0) for error in errors)
-    assert table.foot[0].startswith(f"Over all responses the largest error is {largest:.2f} %")
+    assert table.foot[0].startswith(f"Largest error {largest:.2f} %")
 
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     tables = {table.title: table for table in all_tables(moist)}
-    beside = tables["Beside the angle of repose"]
+    beside = tables["Besides the angle of repose"]
     assert [row[:3] for row in beside.cells] == [
         ("bulk density", "12", "745 kg/m³"),
         ("bulk density", "16", "741 kg/m³"),
@@ -223,8 +221,8 @@ def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
     assert kind_of(angle[0]) == "Calibration of a simulation to the measured angle of repose"
     assert question(angle[0]) == "Which parameters make the simulated angle of repose equal the measured 32.6°?"
     assert question(moist[0]) == (
-        "Which parameters make the simulated angle of repose and bulk density at moisture 12 and 16 % equal what was "
-        "measured?"
+        "Which parameters make the simulated angle of repose and bulk density at moisture 12 and 16 % equal the "
+        "measured values?"
     )
 
 
@@ -232,8 +230,8 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
-    remarks = [one.sentence for told in (angle, moist) for stage in told[2].done() for one in remarks_of(stage)]
-    assert of_stems(remarks) == []
+    notes = [str(note) for told in (angle, moist) for stage in told[2].done() for note in shown_notes(stage, True)]
+    assert of_stems(notes) == []
     validation, joint = angle[2].validation, moist[2].inversion
     assert validation is not None and joint is not None
     assert re.fullmatch(
@@ -264,7 +262,7 @@ def test_progress_tells_the_last_answer() -> None:
         last_response=0.5312,
         last_condition=12.0,
         preparing=0.0,
-        counts="run",
+        points=8,
     )
     restitution = Named("cor", "Restitution", "e", "1")
     assert describe(progress, Naming(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"

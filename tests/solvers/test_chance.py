@@ -41,13 +41,11 @@ solver:
   command: [%s, program.py]
   files: [program.py]
   templates: [in.json]
-  result: {kind: json, file: out.json, path: y}
+  result: {file: out.json, path: y}
   %s
 screen: {design: PB, centre_points: 2}
 rsm: {factors: [a, b], centre_points: 4}
-targets:
-  calibrate_at: 8 mm
-  forces: [{diameter: 8 mm, force: 32 N}]
+targets: [{diameter: 8 mm, force: 32 N}]
 """
 LEVELS = {"a": 0.5, "b": 0.0, "c": 0.0}
 

@@ -32,9 +32,7 @@ solver:
   files: [program.py]
   time_limit: {limit}
   result: {result}
-targets:
-  calibrate_at: 8 mm
-  forces: [{{diameter: 8 mm, force: 100 N}}]
+targets: [{{diameter: 8 mm, force: 100 N}}]
 """
 TEMPLATE = "k = {{stiffness}}\nb = {{ width }}\nd = {{diameter}}\n"
 # answers k·b·d
@@ -43,7 +41,7 @@ import json
 k, b, d = (float(line.split("=")[1]) for line in open("input.txt"))
 json.dump({"out": [0, k * b * d]}, open("out.json", "w"))
 """
-JSON = "{kind: json, file: out.json, path: out}"
+JSON = "{file: out.json, path: out}"
 REQUEST = Request("screen", 0, {"stiffness": 1.5, "width": 10.0}, 8.0)
 POSIX = pytest.mark.skipif(os.name != "posix", reason="process groups are tried where there are signals")
 
@@ -249,7 +247,7 @@ def test_identity_holds_templates_command_and_reader(tmp_path: Path) -> None:
     first = identity("a")
     assert identity("b") == first
     assert identity("c", template=TEMPLATE + "# more\n")["inputs"] != first["inputs"]
-    assert identity("d", result="{kind: json, file: out.json, path: out, reduction: max}")["result"] != first["result"]
+    assert identity("d", result="{file: out.json, path: out, reduction: max}")["result"] != first["result"]
     assert identity("e", limit="30 s") == first
     json.dumps(first)
 
@@ -295,20 +293,20 @@ def test_factor_that_no_template_holds_is_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["../out.json", "/etc/passwd", "a/../../b", "C:out.json", "..\\out.json", ""])
 def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
-    said = problems(tmp_path, result=json.dumps({"kind": "json", "file": name, "path": "out"}))
+    said = problems(tmp_path, result=json.dumps({"file": name, "path": "out"}))
     assert "is not a file in the run folder" in said
 
 
 @pytest.mark.parametrize(
     ("result", "said"),
     [
-        ("{kind: jsn, file: out.json}", "'jsn' is no kind of result; did you mean json?"),
-        ("{file: out.json}", "'kind' is missing; add kind: json, csv or regex"),
-        ("{kind: csv, file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
-        ("{kind: regex, file: out.txt, pattern: '(1'}", "is no regular expression"),
-        ("{kind: regex, file: out.txt, pattern: '(1{4294967295})'}", "is no regular expression: the repetition number"),
-        ("{kind: regex, file: out.txt, pattern: 'F=1'}", "has no group around the number"),
-        ("{kind: json, file: out.json, path: out, reduction: mean}", "is not one of the choices"),
+        ("{file: out.json, path: a, column: b}", "solver.result: has column and path; write one of"),
+        ("{file: out.json}", "solver.result: does not name the numbers; write one of column: …"),
+        ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
+        ("{file: out.txt, pattern: '(1'}", "is no regular expression"),
+        ("{file: out.txt, pattern: '(1{4294967295})'}", "is no regular expression: the repetition number"),
+        ("{file: out.txt, pattern: 'F=1'}", "has no group around the number"),
+        ("{file: out.json, path: out, reduction: mean}", "is not one of the choices"),
     ],
 )
 def test_wrong_result_section_is_told(tmp_path: Path, result: str, said: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 from stemcal.solvers.programs import readers
 from stemcal.solvers.programs.readers import read_curve, read_number
 from stemcal.solvers.programs.reductions import NoResult, Series, plotted, reduce_series
-from stemcal.study.model import CsvResult, JsonResult, RegexResult
+from stemcal.study.model import ResultReader
 
 SERIES = Series([1.0, 9.0, -2.0, 4.0], [0.0, 1.0, 2.0, 3.0])
 
@@ -37,7 +37,7 @@ def test_a_curve_needs_a_travel_that_rises(travel: list[float] | None) -> None:
 
 def test_csv_column(tmp_path: Path) -> None:
     (tmp_path / "out.csv").write_text("t,F\n0,0\n\n1,3.5\n2,1.25\n", encoding="utf-8")
-    result = CsvResult(kind="csv", file="out.csv", column="F", along="t", reduction="max", scale=2.0)
+    result = ResultReader(file="out.csv", column="F", along="t", reduction="max", scale=2.0)
     assert read_number(result, tmp_path) == 7.0
     travel, force = read_curve(result, tmp_path)
     assert (travel.tolist(), force.tolist()) == ([0.0, 1.0, 2.0], [0.0, 7.0, 2.5])
@@ -57,13 +57,13 @@ def test_csv_column(tmp_path: Path) -> None:
 def test_csv_failures(tmp_path: Path, text: str, column: str, reason: str) -> None:
     (tmp_path / "out.csv").write_text(text, encoding="utf-8")
     with pytest.raises(NoResult) as caught:
-        read_number(CsvResult(kind="csv", file="out.csv", column=column), tmp_path)
+        read_number(ResultReader(file="out.csv", column=column), tmp_path)
     assert caught.value.reason == reason
 
 
 def test_json_path_with_index(tmp_path: Path) -> None:
     (tmp_path / "o.json").write_text('{"runs": [{"F": [1, 2]}, {"F": [3, 5], "x": [0, 2]}]}', encoding="utf-8")
-    result = JsonResult(kind="json", file="o.json", path="runs.1.F", along="runs.1.x")
+    result = ResultReader(file="o.json", path="runs.1.F", along="runs.1.x")
     assert read_number(result, tmp_path) == 5.0
     assert read_curve(result, tmp_path)[0].tolist() == [0.0, 2.0]
 
@@ -71,7 +71,7 @@ def test_json_path_with_index(tmp_path: Path) -> None:
 def test_regex_groups_and_fortran_numbers(tmp_path: Path) -> None:
     (tmp_path / "log.txt").write_text("t= 0 F= 1.5D+01\nnöise\nt= 2 F= 2.5d1\n", encoding="utf-8")
     pattern = r"t=\s*(?P<x>\S+) F=\s*(?P<y>\S+)"
-    found = RegexResult(kind="regex", file="log.txt", pattern=pattern)
+    found = ResultReader(file="log.txt", pattern=pattern)
     assert read_number(found, tmp_path) == 25.0
     assert [values.tolist() for values in read_curve(found, tmp_path)] == [[0.0, 2.0], [15.0, 25.0]]
 
@@ -85,7 +85,7 @@ def test_a_pattern_without_end_is_a_failed_run(
     monkeypatch.setattr(readers, "SEARCH_SECONDS", 0.5)
     (tmp_path / "log.txt").write_text(text, encoding="utf-8")
     with pytest.raises(NoResult, match=r"more than 0.5 s") as caught:
-        read_number(RegexResult(kind="regex", file="log.txt", pattern=pattern), tmp_path)
+        read_number(ResultReader(file="log.txt", pattern=pattern), tmp_path)
     assert caught.value.reason == "timeout"
 
 
@@ -93,11 +93,11 @@ def test_a_result_beyond_the_limit_is_not_read(tmp_path: Path) -> None:
     with (tmp_path / "log.txt").open("wb") as file:
         file.truncate(readers.MAX_BYTES + 1)
     with pytest.raises(NoResult, match="larger than 20 MiB"):
-        read_number(RegexResult(kind="regex", file="log.txt", pattern="F=(.*)"), tmp_path)
+        read_number(ResultReader(file="log.txt", pattern="F=(.*)"), tmp_path)
 
 
 def test_regex_without_match(tmp_path: Path) -> None:
     (tmp_path / "log.txt").write_text("nothing\n", encoding="utf-8")
     with pytest.raises(NoResult) as caught:
-        read_number(RegexResult(kind="regex", file="log.txt", pattern="F=(.*)"), tmp_path)
+        read_number(ResultReader(file="log.txt", pattern="F=(.*)"), tmp_path)
     assert caught.value.reason == "no_result"

@@ -20,14 +20,14 @@ CASES = Path(__file__).parents[1] / "cases" / "good"
 
 def test_calibrated_values_belong_to_lengths() -> None:
     """Shares of the diameter and what they come to at 8 mm: 8/16, 8/8 and 8/4.5 mm."""
-    solver = make_solver(load_study(CONFIGS / "wild-chrysanthemum.yaml"))
+    solver = make_solver(load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml"))
     assert isinstance(solver, Belonging)
     assert solver.belongings(8.0) == {
         "element_size": "d/16 (0.5 mm)",
         "edge_spread": "d/9.5 (0.842 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
-    thin = load_study(CONFIGS / "wild-chrysanthemum.yaml").with_(solver={"elements_through_wall": 4})
+    thin = load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml").with_(solver={"elements_through_wall": 4})
     assert make_solver(thin).belongings(8.0)["elements_through_wall"] == "4"
 
 

@@ -33,10 +33,8 @@ tests:
       templates: [torsion.in]
       files: [torsion.py]
       result:
-        maximum_force: {{kind: json, file: out.json, path: force}}
-        slope: {{kind: json, file: out.json, path: slope}}
-    targets:
-      - {{diameter: 8 mm, maximum_force: 16 N, maximum_force_sd: 1 N, n: 6}}
+        force: {{file: out.json, path: force}}
+        slope: {{file: out.json, path: slope}}
 """
 PROGRAM = """
 import json, math
@@ -68,6 +66,8 @@ def study_in(folder: Path, tests: str = TESTS) -> Study:
     (folder / "torsion.py").write_text(PROGRAM, encoding="utf-8")
     spec = folder / "study.yaml"
     smoke = (CONFIGS / "smoke.yaml").read_text(encoding="utf-8").replace("159.2 N}", "159.2 N, sd: 8 N, n: 6}")
+    row = "  - {test: torsion, diameter: 8 mm, force: 16 N, sd: 1 N, n: 6}\n"
+    smoke = smoke.replace("targets:\n", f"targets:\n{row}")
     spec.write_text(smoke + tests.format(command=json.dumps([sys.executable, "torsion.py"])), encoding="utf-8")
     return load_study(spec)
 
@@ -77,11 +77,11 @@ def asked(study: Study, yield_stress: float = 15.0, diameter: float = 8.0) -> Re
 
 
 def test_what_a_program_reads_is_a_response_of_its_test(study: Study) -> None:
-    assert [one.name for one in study.naming.responses] == ["force", "torsion_maximum_force"]
-    assert study.invert.responses == ("response", "torsion_maximum_force")
+    assert [one.name for one in study.naming.responses] == ["force", "torsion_force"]
+    assert study.invert.responses == ("response", "torsion_force")
     solver = Embedded(study)
     done = run_all(solver.programs, asked(study, 12.0, 10.0))
-    assert done.responses == {"torsion_maximum_force": pytest.approx(force(12.0, 5.0), rel=1e-12)}
+    assert done.responses == {"torsion_force": pytest.approx(force(12.0, 5.0), rel=1e-12)}
 
 
 def test_it_stands_beside_the_simulated_cut(study: Study, tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_it_stands_beside_the_simulated_cut(study: Study, tmp_path: Path) -> Non
     answer = solver.solve(asked(study))
     assert answer.ok, answer.message
     assert answer.response is not None and answer.response > 50.0
-    assert answer.details["responses"] == {"torsion_maximum_force": pytest.approx(force(15.0, 4.0), rel=1e-12)}
+    assert answer.details["responses"] == {"torsion_force": pytest.approx(force(15.0, 4.0), rel=1e-12)}
     assert answer.details["laboratory"]["torsion"]["responses"]["slope"] == 1.0
     assert list((tmp_path / "work").iterdir()) == []
 
@@ -123,7 +123,7 @@ def test_one_test_is_shown_beside_what_was_measured(study: Study) -> None:
     assert "Maximum force: 16.92 N, measured 16 ± 1 N" in shown
     told = json.loads(command("simulate", study.source, "--test", "torsion", "--json").stdout)["result"]
     assert told["test"] == "torsion"
-    assert told["responses"]["maximum_force"] == pytest.approx(force(15.0, 4.0))
+    assert told["responses"]["force"] == pytest.approx(force(15.0, 4.0))
     refused = command("simulate", study.source, "--test", "torsion", "--frames", "frames")
     assert refused.exit_code == 2
     assert "--frames" in refused.stderr
@@ -142,7 +142,7 @@ def test_a_result_of_an_earlier_run_is_not_put_beside_the_program(tmp_path: Path
 
 def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None:
     wrong = (
-        TESTS.replace("maximum_force: {{kind", "stiffness: {{kind")
+        TESTS.replace("force: {{file", "stiffness: {{file")
         .replace("torsion.in]", "torsion.in]\n      replicates: 3")
         .replace("files: [torsion.py]", "files: [torsion.py, missing.py]")
         .replace("kind: other\n", "kind: other\n    stroke: 1 mm\n")
@@ -152,14 +152,14 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
     text = str(told.value)
     for expected in (
         "tests.torsion.solver.result.stiffness: 'stiffness' is no response of a test",
-        "tests.torsion.solver.result: nothing reads maximum_force",
+        "tests.torsion.solver.result: nothing reads force",
         "tests.torsion.solver: a test's program gives the same answer every time",
         "tests.torsion.stroke: stroke is for a test that is simulated here",
     ):
         assert expected in text
     with pytest.raises(SpecError, match=r"tests.torsion.solver.files.*missing.py"):
         study_in(tmp_path, wrong)
-    (doubt,) = study_in(tmp_path, TESTS.replace("files: [torsion.py]", "keep: all")).warnings
+    (doubt,) = study_in(tmp_path, TESTS.replace("files: [torsion.py]", "time_limit: 9 s")).warnings
     assert "tests.torsion.solver.command[2]: torsion.py lies beside the spec, but not in the folder of a run" in doubt
     assert doubt.endswith("; add files: [torsion.py]")
     spec = study_in(tmp_path, TESTS.replace("{command}", "[no-such-program]")).source
@@ -169,5 +169,5 @@ def test_what_is_wrong_with_a_program_is_told_at_its_key(tmp_path: Path) -> None
     )
     with pytest.raises(SpecError, match=r"tests.torsion.kind: only a program"):
         study_in(tmp_path, "\ntests: [{{name: torsion, kind: other, stroke: 1 mm}}]\n")
-    with pytest.raises(SpecError, match=r":35: tests.torsion.solver.result.slope.file"):
-        study_in(tmp_path, TESTS.replace("slope: {{kind: json, file: out.json", "slope: {{kind: json, file: 3"))
+    with pytest.raises(SpecError, match=r":54:23: tests.torsion.solver.result.slope.file"):
+        study_in(tmp_path, TESTS.replace("slope: {{file: out.json", "slope: {{file: 3"))

@@ -25,7 +25,7 @@ from stemcal.solvers.deck.program import DeckProgram
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import DeckSolver, LoadingSection, Study
+from stemcal.study.model import GAP, DeckSolver, LoadingSection, Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
@@ -43,9 +43,7 @@ solver:
   environment: {{STAND_IN: {mode}}}
   time_limit: 20 s
 {options}
-targets:
-  calibrate_at: 8 mm
-  forces: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
+targets: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
 rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}
 invert: {{rule: others_at_centre}}
 """
@@ -220,20 +218,18 @@ def test_material_is_chosen_by_number() -> None:
 def test_run_on_the_users_deck(tmp_path: Path) -> None:
     (tmp_path / "spec").mkdir()
     (tmp_path / "spec" / "own.k").write_bytes(OWN)
-    options = "  deck: own.k\n  keep: all\n  filter_window: 0 s\n"
+    options = "  decks: {8 mm: own.k}\n  filter_window: 0 s\n"
     answer = solved(tmp_path, options=options, material="")
     assert answer.response == pytest.approx(179.6, rel=1e-5)
     assert answer.details["written"] == {"yield_stress": "17.96", "failure_strain": "0.0387"}
-    deck = next((tmp_path / "work").glob("*/run.k")).read_bytes()
-    assert deck == written(OWN, yield_stress=17.96, failure_strain=0.0387)
 
 
 def test_users_deck_is_of_one_diameter(tmp_path: Path) -> None:
     (tmp_path / "spec").mkdir()
     (tmp_path / "spec" / "own.k").write_bytes(OWN)
     other = Request("validate", 1, REQUEST.levels, 7.0)
-    assert solved(tmp_path, other, options="  deck: own.k\n", material="").reason == "no_deck"
-    both = "  deck: own.k\n  decks: [{diameter: 7 mm, deck: own.k}]\n"
+    assert solved(tmp_path, other, options="  decks: {8 mm: own.k}\n", material="").reason == "no_deck"
+    both = "  decks: {8 mm: own.k, 7 mm: own.k}\n"
     assert solved(tmp_path, other, options=both, material="").ok
 
 
@@ -307,9 +303,9 @@ def test_curve_ends_where_the_stem_breaks() -> None:
     modes, loading = measured(), LoadingSection()
     u = np.linspace(0.0, END, 400)
     force = 186.0 * (1.0 - (1.0 - u / END) ** 2.6)
-    contact = ContactForce((u + loading.gap) / loading.speed, force)
+    contact = ContactForce((u + GAP) / loading.speed, force)
     swings = np.concatenate([force, [20.0, 10.0, 400.0, 5.0]])
-    after = ContactForce((np.append(u, END + 0.01 * np.arange(1, 5)) + loading.gap) / loading.speed, swings)
+    after = ContactForce((np.append(u, END + 0.01 * np.arange(1, 5)) + GAP) / loading.speed, swings)
     known = pytest.approx(modes.scores(u, force), rel=1e-9)
     whole = peak_answer(contact, UNFILTERED, loading, modes=modes)
     broken = peak_answer(after, UNFILTERED, loading, [float(contact.time[-1])], modes=modes)

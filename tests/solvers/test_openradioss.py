@@ -30,7 +30,7 @@ from stemcal.solvers.deck.openradioss import leave_engine_input
 from stemcal.solvers.deck.program import DeckProgram
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
+from stemcal.study.model import GAP, Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_openradioss.py")
@@ -51,9 +51,7 @@ solver:
   environment: {environment}
   time_limit: 20 s
 {options}
-targets:
-  calibrate_at: 8 mm
-  forces: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
+targets: [{{diameter: 8 mm, force: 150 N}}, {{diameter: 7 mm, force: 150 N}}]
 rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}
 """
 # the levels of the recorded runs
@@ -122,7 +120,7 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
     answer = DeckProgram(study, tmp_path / "work").solve(REQUEST)
     table = gzip.decompress((STAND_IN.with_name("openradioss") / "mat024" / "runT01.csv.gz").read_bytes()).decode()
     contact = contact_force(table, 1)
-    travel, filtered = study.loading.speed * contact.time - study.loading.gap, moving_mean(contact.force, 10)
+    travel, filtered = study.loading.speed * contact.time - GAP, moving_mean(contact.force, 10)
     before = travel < answer.details["break_travel"]
     assert filtered[before].max() == pytest.approx(125.9459, abs=1e-4)
     assert list(answer.details["responses"].values()) == pytest.approx(modes.scores(travel[before], filtered[before]))
@@ -188,7 +186,7 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "openradioss" / "hm_cfg_files").mkdir()
     bare = study.model_copy(update={"solver": study.solver.model_copy(update={"home": None})})
     monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
-    with pytest.raises(UsageError, match=r"solver\.starter: there is no starter on PATH, and OPENRADIOSS_PATH is not"):
+    with pytest.raises(UsageError, match=r"solver\.programs: there is no starter on PATH, and OPENRADIOSS_PATH is not"):
         make_solver(bare).prepare()
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
     make_solver(bare).prepare()

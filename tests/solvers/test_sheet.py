@@ -131,7 +131,7 @@ responses:
   - {name: angle, label: Angle of repose, unit: deg}
   - {name: density, label: Bulk density, unit: kg/m3}
 conditions: [{name: moisture, unit: "%"}]
-targets: [{moisture: 12, angle: 30, sd: 1, density: 650, density_sd: 5}]
+targets: [{moisture: 12, angle: 30, density: 650, sd: {angle: 1, density: 5}}]
 solver: {kind: sheet, file: runs.csv}
 """
 

@@ -17,7 +17,6 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 SPEC = """\
-schema_version: 1
 name: tried
 factors:
   - {name: yield_stress, unit: MPa, low: 10, high: 24}
@@ -29,10 +28,8 @@ specimen: {length: 30 mm}
 loading: {duration: 1 s}
 solver: {kind: embedded, SOLVER, outputs: 200}
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 7 mm, force: SEVEN N}
-    - {diameter: 8 mm, force: EIGHT N}
+  - {diameter: 7 mm, force: SEVEN N}
+  - {diameter: 8 mm, force: EIGHT N}
 rsm: {factors: [yield_stress, failure_strain], centre_points: 1}
 refine: {tolerance_percent: 2, budget: 3}
 """

@@ -22,8 +22,7 @@ from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.joint import machine_found
-from stemcal.study.model import Study
-from stemcal.study.model.measured_targets import MachineSection
+from stemcal.study.model import MachineSection, Study
 from stemcal.study.reading import load_study
 
 
@@ -66,8 +65,7 @@ def found_in(folder: Path, late: float) -> list[Note]:
     spec = folder / "curves.yaml"
     spec.write_text(
         f"{TWO_FACTORS}rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}\n"
-        "targets:\n  calibrate_at: 8 mm\n"
-        "  machine: {stiffness: 1500 N/mm, stiffness_sd: 150 N/mm, toe_sd: 0.01 mm}\n  forces:\n"
+        "machine: {stiffness: 1500 N/mm, stiffness_sd: 150 N/mm, toe_sd: 0.01 mm}\ntargets:\n"
         "    - {diameter: 7 mm, curves: 7mm-*.csv}\n    - {diameter: 8 mm, curves: 8mm-*.csv}\n"
         "invert: {diameters: all}\n",
         encoding="utf-8",

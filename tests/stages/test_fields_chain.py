@@ -13,7 +13,7 @@ from stemcal.doe.designs.catalogue import plackett_burman
 from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.note import Note
-from stemcal.overview.beforehand import beforehand
+from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.stages.design import surface_factors
 from stemcal.study.model import Study
@@ -25,10 +25,8 @@ factors: [%s]
 solver:
   kind: command
   command: [python, p.py, %s]
-  result: {kind: json, file: out.json, path: y}
-targets:
-  calibrate_at: 8 mm
-  forces: [{diameter: 8 mm, force: 32 N}]
+  result: {file: out.json, path: y}
+targets: [{diameter: 8 mm, force: 32 N}]
 %s
 """
 
@@ -105,8 +103,21 @@ def test_what_eight_runs_lose_is_said_before_any(tmp_path):
 
 def test_a_failure_strain_to_be_found_belongs_to_the_lengths() -> None:
     configs = Path(__file__).resolve().parents[2] / "configs"
-    (said,) = beforehand(load_study(configs / "wild-chrysanthemum.yaml"))
+    stroke, said = beforehand(load_study(configs / "wild-chrysanthemum-as-published.yaml"))
+    assert stroke.kind == "short_stroke"
     assert said.kind == "lengths_belong" and "d/4.5" in said.text and "d/9.5" in said.text
+
+
+def test_a_stroke_of_less_than_0_35_diameters_is_warned_of_and_the_advice_is_enough() -> None:
+    """22 mm at 200 mm/min: 0.35 d are 7.7 mm, which take 2.3103 s with the gap."""
+    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml")
+    thick = [{"diameter": "22 mm", "force": "1500 N"}]
+    study = study.with_(loading={"speed": "200 mm/min"}, targets=thick, invert={"diameters": ["22 mm"]})
+    stroke = next(note for note in beforehand(study) if note.kind == "short_stroke")
+    assert stroke.severity == "warning" and stroke.remedy is not None
+    assert stroke.remedy.edit == "loading: {duration: 2.4 s}"
+    longer = study.with_(loading={"duration": "2.4 s"})
+    assert "short_stroke" not in {note.kind for note in beforehand(longer)}
 
 
 def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
@@ -124,7 +135,7 @@ def test_a_factor_that_no_run_varies_is_named(tmp_path):
 
 
 def test_an_exponent_is_not_screened_where_its_growth_is_one():
-    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-growing.yaml")
+    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml")
     without = study.with_(rsm={"factors": [name for name in study.rsm.factors if name not in study.exponents]})
     assert "not_varied" not in {note.kind for note in beforehand(study)}
     unvaried = [note.text for note in beforehand(without) if note.kind == "not_varied"]

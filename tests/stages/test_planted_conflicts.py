@@ -66,10 +66,10 @@ class Plant:
             measured = true * (1.0 + self.scatter * random.standard_normal((SPECIMENS, 2)))
             (force, travel), (sd, travel_sd) = measured.mean(axis=0), measured.std(axis=0, ddof=1)
             lines.append(
-                f"    - {{diameter: {diameter:g} mm, force: {force:.4f} N, sd: {sd:.4f} N, n: {SPECIMENS}, "
-                f"travel: {travel:.6f} mm, travel_sd: {travel_sd:.6f} mm}}"
+                f"    - {{diameter: {diameter:g} mm, force: {force:.4f} N, n: {SPECIMENS}, "
+                f"travel: {travel:.6f} mm, sd: {{force: {sd:.4f} N, travel: {travel_sd:.6f} mm}}}}"
             )
-        return "targets:\n  calibrate_at: 8 mm\n  forces:\n" + "\n".join(lines) + "\n"
+        return "targets:\n" + "\n".join(lines) + "\n"
 
     def off(self, found: Results) -> float:
         """Return how far the parameters of a study are from the truth, in half ranges."""

@@ -27,7 +27,6 @@ from stemcal.study.reading import load_study
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
 RSM = "rsm: {factors: [yield_stress, failure_strain], centre_points: 4}\n"
 NINE = """\
-schema_version: 1
 name: demo
 factors:
   - {name: density, unit: kg/m3, low: 1000, high: 1200}
@@ -85,9 +84,9 @@ class Plant:
         rows = []
         for diameter in (7.0, 8.0, 11.0):
             force, way = self.solver.at(*self.truth, diameter)
-            more = f", travel: {way:.9g} mm, travel_sd: 0.01 mm" if travel else ""
-            rows.append(f"    - {{diameter: {diameter:g} mm, force: {force:.9g} N, sd: 1 N, n: 6{more}}}\n")
-        return f"targets:\n  calibrate_at: 8 mm\n  forces:\n{''.join(rows)}"
+            more = f", travel: {way:.9g} mm, sd: {{force: 1 N, travel: 0.01 mm}}" if travel else ", sd: 1 N"
+            rows.append(f"    - {{diameter: {diameter:g} mm, force: {force:.9g} N, n: 6{more}}}\n")
+        return f"targets:\n{''.join(rows)}"
 
     def judged(self, name: str, more: str, change: tuple[str, str] = ("", "")) -> tuple[Verdict, Results]:
         """Take a study as far as it comes."""

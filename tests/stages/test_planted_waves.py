@@ -26,7 +26,7 @@ SPEC = (
     TWO_FACTORS
     + """\
 rsm: {factors: [yield_stress, failure_strain], design: latin-hypercube, runs: 14}
-targets: {calibrate_at: 8 mm, forces: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]}
+targets: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]
 """
 )
 
@@ -96,7 +96,7 @@ def test_a_joint_fit_of_quadratics_that_fail_is_reported(judge, truth: tuple[flo
     """Three diameters, exact means: the quadratics miss the waves by 10 N and more."""
     waves = Waves()
     rows = [f"{{diameter: {d:g} mm, force: {waves.of(*truth, d):.6f} N, sd: 0.5 N, n: 10}}" for d in (7.0, 8.0, 10.0)]
-    of_one = "forces: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]"
-    spec = SPEC.replace(of_one, f"forces: [{', '.join(rows)}]").replace("runs: 14", "runs: 20")
+    of_one = "targets: [{diameter: 8 mm, force: ASKED N, sd: 1 N, n: 10}]"
+    spec = SPEC.replace(of_one, f"targets: [{', '.join(rows)}]").replace("runs: 14", "runs: 20")
     verdict, _ = judge(waves, 0.0, "invert: {diameters: all}\n", spec)
     assert verdict.verdict != "calibrated" and verdict.has("rough_response")

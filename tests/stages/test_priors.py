@@ -10,6 +10,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.report.notes import shown_notes
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.words import certainty
 from stemcal.stages.results import Results
@@ -17,14 +18,11 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.text.names import Names
-from stemcal.text.results import shown_remarks
 
 FORCES = """\
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 8 mm, force: 110 N, sd: 2 N, n: 6}
-    - {diameter: 9 mm, force: 140 N, sd: 2 N, n: 6}
+  - {diameter: 8 mm, force: 110 N, sd: 2 N, n: 6}
+  - {diameter: 9 mm, force: 140 N, sd: 2 N, n: 6}
 rsm: {factors: [yield_stress, failure_strain], centre_points: 2}
 """
 STRAIN = "{name: failure_strain, low: 0.01, high: 0.05"
@@ -99,7 +97,7 @@ def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
     assert found.joint is not None and found.joint.scatter == "misfit" and (found.joint.p or 0.0) > 0.05
     assert found.point.solution["failure_strain"] == pytest.approx(0.04, abs=5e-4)
     assert found.certainty is not None and found.certainty.free == ()
-    assert any("the misfit of the fit gives the scatter" in one.sentence for one in shown_remarks(found, True, {}))
+    assert any("the misfit of the fit gives the scatter" in note.text for note in shown_notes(found, True))
 
 
 def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -> None:

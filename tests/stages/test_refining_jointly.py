@@ -66,12 +66,14 @@ def refined(
 ) -> tuple[dict[str, Any], StudyFolder]:
     """Close the loop on forces measured at `truth`, times `bias`."""
     path, folder, solver = tmp_path / "closing.yaml", StudyFolder(tmp_path / "out"), solver or Curved()
-    more = f", travel: {math.exp(0.3 * truth[1]):.9f} mm, travel_sd: 0.01 mm" if travel else ""
+    more = (
+        f", travel: {math.exp(0.3 * truth[1]):.9f} mm, sd: {{force: 3 N, travel: 0.01 mm}}" if travel else ", sd: 3 N"
+    )
     forces = "".join(
-        f"    - {{diameter: {d} mm, force: {part * force(*truth, d):.9f} N, sd: 3 N, n: 6{more}}}\n"
+        f"    - {{diameter: {d} mm, force: {part * force(*truth, d):.9f} N, n: 6{more}}}\n"
         for d, part in zip((7, 8, 10), bias, strict=True)
     )
-    path.write_text(f"{spec}refine: {refine}\ntargets:\n  calibrate_at: 8 mm\n  forces:\n{forces}", encoding="utf-8")
+    path.write_text(f"{spec}refine: {refine}\ntargets:\n{forces}", encoding="utf-8")
     study = load_study(path)
     workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
     workflow.invert(study, folder, solver=solver)

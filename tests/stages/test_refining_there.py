@@ -39,8 +39,7 @@ refine:
     kind: command
     command: [{python}, program.py, "{{{{failure_strain}}}}", "{{{{diameter}}}}"]
     files: [program.py]
-    version: "7.1"
-    result: {{kind: json, file: out.json, path: force}}
+    result: {{file: out.json, path: force}}
   adjust: {adjust}
   {more}
 """

@@ -67,7 +67,7 @@ solver:
   files: [repose.py]
   templates: [heap.json]
   replicates: 3
-  result: {kind: json, file: out.json, path: angle}
+  result: {file: out.json, path: angle}
 screen: {design: PB, centre_points: 3}
 rsm: {design: BBD, factors: [friction, rolling, wall], centre_points: 3}
 targets:

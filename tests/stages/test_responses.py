@@ -46,14 +46,14 @@ class Telling(FakeSolver):
 def study_of(tmp_path: Path, targets: str, extra: str) -> Study:
     path = tmp_path / "responses.yaml"
     forces = "\n".join(f"    - {{{target}}}" for target in targets.splitlines())
-    path.write_text(f"{FACTORS}targets:\n  calibrate_at: 8 mm\n  forces:\n{forces}\n{extra}", encoding="utf-8")
+    path.write_text(f"{FACTORS}targets:\n{forces}\n{extra}", encoding="utf-8")
     return load_study(path)
 
 
 EIGHT = (
-    "diameter: 8 mm, force: 104 N, sd: 2 N, n: 4, travel: 1.06 mm, travel_sd: 0.02 mm, work: 55.12 mJ, work_sd: 2 mJ"
+    "diameter: 8 mm, force: 104 N, travel: 1.06 mm, work: 55.12 mJ, n: 4, sd: {force: 2 N, travel: 0.02 mm, work: 2 mJ}"
 )
-TEN = "diameter: 10 mm, force: 130 N, sd: 2 N, n: 4, travel: 1.325 mm"
+TEN = "diameter: 10 mm, force: 130 N, sd: {force: 2 N}, n: 4, travel: 1.325 mm"
 
 
 def solved(study: Study, tmp_path: Path, solver: FakeSolver | None = None) -> dict[str, Any]:
@@ -153,19 +153,16 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
     text = text.replace("low: 0.01, high: 0.05", "low: 0.05, high: 0.15").replace("duration: 0.8 s", "duration: 1.2 s")
     text += "rsm: {factors: [yield_stress, failure_strain], centre_points: 1}\n"
     path = tmp_path / "own.yaml"
-    one = "targets: {calibrate_at: 8 mm, forces: [{diameter: 8 mm, force: 150 N}]}\n"
+    one = "targets: [{diameter: 8 mm, force: 150 N}]\n"
     path.write_text(text + one, encoding="utf-8")
     study = load_study(path)
     truth = {**study.midlevels(), "yield_stress": 16.0, "failure_strain": 0.11}
     answer = Embedded(study).solve(Request("rsm", 0, truth, 8.0))
-    means = {"force": (answer.response, "sd", "N")}
-    means |= {
-        name: (measures(answer.details)[name], f"{name}_sd", unit) for name, unit in (("travel", "mm"), ("work", "mJ"))
-    }
-    given = [
-        f"{name}: {value:.6f} {unit}, {sd}: {0.02 * value:.6f} {unit}" for name, (value, sd, unit) in means.items()
-    ]
-    both = f"targets: {{calibrate_at: 8 mm, forces: [{{diameter: 8 mm, n: 6, {', '.join(given)}}}]}}\n"
+    means = {"force": (answer.response or 0.0, "N")}
+    means |= {name: (measures(answer.details)[name], unit) for name, unit in (("travel", "mm"), ("work", "mJ"))}
+    given = ", ".join(f"{name}: {value:.6f} {unit}" for name, (value, unit) in means.items())
+    sd = ", ".join(f"{name}: {0.02 * value:.6f} {unit}" for name, (value, unit) in means.items())
+    both = f"targets: [{{diameter: 8 mm, n: 6, {given}, sd: {{{sd}}}}}]\n"
     path.write_text(f"{text}{both}invert: {{responses: all}}\n", encoding="utf-8")
     study, folder = load_study(path), StudyFolder(tmp_path / "out")
     workflow.fit_surface(study, folder, InlineExecutor())

@@ -9,16 +9,18 @@ import pytest
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.files.rows import Rows
 from stemcal.names import Names
-from stemcal.stages import screen_words
+from stemcal.note import SEVERITIES
+from stemcal.report.notes import notes_of_all, read_first
+from stemcal.run_warnings import energy_drifts
+from stemcal.stages import screen
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
-from stemcal.text.results import read_first, said_by_all, warned
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
 def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None:
-    assert " ".join(screen_words.outcome(results.screen, NAMES)) == (
+    assert " ".join(screen.outcome(results.screen, NAMES)) == (
         "9 factors were screened in 12 runs. Factors that affect the maximum force (share of the sum of squares): "
         "Yield stress (60.2 %) and failure_strain (34.0 %)."
     )
@@ -35,16 +37,16 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
     found = analyse_screening(rows, response, ["yield_stress", "density"])
     runs: Any = Rows([None] * len(rows))
     stage = ScreenResult(head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **vars(found))
-    assert screen_words.outcome(stage, NAMES) == [
+    assert screen.outcome(stage, NAMES) == [
         f"2 factors were screened in {len(rows)} runs.",
         "Their effects on the maximum force cannot be tested: there is no error to test them with. The largest is that "
         f"of Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
-    assert screen_words.standing(stage.effects[0], stage) == "not tested"
+    assert screen.standing(stage.effects[0], stage) == "not tested"
 
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
-    assert screen_words.certainty(results.screen, NAMES) == [
+    assert screen.certainty(results.screen, NAMES) == [
         "Chosen by: Lenth's method.",
         "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
@@ -52,16 +54,16 @@ def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) ->
 
 def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
     """The paper keeps strain_rate_c by F(1, 2); Lenth's method does not."""
-    short = {effect.factor: screen_words.standing(effect, results.screen) for effect in results.screen.effects}
+    short = {effect.factor: screen.standing(effect, results.screen) for effect in results.screen.effects}
     assert short["yield_stress"] == "significant" and short["density"] == "not significant"
     assert short["strain_rate_c"] == "methods disagree"
 
 
-def test_remarks_are_read_by_weight_each_kind_once(results: Any) -> None:
-    said = read_first([*warned(["the energy balance drifts by 3.0 %"]), *said_by_all(results, True)])
-    weights = [remark.weight for _, remark in said]
-    assert weights == sorted(weights) and said[0][0] == "runs"
-    kinds = [remark.kind for _, remark in said]
+def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
+    found = read_first([("runs", energy_drifts(3.0)), *notes_of_all(results, True)])
+    places = [SEVERITIES.index(note.severity) for _, note in found]
+    assert places == sorted(places) and found[0][0] == "runs"
+    kinds = [note.kind for _, note in found]
     assert len(kinds) == len(set(kinds))
     assert {note.kind: note.severity for note in results.screen.notes} == {
         "lenth_decides": "caution",

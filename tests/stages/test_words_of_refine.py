@@ -10,7 +10,7 @@ import pytest
 
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Naming
-from stemcal.report.tables.of_refinement import refine_tables
+from stemcal.report.tables.of_responses import refine_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.refine.result import (
     AdjustedFactor,

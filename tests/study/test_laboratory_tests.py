@@ -27,10 +27,10 @@ def test_what_is_measured_is_a_response_of_the_study(study: Study) -> None:
     assert [(one.name, one.label, one.unit) for one in study.naming.responses] == [
         ("force", "Maximum force", "N"),
         ("bending_slope", "Bending slope", "N/mm"),
-        ("pull_maximum_force", "Pull maximum force", "N"),
+        ("pull_force", "Pull maximum force", "N"),
         ("pull_work", "Pull work", "mJ"),
     ]
-    assert study.invert.responses == ("response", "bending_slope", "pull_maximum_force", "pull_work")
+    assert study.invert.responses == ("response", "bending_slope", "pull_force", "pull_work")
     assert study.naming.is_force_on_stems
     assert [study.test_of(name) for name in study.invert.responses] == ["", "bending", "pull", "pull"]
 
@@ -76,7 +76,7 @@ def test_a_run_does_the_tests_that_are_measured_at_its_diameter(study: Study) ->
 def test_what_determines_a_test_is_in_the_key(study: Study) -> None:
     request = Request("rsm", 0, study.midlevels(), 8.0)
     before = Embedded(study).identity(request)["laboratory"]
-    bending = study.tests[0].model_copy(update={"nose_radius": 4.0})
+    bending = study.tests[0].model_copy(update={"radius": 4.0})
     after = Embedded(study.model_copy(update={"tests": (bending, *study.tests[1:])})).identity(request)["laboratory"]
     assert [one["name"] for one in before] == ["bending", "pull"]
     assert before[0] != after[0]
@@ -95,9 +95,9 @@ def test_an_answer_has_the_responses_of_all_tests(study: Study) -> None:
         Request("rsm", 0, study.midlevels(), 8.0)
     )
     assert answer.ok, answer.message
-    assert set(answer.details["responses"]) == {"pull_maximum_force", "pull_work"}
+    assert set(answer.details["responses"]) == {"pull_force", "pull_work"}
     area = 0.25 * 3.14159 * 64.0 * (1.0 - 0.41**2)
-    assert answer.details["responses"]["pull_maximum_force"] == pytest.approx(15.0 * area, rel=0.03)
+    assert answer.details["responses"]["pull_force"] == pytest.approx(15.0 * area, rel=0.03)
     assert len(answer.details["laboratory"]["pull"]["curve"]["force"]) == 100
 
 

@@ -16,7 +16,6 @@ import stemcal
 from stemcal.files.typed import Tagged
 from stemcal.notes import Note
 from stemcal.stages.base import STAGES
-from stemcal.text.language import say, say_number
 from stemcal.text.names import Names
 from stemcal.text.notes import sentence
 
@@ -58,9 +57,3 @@ def test_templates_speak_of_what_their_fact_has(kind: str) -> None:
     if isinstance(by, str) and by:
         root, _, rest = by.partition(".")
         assert hasattr(attrgetter(rest)(Names()), "__bool__") if root == "names" else root in known, f"{kind}: {by}"
-
-
-def test_one_and_many() -> None:
-    assert say_number("{count} run", "{count} runs", 1) == "1 run"
-    assert say_number("{count} run", "{count} runs", 3) == "3 runs"
-    assert say("{value:+.2f} N", value=-1.5) == "−1.50 N"

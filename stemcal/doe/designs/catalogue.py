@@ -63,7 +63,6 @@ class SurfaceOptions:
     alpha: str | float = "rotatable"
     core: Core = "full"
     runs: int | None = None
-    seed: int = 0
     extra_runs: int = 0
 
     def size(self, k: int) -> int:
@@ -75,7 +74,7 @@ SURFACES: dict[str, Callable[[int, SurfaceOptions], Array]] = {
     "central-composite": lambda k, o: central_composite(k, o.centre_points, o.alpha, o.core),
     "box-behnken": lambda k, o: box_behnken(k, o.centre_points),
     "full-factorial": lambda k, _o: full_factorial(k, 3),
-    "latin-hypercube": lambda k, o: latin_hypercube(k, o.size(k), o.seed),
+    "latin-hypercube": lambda k, o: latin_hypercube(k, o.size(k)),
 }
 
 

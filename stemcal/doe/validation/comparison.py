@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.errors import UsageError
+from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
 from stemcal.numbers import minus
@@ -23,9 +25,11 @@ class ValidationRow:
     measured: float
     simulated: float | None
     error_percent: float | None
-    role: str
+    role: Literal["fitted", "held_out"]
     sd: float | None = None
     n: int | None = None
+    left_out_percent: float | None = absent()
+    """Error of a fitted condition, predicted from a fit to the others."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +54,9 @@ class Validation:
     """
 
     rows: tuple[ValidationRow, ...]
-    max_abs_error_percent: float | None
+    worst_percent: float | None
     mean_abs_error_percent: float | None
-    max_abs_error_percent_independent: float | None
+    worst_held_out_percent: float | None
     error_slope_percent_per_unit: float | None
     measured_exponent: Exponent | None
     simulated_exponent: Exponent | None
@@ -90,13 +94,13 @@ def compare_conditions(
     )
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
-    independent = [abs(row.error_percent or 0.0) for row in done if row.role == "validation"]
+    held_out = [abs(row.error_percent or 0.0) for row in done if row.role == "held_out"]
     slope, lab, model = _growth(rows, done) if naming.is_force_on_stems else (None, None, None)
     return Validation(
         rows=rows,
-        max_abs_error_percent=max(sizes, default=None),
+        worst_percent=max(sizes, default=None),
         mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
-        max_abs_error_percent_independent=max(independent, default=None),
+        worst_held_out_percent=max(held_out, default=None),
         error_slope_percent_per_unit=slope,
         measured_exponent=lab,
         simulated_exponent=model,
@@ -135,7 +139,7 @@ def _row(
         where = f"{naming.response.text(measured)}{naming.at(condition)}"
         raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
-    role = "calibration" if fitted else "validation"
+    role: Literal["fitted", "held_out"] = "fitted" if fitted else "held_out"
     if simulated is None or not np.isfinite(simulated):
         return ValidationRow(condition, measured, None, None, role, sd, n)
     error = 100.0 * (measured - float(simulated)) / measured

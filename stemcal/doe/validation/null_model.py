@@ -95,13 +95,26 @@ def _left_out(d: Array, f: Array, b: float | None) -> float:
     return worst
 
 
-def formula_elsewhere(fitted: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> float | None:
-    """Return the largest error at other (diameter, force) of a·d^2.5 through the fitted ones; None without either.
+@dataclass(frozen=True)
+class Formula:
+    """F = a·dᵇ through the fitted forces: b, and the largest error at the held-out diameters, percent."""
 
-    >>> round(formula_elsewhere([(8.0, 159.2)], [(7.0, 120.0), (11.0, 378.2)]), 2)
-    6.68
+    exponent: float
+    worst_held_out_percent: float
+
+
+def formula_elsewhere(fitted: Sequence[tuple[float, float]], held_out: Sequence[tuple[float, float]]) -> Formula | None:
+    """Return F = a·dᵇ through the fitted (diameter, force) and its error at the held-out ones; None without either.
+
+    b is that of the fitted forces; through a single diameter it is 2.5.
+
+    >>> formula_elsewhere([(8.0, 159.2)], [(7.0, 120.0), (11.0, 378.2)]).exponent
+    2.5
+    >>> round(formula_elsewhere([(8.0, 159.2), (11.0, 378.2)], [(7.0, 120.0)]).exponent, 3)
+    2.717
     """
-    if not fitted or not others:
+    if not fitted or not held_out:
         return None
-    (d, f), (at, measured) = np.array(fitted, dtype=float).T, np.array(others, dtype=float).T
-    return _worst(d, f, at, measured, FIXED_EXPONENT)
+    (d, f), (at, measured) = np.array(fitted, dtype=float).T, np.array(held_out, dtype=float).T
+    exponent = _exponent(d, f) if len(np.unique(d)) > 1 else FIXED_EXPONENT
+    return Formula(exponent, _worst(d, f, at, measured, exponent))

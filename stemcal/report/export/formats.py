@@ -1,6 +1,7 @@
 """Tables to publish as CSV, Markdown, LaTeX or Word."""
 
 import re
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,9 +10,9 @@ from stemcal.files.durable import write_durably
 from stemcal.files.showing import csv_text, in_a_line
 from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
-from stemcal.report.export.latex import document
 from stemcal.report.export.paper import PaperTable
 from stemcal.report.figures.gallery import Plot
+from stemcal.report.tables.columns import starred
 
 Tables = Sequence[PaperTable]
 
@@ -70,3 +71,87 @@ def _markdown_cell(text: str) -> str:
     text = "".join(f"\\{character}" if character in "\\|*_<>[]`~@" else character for character in text)
     text = re.sub(r"&(?=#?\w+;)", "&amp;", text)
     return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
+
+
+HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package xeCJK.
+\documentclass[a4paper]{article}
+\usepackage{iftex}
+\ifPDFTeX\usepackage[T1]{fontenc}\usepackage[utf8]{inputenc}\fi
+\IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
+\usepackage[margin=25mm]{geometry}
+\usepackage{booktabs}
+\begin{document}
+"""
+LONGEST = 16  # characters of a heading on one line
+STARS = re.compile(r"(.*?) (\*\*?)")
+
+
+def document(tables: Sequence[PaperTable]) -> str:
+    """Return a document that stands alone with all tables."""
+    return "\n".join([HEAD, *map(latex, tables), r"\end{document}", ""])
+
+
+def latex(table: PaperTable) -> str:
+    """Return a table as a float that carries the number it has in the published study."""
+    import pandas as pd
+
+    kinds = ["l" if column.left else "r" for column in table.table.columns]
+    stars = [column.form is starred for column in table.table.columns]
+    heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
+    rows = [[_cell(*cell) for cell in zip(row, stars, strict=True)] for row in table.cells]
+    lines = [
+        rf"\setcounter{{table}}{{{table.number - 1}}}",
+        r"\begin{table}[htbp]",
+        r"\centering\small",
+        rf"\caption{{{escaped(table.caption)}}}",
+        rf"\label{{tab:{table.name}}}",
+        pd.DataFrame(rows, columns=heads).to_latex(index=False, escape=False, column_format="".join(kinds)).rstrip(),
+    ]
+    lines += [rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {escaped(table.note)}}}"] if table.note else []
+    return "\n".join([*lines, r"\end{table}", ""])
+
+
+def _heading(name: str, kind: str) -> str:
+    """Return a column's name, a long one on several lines.
+
+    >>> _heading("Maximum Shear Force/N", "r")
+    '\\\\shortstack[r]{\\\\strut Maximum Shear\\\\\\\\Force/N}'
+    """
+    lines = textwrap.wrap(name, LONGEST, break_long_words=False) or [""]
+    stack = r"\\".join(map(escaped, lines))
+    return stack if len(lines) == 1 else rf"\shortstack[{kind}]{{\strut {stack}}}"
+
+
+def _cell(text: str, has_stars: bool) -> str:
+    """Return a cell; in a column with stars each leaves their room, so that the digits stand below each other."""
+    found = STARS.fullmatch(text)
+    if not has_stars or not text:
+        return escaped(text)
+    number, stars = (found[1], found[2]) if found else (text, "")
+    room = r"\phantom{" + "*" * (2 - len(stars)) + "}" if len(stars) < 2 else ""
+    return f"{escaped(number)}~{stars}{room}"
+
+
+_ESCAPES = {
+    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
+    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"$<$", ">": r"$>$", "−": r"$-$", "·": r"$\cdot$",
+    "²": r"$^2$", "³": r"$^3$", "±": r"$\pm$", "–": "--", "’": "'", "µ": r"$\mu$", "μ": r"$\mu$", "°": r"$^\circ$",
+    "…": r"\dots{}", "α": r"$\alpha$", "β": r"$\beta$", "ε": r"$\varepsilon$", "σ": r"$\sigma$", "ρ": r"$\rho$",
+    "ν": r"$\nu$", "γ": r"$\gamma$", "δ": r"$\delta$", "η": r"$\eta$", "θ": r"$\theta$", "κ": r"$\kappa$",
+    "λ": r"$\lambda$", "π": r"$\pi$", "τ": r"$\tau$", "φ": r"$\varphi$", "ψ": r"$\psi$", "ω": r"$\omega$",
+    "Δ": r"$\Delta$", "Θ": r"$\Theta$", "Φ": r"$\Phi$", "Ω": r"$\Omega$",
+    "√": r"$\surd$", "≤": r"$\le$", "≥": r"$\ge$", "×": r"$\times$",
+}  # fmt: skip
+
+
+def escaped(text: str) -> str:
+    r"""Escape what LaTeX would take for its own.
+
+    >>> escaped("yield_stress & <0.0001 ** −4.75·X4²")
+    'yield\\_stress \\& $<$0.0001 ** $-$4.75$\\cdot$X4$^2$'
+    >>> escaped("*a"), escaped("[b]")
+    ('{*}a', '{[}b]')
+    """
+    found = "".join(_ESCAPES.get(character, character) for character in text)
+    # at the beginning of a row they would be options of the line break before it
+    return f"{{{found[0]}}}{found[1:]}" if found.startswith(("*", "[")) else found

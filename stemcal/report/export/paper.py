@@ -12,7 +12,7 @@ from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table
-from stemcal.report.tables.of_refinement import runs
+from stemcal.report.tables.of_responses import errors_in_short, runs
 from stemcal.report.tables.stages import visible
 from stemcal.stages.invert.words import assumptions, valid_for
 from stemcal.stages.results import Results
@@ -20,11 +20,21 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.study.model import Factor, Study
 from stemcal.text.names import Names
-from stemcal.text.tables import line
+from stemcal.words import series
 
 NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,
            "calibration": 11, "parameters": 12, "validation": 13}  # fmt: skip
 """The numbers that tables have in the published study."""
+_CAPTIONS = {
+    "screening-runs": "Design scheme and results of the screening test.",
+    "screening": "Significance analysis of the screening test parameters.",
+    "ascent": "Scheme and results of the steepest ascent test.",
+    "surface-runs": "Test results and scheme of the response surface design.",
+    "anova": "ANOVA of the response surface.",
+    "calibration": "Parameter calibration values.",
+    "refinement": "Iterations of simulation and refitted surface.",
+}
+_ERRORS = "Error = 100·(measured − simulated)/measured"
 _SMALL = ("a", "an", "and", "at", "for", "in", "of", "on", "per", "the", "to")  # words that titles leave small
 
 
@@ -57,7 +67,7 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
     screen, surface, inversion = results.screen, results.surface, results.inversion
     labels, symbols = _names(study)
     tables = [_factors(study, labels)]
-    stars = line("published stars")
+    stars = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
     if screen is not None:
         # who publishes effects leaves the residual out
         effects = effects_table(screen, labels)
@@ -66,16 +76,16 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         tables.append(_printed("screening-runs", design_table(screen.design, symbols), _runs(study, "run")))
         tables.append(_printed("screening", replace(effects, rows=effects.rows[:-1]), heads, stars))
     if results.climb is not None:
-        note = line("relative error", labels, target=results.climb.target)
+        measured = f"measured {labels.quantity(results.climb.target, '.6g')}"
+        note = f"Relative error = 100·(measured − simulated)/measured, {measured}."
         heads = _runs(study, "step") | {"error_percent": "Relative Error"}
         tables.append(_printed("ascent", climb_table(results.climb, symbols), heads, note))
     if surface is not None:
-        note = line("coded", equation=equation(surface.coefficients, surface.symbols(), study.naming.response))
+        note = f"{equation(surface.coefficients, surface.symbols(), study.naming.response)} (coded values)."
         heads = {"source": "", "sum_of_squares": "", "df": "df", "mean_square": "", "f": "F-Value", "p": "p-Value"}
         tables.append(_levels(surface))
         tables.append(_printed("surface-runs", design_table(surface.design, symbols), _runs(study, "run")))
-        anova = _printed("anova", anova_table(surface), heads, f"{stars} {note}")
-        tables.append(replace(anova, caption=line("published anova")))
+        tables.append(_printed("anova", anova_table(surface), heads, f"{stars} {note}"))
     if inversion is not None:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
         found = visible([calibration_table(inversion, labels, results.parameters)], holds)
@@ -85,7 +95,8 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
         tables.append(_parameters(study, labels, calibrated, cited_ranges(inversion) if holds else None))
     if results.refinement is not None:
         heads = {**_runs(study, "run"), "predicted": "Predicted Value"}
-        tables.append(_printed("refinement", runs(results.refinement, symbols), heads, line("then")))
+        then = "Predicted by the surface before the run."
+        tables.append(_printed("refinement", runs(results.refinement, symbols), heads, then))
     if results.validation is not None:
         tables.append(_validation(results.validation))
     return tables
@@ -132,7 +143,7 @@ def _printed(name: str, table: Table, heads: Mapping[str, str], note: str = "") 
         )
         for column in picked.columns
     )
-    return PaperTable(NUMBERS.get(name, 0), name, line(f"published {name}"), replace(picked, columns=columns), note)
+    return PaperTable(NUMBERS.get(name, 0), name, _CAPTIONS[name], replace(picked, columns=columns), note)
 
 
 def _runs(study: Study, number: str) -> dict[str, str]:
@@ -152,7 +163,7 @@ def _factors(study: Study, names: Names) -> PaperTable:
         Column("high", "High Level", form=short),
     ]
     table = Table.of(columns, study.factors)
-    return PaperTable(NUMBERS["factors"], "factors", line("published factors"), table)
+    return PaperTable(NUMBERS["factors"], "factors", "Screening test parameters.", table)
 
 
 def _levels(stage: SurfaceResult) -> PaperTable:
@@ -161,7 +172,9 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     rows = [{name: stage.coding[name].natural(one) for name in stage.names} | {"": one} for one in coded[::-1]]
     heads = {"": "Factor Level", **stage.symbols()}
     columns = [Column(key, head, form=level) for key, head in heads.items()]
-    return PaperTable(NUMBERS["levels"], "levels", line("published levels"), Table.of(columns, rows))
+    return PaperTable(
+        NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
+    )
 
 
 def _parameters(
@@ -183,8 +196,12 @@ def _parameters(
     ]
     fixed = any(factor.name not in found for factor in study.factors)
     note = "fixed: held at the middle of its range, not calibrated." if fixed else ""
-    caption = line("published stem" if study.naming.is_cutting else "published parameters")
-    return PaperTable(NUMBERS["parameters"], "parameters", caption, Table.of(columns, study.factors), note)
+    of = (
+        "Finite element simulation parameters of the stem."
+        if study.naming.is_cutting
+        else "Parameters of the simulation."
+    )
+    return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)
 
 
 def _validation(stage: ValidateResult) -> PaperTable:
@@ -202,10 +219,13 @@ def _validation(stage: ValidateResult) -> PaperTable:
     columns[first] = simulated(naming.response, columns[first].name, "simulated")
     others = [one.long for one in (naming.response, *naming.others)]
     responses = ["maximum shear force"] if naming.response == FORCE else others
-    at = [row.condition for row in stage.compared if row.role == "calibration"]
-    many = "served all" if len(at) > 1 else "served at"
-    note = line(many if at and naming.condition is not None else "served", naming, at=at)
-    caption = line("published validation", responses=responses)
+    at = [row.condition for row in stage.compared if row.role == "fitted"]
+    served = Names(naming).conditions(at) if at and naming.condition is not None else f"the {naming.response.long}"
+    checks = "check" if len(at) > 1 and naming.condition is not None else "checks"
+    note = f"{_ERRORS}; {served} served for calibration and {checks} nothing."
+    if stage.worst_held_out_percent is not None:
+        note = f"{errors_in_short(stage, Names(naming))} {note}"
+    caption = f"Comparison of the measured and simulated {series(responses)}."
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 
 

@@ -1,4 +1,4 @@
-"""Measured and simulated force over the diameters, or what a study has in their place."""
+"""Measured and simulated responses over the conditions: of the validation, before and after a refinement."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from statistics import geometric_mean
 
 from stemcal.doe.validation.comparison import Exponent
 from stemcal.naming import DIAMETER, FORCE, Named
-from stemcal.report.figures.style import BLUE, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.validate.result import ValidateResult
 
 _MOST_TICKS = 12
@@ -86,7 +87,7 @@ def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float]
             lengths = [spread[r.condition] for r in barred]
             axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
         for row in rows:
-            if row.role == "calibration":
+            if row.role == "fitted":
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
         axes.set_xlabel(plain(condition.axis()))
         axes.set_ylabel(plain(response.axis()))
@@ -151,3 +152,24 @@ def _plain_ticks(axes: Axes, conditions: Sequence[float]) -> None:
     axes.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="y", which="minor", labelsize=7)
+
+
+_SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
+
+
+def refined(stage: RefineResult) -> Figure:
+    """Return the responses over the condition; the target is ringed."""
+    condition = stage.naming.condition
+    with new_figure(height=3.1) as figure:
+        axes = figure.add_subplot()
+        for key, style, colour in _SERIES:
+            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
+            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=key)
+        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
+        at = [row.condition for row in stage.rows]
+        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
+        axes.set_xlabel("" if condition is None else plain(condition.axis()))
+        axes.set_ylabel(plain(stage.naming.response.axis()))
+        axes.set_ylim(bottom=0)
+        legend_above(axes, most=3)
+    return figure

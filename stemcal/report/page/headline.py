@@ -1,12 +1,20 @@
-"""The page's headline: each calibrated parameter with its value, unit and the range to cite."""
+"""The head and foot of the page: the study's question, the calibrated parameters, failed runs, how to cite it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from stemcal.numbers import significant, unit_written
+from stemcal.executors.code import code_version
+from stemcal.names import Names
+from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.of_parameters import cited_ranges
+from stemcal.stages.base import stage_called
 from stemcal.stages.invert.result import InvertResult
-from stemcal.study.model import Study
+from stemcal.stages.result import StageResult
+from stemcal.study.model import Study, program_of
+from stemcal.version import __version__
+from stemcal.words import counted, series
+
+_FOLLOWING = ("climb", "refine")  # their runs follow from each other; the next one corrects a failed one
 
 
 @dataclass(frozen=True)
@@ -41,3 +49,70 @@ def headline(
         for name, value in (invert.point.solution if values is None else values).items()
         if name in invert.point.solution
     ]
+
+
+def kind_of(study: Study) -> str:
+    """Return what is calibrated."""
+    if study.naming.is_cutting:
+        return "Calibration of a stem cutting model"
+    return f"Calibration of a simulation to the measured {series(_fitted(study))}"
+
+
+def _fitted(study: Study) -> list[str]:
+    return [study.naming.named(name).long for name in study.invert.responses]
+
+
+def question(study: Study) -> str:
+    """Return the question that the study answers."""
+    others = len(study.targets.means) - max(len(study.joint_targets), 1)
+    if not others:
+        return _question(study)
+    values = "value" if others == 1 else "values"
+    condition = Names(study.naming).condition.long
+    return f"{_question(study)} Are they valid at {others} other {values} of the {condition}?"
+
+
+def _question(study: Study) -> str:
+    target, naming, names = study.calibration_target, study.naming, Names(study.naming)
+    which, fitted = "Which parameters make", _fitted(study)
+    if len(study.joint_targets) > 1:
+        places = names.conditions(target.condition for target in study.joint_targets)
+        if naming.is_cutting and len(fitted) == 1:
+            return f"{which} simulated stems of {places} diameter need the measured maximum cutting forces?"
+        return f"{which} the simulated {series(fitted)} at {places} equal the measured values?"
+    if naming.is_cutting:
+        stem = f"a simulated stem of {names.conditions([target.condition])} diameter"
+        force = naming.response.text(target.response, ".6g")
+        return f"{which} {stem} need the measured maximum cutting force of {force}?"
+    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
+    responses = series(named.long for named, mean in means if mean is not None)
+    measured = series(f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None)
+    return f"{which} the simulated {responses}{names.at(target.condition)} equal the measured {measured}?"
+
+
+def failures(done: Iterable[StageResult]) -> list[str]:
+    """Return the runs of designs and of the validation that gave no response."""
+    return [
+        f"{stage_called(result.name).title}, run {label.removeprefix(f'{result.name} ')} failed: "
+        f"{outcome.message or outcome.reason}"
+        for result in done
+        if result.name not in _FOLLOWING
+        for label, outcome in result.runs()
+        if not outcome.ok
+    ]
+
+
+def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
+    """Return what a reader needs to repeat the study and to cite it: spec, solver, program."""
+    return [
+        ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
+        ("Solver", program_of(study.solver)),
+        ("Page made by", f"stemcal {code_version()}"),
+        ("Cite", f"The stemcal developers, stemcal, version {__version__}, with this spec."),
+    ]
+
+
+def folded(titles: Iterable[str], figures: int, notes: int) -> str:
+    """Return a list of what is folded; nothing if nothing is."""
+    counts = [counted(number, noun) for number, noun in ((figures, "figure"), (notes, "note")) if number]
+    return series([*titles, *counts])

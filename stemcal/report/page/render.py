@@ -18,7 +18,8 @@ from stemcal.naming import small
 from stemcal.numbers import short
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.style import inline
-from stemcal.report.page.headline import headline
+from stemcal.report.notes import certainty, outcome_of, shown_notes
+from stemcal.report.page.headline import failures, folded, headline, kind_of, made_with, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import grown_table, setting_tables
@@ -31,10 +32,8 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
-from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.page import failures, folded, further_reasons, kind_of, made_with, question
-from stemcal.text.results import certainty, outcome_of, shown_remarks
+from stemcal.words import counted
 
 
 @dataclass(frozen=True)
@@ -124,13 +123,13 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
             *study.warnings,
             *results.stale,
             *failures(done),
-            *([] if verdict.has("physics") else run_warnings(records)),
+            *([] if verdict.has("physics") else map(str, run_warnings(records))),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
         use=" ".join(uses(verdict, people)),
-        further=further_reasons(len(verdict.reasons) - 1),
+        further=counted(len(verdict.reasons) - 1, "more reason"),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
         first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
         certainty=certainty(results, verdict.holds, labels),
@@ -170,7 +169,7 @@ def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Ma
     part = part_of(
         visible(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
-        [remark.sentence for remark in shown_remarks(result, verdict.holds, labels)],
+        [str(note) for note in shown_notes(result, verdict.holds)],
     )
     came = outcome_of(result, verdict.holds, labels)
     return Section(result.name, stage_called(result.name).title, " ".join(came), part)
@@ -193,7 +192,7 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     """Return what the first screen shows: measured against simulated, and the stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
-    return [plot for name in names for plot in plots if plot.name == name]
+    return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
 
 
 def run_tables(results: Results, records: Records) -> list[Table]:
@@ -201,11 +200,11 @@ def run_tables(results: Results, records: Records) -> list[Table]:
     tables, names = [], []
     if (screen := results.screen) is not None:
         symbols = {effect.factor: effect.symbol for effect in screen.effects}
-        tables.append(design_table(screen.design, Names(screen.naming), symbols, say("Runs: screening")))
+        tables.append(design_table(screen.design, Names(screen.naming), symbols, "Runs: screening"))
         names.append("screen_runs.csv")
     if (surface := results.surface) is not None:
         symbols = {entry.factor: entry.symbol for entry in surface.factors}
-        tables.append(design_table(surface.design, Names(surface.naming), symbols, say("Runs: response surface")))
+        tables.append(design_table(surface.design, Names(surface.naming), symbols, "Runs: response surface"))
         names.append("rsm_runs.csv")
     tables = [table.shortened(f"`{table_name}`") for table, table_name in zip(tables, names, strict=True)]
     checks = checks_table(records)

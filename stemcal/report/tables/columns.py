@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from stemcal.files.rows import Column
+from stemcal.names import Names
 from stemcal.naming import FIRST, FORCE, Named, Naming
 from stemcal.numbers import decimals, fixed, probability, short, significant
-from stemcal.text.names import Names
-from stemcal.text.tables import failed
 
 Form = Callable[[Any], str]
 ERROR = Column("error_percent", "Error", "%", fixed)
@@ -45,7 +44,9 @@ def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
     def of(row: Any) -> float | str:
         outcome = getattr(row, "outcome", row)
         value: float | None = outcome.response if key == FIRST else row.compared.simulated
-        return failed(outcome.reason) if value is None else value
+        if value is not None:
+            return value
+        return f"failed ({outcome.reason})" if outcome.reason else "failed"
 
     return Column(key, label or named.capital, named.written, significant, of)
 

@@ -3,13 +3,11 @@
 from stemcal.files.rows import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
-from stemcal.numbers import fixed, interval, short, significant
+from stemcal.numbers import fixed, interval, short, signed_probability, significant
 from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
 from stemcal.report.tables.columns import to_decimals
 from stemcal.study.model.laboratory_tests import RESPONSES
-from stemcal.text.language import say
-from stemcal.text.tables import line
 
 
 def diameter_tables(found: Diameters) -> list[Table]:
@@ -22,9 +20,10 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("share_percent", "Share", "%", to_decimals(1)),
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
+    share = f"Together {found.share_percent:.1f} % of the stems; the upper limit belongs to the next grade."
     return [
-        Table(columns, tuple(_statistics(found).items()), say("Stem diameters")),
-        Table.of(grades, found.grades, say("Grades"), [line("grades", share=found.share_percent)]),
+        Table(columns, tuple(_statistics(found).items()), "Stem diameters"),
+        Table.of(grades, found.grades, "Grades", [share]),
     ]
 
 
@@ -38,7 +37,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("sd", "SD", "N", significant),
         Column("cv_percent", "CV", "%", to_decimals(1)),
         Column("mean_interval", "95 % of the mean", "N", interval),
-        Column("suspect", "Outlier", of=lambda grade: grade.suspect or say("none")),
+        Column("suspect", "Outlier", of=lambda grade: grade.suspect or "none"),
     ]
     specimens = [
         Column("name", "Specimen"),
@@ -46,11 +45,12 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("maximum", "Maximum", "N", significant, lambda one: one.curve.max_force),
         Column("travel", "at", "mm", fixed, lambda one: one.curve.travel_at_max),
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
-        Column("left_out", "", of=lambda one: say("left out") if one.excluded else ""),
+        Column("left_out", "", of=lambda one: "left out" if one.excluded else ""),
     ]
+    foot = "Outlier: by Grubbs' test, still included.", *_growth(tests.power_law)
     return [
-        Table.of(grades, tests.grades, line("shear"), (line("outlier"), *_growth(tests.power_law))),
-        Table.of(specimens, tests.specimens, say("Specimens")),
+        Table.of(grades, tests.grades, "Maximum shear force by grade", foot),
+        Table.of(specimens, tests.specimens, "Specimens"),
     ]
 
 
@@ -65,27 +65,28 @@ def tests_table(tests: MeasuredTests) -> Table:
         Column("sd", "SD", "", significant, lambda mean: mean.summary.sd),
         Column("unit", "Unit", of=lambda mean: RESPONSES[mean.response][1]),
     ]
-    return Table.of(columns, tests.means, line("measured tests"))
+    return Table.of(columns, tests.means, "Measurements of the tests")
 
 
 def _statistics(found: Diameters) -> dict[str, str]:
     """Return what is told of a sample of stem diameters."""
     summary = found.summary
     return {
-        "Stems": line("readings", stems=summary.n, readings=found.readings),
-        "Mean, mm": line("with range", value=summary.mean, range=interval(summary.mean_interval)),
-        "Standard deviation, mm": line("with range", value=summary.sd, range=interval(summary.sd_interval)),
+        "Stems": f"{summary.n}, {found.readings} readings",
+        "Mean, mm": f"{summary.mean:.3f} (95 % {interval(summary.mean_interval)})",
+        "Standard deviation, mm": f"{summary.sd:.3f} (95 % {interval(summary.sd_interval)})",
         "Coefficient of variation, %": fixed(summary.cv_percent, 2),
     } | {
-        test.name: line("normal" if test.p >= 0.05 else "not normal", value=test.statistic, p=test.p)
+        test.name: f"{test.statistic:.4f}, p {signed_probability(test.p)}, normality "
+        f"{'not ' if test.p >= 0.05 else ''}rejected"
         for test in found.normality
     }
 
 
 def _growth(law: PowerLaw | None) -> list[str]:
-    """Tell how the force grows with the diameter."""
+    """Return how the force grows with the diameter."""
     if law is None:
         return []
-    known = "growth" if law.exponent_interval is None else "known growth"
-    ends = interval(law.exponent_interval, 3)
-    return [line(known, factor=law.factor, exponent=law.exponent, range=ends, r2=law.r2)]
+    ends = "" if law.exponent_interval is None else f" (95 % {interval(law.exponent_interval, 3)})"
+    formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
+    return [f"{formula}, F in N, d in mm, R² {law.r2:.3f} of the logarithms."]

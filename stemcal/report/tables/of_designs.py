@@ -11,6 +11,7 @@ from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
+from stemcal.names import Names
 from stemcal.naming import FIRST, FORCE, Named
 from stemcal.numbers import fixed, percent, short, significant
 from stemcal.report.records import Records, distinct_of
@@ -28,13 +29,9 @@ from stemcal.report.tables.columns import (
     to_decimals,
 )
 from stemcal.stages.result import DesignRuns
-from stemcal.stages.screen import ScreenResult
-from stemcal.stages.screen_words import standing
+from stemcal.stages.screen import ScreenResult, standing
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.surface.words import shape_name
-from stemcal.text.language import say
-from stemcal.text.names import Names
-from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.overview.status import Entry
@@ -65,10 +62,21 @@ def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Ta
         Column("p", "p", form=starred),
         Column("lenth_t", "Lenth t", form=fixed),
     ]
-    rule = [line("by Lenth" if stage.by_lenth else "by F")]
-    margins = [line("lenth", names, **vars(lenth))] if lenth.pse is not None else []
+    rule = (
+        "Lenth's method chooses the factors: the residual has fewer than 3 degrees of freedom or is zero."
+        if stage.by_lenth
+        else "The F test chooses the factors: its residual has at least 3 degrees of freedom."
+    )
+    margins = []
+    if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
+        pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
+        margins.append(
+            f"Lenth: pseudo standard error {pse}; an effect beyond ±{me} is significant, beyond ±{sme} also after "
+            "correction for the number of effects."
+        )
+    shares = "** p < 0.01, * p < 0.05. Share: of the total sum of squares."
     strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)
-    return Table.of(columns, rows, line("effects", names), (*rule, *margins, line("stars")), strong=strong)
+    return Table.of(columns, rows, f"Effects on the {response.long}", (rule, *margins, shares), strong=strong)
 
 
 # ---- response surfaces
@@ -119,9 +127,9 @@ def anova_table(stage: SurfaceResult) -> Table:
         Column("f", "F", form=ratio),
         Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
     ]
-    foot = () if stage.lack_of_fit_testable else [line("untestable")]
+    foot = () if stage.lack_of_fit_testable else ["Lack of fit cannot be tested."]
     strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
-    return Table.of(columns, stage.anova, line("anova"), foot, strong=strong, detail=True)
+    return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 
 
 def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
@@ -140,7 +148,7 @@ def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
         for entry in stage.factors
     )
     foot = equation(stage.coefficients, symbols, response), "; ".join(coded)
-    return Table.of(columns, stage.coefficients, line("coefficients"), foot, detail=True)
+    return Table.of(columns, stage.coefficients, "Response surface in coded units", foot, detail=True)
 
 
 def fit_table(stage: SurfaceResult) -> Table:
@@ -154,7 +162,7 @@ def fit_table(stage: SurfaceResult) -> Table:
         (replace(response, unit=response.squared).headed("PRESS"), significant(stage.press, 6)),
         ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
     )
-    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, line("fit"))
+    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Quality of the fit")
 
 
 def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
@@ -165,13 +173,19 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, _short_names(stage, names), to_decimals(3)),
     ]
-    point = line("no stationary point")
-    if shape.natural is not None:
-        place = "inside" if shape.inside else "outside"
-        found = {"kind": shape_name(shape), "value": shape.predicted, "radius": shape.coded_radius}
-        point = line(place, names, levels=level_list(shape.natural, names), **found)
+    point = "No single stationary point: the surface is a plane, or level along some direction."
+    if shape.natural is not None and shape.predicted is not None:
+        point = (
+            f"Stationary point: {shape_name(shape)}, {names.quantity(shape.predicted)} at "
+            f"{level_list(shape.natural, names)}; coded radius {shape.coded_radius:.2f}, "
+            f"{'inside' if shape.inside else 'outside'} the region of the runs."
+        )
+    curved = (
+        f"Negative: the {names.response.long} falls on both sides along that axis; the columns give its direction, "
+        "coded."
+    )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
-    return Table.of(columns, rows, line("canonical"), (point, line("curvature", names)), detail=True)
+    return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
 
 
 def _short_names(stage: SurfaceResult, names: Names) -> Names:
@@ -191,7 +205,7 @@ def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | 
         simulated(names.response),
         *map(_other, names.naming.others),
     ]
-    foot = [line("symbols")] if crowded and any((symbols or {}).values()) else []
+    foot = ["Symbols as in the table of factors."] if crowded and any((symbols or {}).values()) else []
     return Table.of(columns, design.runs, title, foot, detail=True)
 
 
@@ -206,7 +220,7 @@ def checks_table(records: Records) -> Table | None:
         Column("run", "Run"),
         Column("peak_force", "Peak", "N", significant),
         Column("peak_travel", "at", "mm", to_decimals(3)),
-        Column("again", "Fell again", "", str, lambda row: say("yes") if row["stroke_was_enough"] else say("no")),
+        Column("again", "Fell again", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
         Column("elements", "Elements", form=format),
         Column("deleted_elements", "Failed", form=format),
         Column("steps", "Steps", form=format),
@@ -214,7 +228,11 @@ def checks_table(records: Records) -> Table | None:
         Column("kinetic_ratio_percent", "Kinetic", "%", fixed),
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
-    return Table.of(columns, rows, line("checks"), [line("shares")], detail=True).without_zeros() if rows else None
+    foot = (
+        "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, "
+        "hourglass: largest share of the internal energy before the peak; small shares mean a quasi-static test."
+    )
+    return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
 
 
 def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = (), title: str = "") -> Table:
@@ -234,7 +252,7 @@ def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = ()
         *("started", "host", "stemcal"),
     ]
     entries = list(found)
-    return Table.of(columns, entries, title, () if entries else [say("There are none.")])
+    return Table.of(columns, entries, title, () if entries else ["There are none."])
 
 
 def listed(runs: Table, names: Names) -> Table:

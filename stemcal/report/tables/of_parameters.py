@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
-from stemcal.numbers import interval, significant
+from stemcal.numbers import MISSING, interval, significant
 from stemcal.report.tables.columns import ERROR, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.invert.words import assumption, range_to_cite, source, valid_for
-from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.stages.climb import ClimbResult
@@ -36,11 +34,22 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    found = {"target": stage.target, "predicted": point.predicted, "radius": point.coded_radius, "rule": stage.rule}
-    ends = line("intervals of the response", names, mean=point.mean_interval, one=point.prediction_interval)
-    kind_of_point = "point" if stage.joint is None else "point of all"
-    foot = (line(kind_of_point, names, **found), *valid_for(stage))
-    return Table.of(columns, rows, line("calibration"), foot, claimed=(ends, *range_to_cite(stage, names)))
+    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all that is fitted together"
+    where = (
+        f"Target {names.quantity(stage.target, '.6g')}; predicted {names.quantity(point.predicted)}; coded radius "
+        f"{point.coded_radius:.3f}; {rule}."
+    )
+    response = names.response.long
+    ends = (
+        f"95 % interval of the mean {response} {_ends(point.mean_interval, names)}, of one simulated {response} "
+        f"{_ends(point.prediction_interval, names)}."
+    )
+    claimed = (ends, *range_to_cite(stage, names))
+    return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
+
+
+def _ends(bounds: tuple[float, float] | None, names: Names) -> str:
+    return MISSING if bounds is None else names.quantities(bounds)
 
 
 def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
@@ -55,7 +64,7 @@ def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
 
 def share_of_range(part: Certainty, name: str) -> str:
     """Return how much of a factor's range its interval takes, or that it is free."""
-    return say("free") if name in part.free else f"{100.0 * part.share[name]:.0f} %"
+    return "free" if name in part.free else f"{100.0 * part.share[name]:.0f} %"
 
 
 def interval_table(stage: InvertResult, names: Names) -> Table:
@@ -71,7 +80,8 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
         for name in stage.point.solution
     ]
     assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
-    return Table.of(columns, rows, line("known"), (line("profile"), *assumed), claims=True)
+    profile = "95 % intervals by profile likelihood; free: half of the range or more remains possible."
+    return Table.of(columns, rows, "How well the measurements fix the parameters", (profile, *assumed), claims=True)
 
 
 def climb_table(stage: ClimbResult, names: Names) -> Table:
@@ -81,10 +91,9 @@ def climb_table(stage: ClimbResult, names: Names) -> Table:
         f"{names.factor(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
         for name, scale in stage.coding.items()
     )
-    foot = _target(stage, names), line("error"), line("centre", levels=centres)
-    return Table.of(columns, stage.rows, line("climb"), foot, strong=frozenset({stage.best_step}))
-
-
-def _target(stage: ClimbResult, names: Names) -> str:
-    at = "target" if names.naming.condition is None else "target at"
-    return line(at, names, target=stage.target, at=stage.condition)
+    foot = (
+        f"Target {names.quantity(stage.target, '.6g')}{names.at(stage.condition)}.",
+        "Error = 100·(measured − simulated)/measured.",
+        f"The design of the surface: {centres} (coded 0 ± 1).",
+    )
+    return Table.of(columns, stage.rows, "Steps towards the target", foot, strong=frozenset({stage.best_step}))

@@ -4,13 +4,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from stemcal.files.rows import Column, Table
+from stemcal.names import MOST_LISTED, Names
 from stemcal.naming import Named
 from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.growth import Growth
-from stemcal.text.language import say
-from stemcal.text.tables import line
+from stemcal.words import series
 
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below
 _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
@@ -20,9 +20,9 @@ def setting_tables(study: Study) -> list[Table]:
     """Return the factors, what stood still beside them, and what was measured."""
     tables = [_factors(study), _measured(study)]
     if study.solver.kind == "embedded":
-        tables.append(_values("Part", _virtual_test(study, study.solver), say("The virtual shear test")))
+        tables.append(_values("Part", _virtual_test(study, study.solver), "The virtual shear test"))
     if study.material.given() or study.material.growing():
-        tables.append(_values("Parameter", _material(study), say("Material held")))
+        tables.append(_values("Parameter", _material(study), "Material held"))
     return tables
 
 
@@ -37,7 +37,12 @@ def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
         Column(name, name.replace("_", " ").capitalize(), _scaled(name)[1], significant, value(name))
         for name in study.material.growing()
     ]
-    return Table.of(columns, sorted(target.condition for target in study.targets.means), line("grown"), claims=True)
+    return Table.of(
+        columns,
+        sorted(target.condition for target in study.targets.means),
+        "The material of each stem, calibrated",
+        claims=True,
+    )
 
 
 def _values(head: str, values: dict[str, str], title: str) -> Table:
@@ -54,7 +59,7 @@ def _factors(study: Study) -> Table:
         Column("low", "Low", form=short),
         Column("high", "High", form=short),
     ]
-    return Table.of(columns, study.factors, say("Factors"))
+    return Table.of(columns, study.factors, "Factors")
 
 
 def _measured(study: Study) -> Table:
@@ -62,10 +67,11 @@ def _measured(study: Study) -> Table:
     fitted = [target.condition for target in study.joint_targets or (study.calibration_target,)]
 
     def other(named: Named) -> list[Column]:
-        return [
-            Column(named.name, named.capital, named.written, short, lambda target: target.mean_of(named.name)[0]),
-            Column(f"sd of {named.name}", "SD", named.written, short, lambda target: target.mean_of(named.name)[1]),
-        ]
+        means = Column(named.name, named.capital, named.written, short, lambda target: target.mean_of(named.name)[0])
+        if all(target.mean_of(named.name)[1] is None for target in targets):
+            return [means]
+        sds = Column(f"sd of {named.name}", "SD", named.written, short, lambda target: target.mean_of(named.name)[1])
+        return [means, sds]
 
     unit = naming.response.written
     columns = [
@@ -77,26 +83,28 @@ def _measured(study: Study) -> Table:
     ]
     strong, foot = frozenset[int](), []
     if naming.condition is not None and 1 < len(fitted) == len(targets):
-        foot = [line("fitted to all")]
+        foot = ["The parameters are fitted to all of them together."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [line("fitted at", naming, at=fitted)]
-    title = line("measured", responses=[one.long for one in (naming.response, *naming.others)])
+        foot = [f"Bold: what the parameters are fitted to ({Names(naming).conditions(fitted)})."]
+    responses = [one.long for one in (naming.response, *naming.others)]
+    title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
 
 
 def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
     """Return each part of the virtual shear test and how it is simulated."""
-    blade, law = study.blade, {"paper": say("as printed in the paper")}
-    rubbing = line("friction", **vars(study.contact))
+    blade, supports, contact, law = study.blade, study.supports, study.contact, {"paper": "as printed in the paper"}
+    bevels, part = ("both sides", "quarter") if blade.bevel == "both" else ("one side", "half")
+    rubbing = f"{contact.static_friction:g} at rest, {contact.dynamic_friction:g} sliding"
     return {
-        "Stem": line(_kind_of_stem(study), **vars(study.specimen)),
-        "Blade": line("both bevels" if blade.bevel == "both" else "one bevel", **vars(blade)),
+        "Stem": _stem(study),
+        "Blade": f"{blade.thickness:g} mm thick, edge of {blade.edge_angle:g}°, {bevels} bevelled",
         "Edge radius": f"{short(blade.edge_radius)} mm",
-        "Supports": line("supports", **vars(study.supports)),
-        "Loading": line("loading", speed=60.0 * study.loading.speed, duration=study.loading.duration),
-        "Friction": say("a factor") if "stem_friction" in study.names else rubbing,
-        "Model": line("quarter" if blade.bevel == "both" else "half", size=solver.element_size),
+        "Supports": f"{supports.clearance:g} mm apart, edges rounded by {supports.fillet_radius:g} mm",
+        "Loading": f"{significant(60.0 * study.loading.speed)} mm/min for {study.loading.duration:g} s",
+        "Friction": "a factor" if "stem_friction" in study.names else rubbing,
+        "Model": f"{part}, mirrored; elements of {solver.element_size}",
         "Edge spread": f"{study.blade.edge_spread}",
         "Internal length": f"{study.material.internal_length}",
         "Strain-rate law": law.get(solver.rate_law, solver.rate_law.replace("_", "–")),
@@ -104,10 +112,11 @@ def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
     }
 
 
-def _kind_of_stem(study: Study) -> str:
-    if "wall_thickness" in study.names:
-        return "walled stem"
-    return "stem" if study.specimen.diameter_ratio > 0.0 else "solid stem"
+def _stem(study: Study) -> str:
+    stem = study.specimen
+    bore = f"bore {stem.diameter_ratio:g} of it" if stem.diameter_ratio > 0.0 else "solid"
+    wall = "wall a factor" if "wall_thickness" in study.names else bore
+    return f"{stem.outer_diameter:g} mm, {wall}, {stem.length:g} mm long"
 
 
 def _material(study: Study) -> dict[str, str]:
@@ -116,13 +125,13 @@ def _material(study: Study) -> dict[str, str]:
         rows[name] = _written(name, value)
     for name, growth in study.material.growing().items():
         if isinstance(growth, Growth):
-            given = say("a factor") if growth.value is None else _written(name, growth.value)
+            given = "a factor" if growth.value is None else _written(name, growth.value)
             exponent = growth.exponent if isinstance(growth.exponent, str) else short(growth.exponent)
-            rows[name] = line("grows", value=given, at=growth.at, exponent=exponent)
+            rows[name] = f"{given} at {growth.at:g} mm, times (d / {growth.at:g} mm)^{exponent}"
         else:
             diameters, values = zip(*growth.rows, strict=True)
             told = ", ".join(_written(name, value) for value in values)
-            rows[name] = line("by grade", values=told, diameters=", ".join(map(short, diameters)))
+            rows[name] = f"{told} at {', '.join(map(short, diameters))} mm, linear between"
     return rows
 
 

@@ -15,13 +15,11 @@ from stemcal.report.tables.of_parameters import (
     climb_table,
     interval_table,
 )
-from stemcal.report.tables.of_refinement import refine_tables
-from stemcal.report.tables.of_responses import further_table, joint_table, validation_tables
+from stemcal.report.tables.of_responses import further_table, joint_table, refine_tables, validation_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.text.names import Names
-from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.result import InvertResult
@@ -73,11 +71,13 @@ def _of_others(stage: SurfaceResult, labels: Mapping[str, str] | None) -> list[T
     """Return the tables of the further responses that a study itself has named."""
     own = {response.name for response in stage.naming.others}
     fitted = [(part.condition, name) for part in stage.conditions for name in part.responses or {} if name in own]
-    of, tables = "of another" if stage.naming.condition is None else "of another at", []
+    tables: list[Table] = []
     for place, name in fitted[:MOST_FITS]:
         seen = stage.seen_by(name, place)
         for table in tables_of(seen, labels):
-            tables.append(replace(table, title=line(of, seen.naming, title=table.title, at=place)))
+            naming = seen.naming
+            title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
+            tables.append(replace(table, title=title))
     if len(fitted) > MOST_FITS:
         more = f"{len(fitted) - MOST_FITS} more fitted responses are in `rsm.json`."
         tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))

@@ -29,9 +29,7 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 from stemcal.study.model.measured_targets import Mean
-from stemcal.text.language import say
 from stemcal.text.names import Names
-from stemcal.text.tables import line
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -148,11 +146,12 @@ def shortened(table: Table, validation: ValidateResult, most: int) -> Table:
         return table
     ranked = sorted(
         range(len(table.rows)),
-        key=lambda i: (validation.compared[i].role != "calibration", -abs(validation.compared[i].error_percent or 1e9)),
+        key=lambda i: (validation.compared[i].role != "held_out", -abs(validation.compared[i].error_percent or 1e9)),
     )
     kept = sorted(ranked[: most - 1])
     rows = tuple(table.rows[i] for i in kept)
-    return replace(table, rows=rows, foot=(*table.foot, line("smaller", count=len(table.rows) - len(kept))))
+    smaller = f"Not shown, of smaller error: {len(table.rows) - len(kept)}; see the report."
+    return replace(table, rows=rows, foot=(*table.foot, smaller))
 
 
 def simulation_table(
@@ -209,7 +208,7 @@ def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
         *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
-        ("Elements", say("{elements}, {deleted_elements} of them eroded by then", **vars(result))),
+        ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
         ("Contact energy", f"{fixed(result.contact_energy_percent, 3)} % of the work, at least"),

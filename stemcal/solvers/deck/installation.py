@@ -50,7 +50,8 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
     home = None if named is None else folder / named
     if home is not None and not home.is_dir():
         raise UsageError(f"solver.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
-    programs = {name: _program(name, getattr(options, name), home, folder) for name in _BEGINNINGS}
+    given: Mapping[str, str] = {str(name): program for name, program in options.programs.items()}
+    programs = {name: _program(name, given.get(name), home, folder) for name in _BEGINNINGS}
     environment = {**_variables(options, home or _home_of(programs["starter"])), **options.environment}
     _require_definitions(environment)
     return Installation(**programs, environment=environment)
@@ -96,7 +97,7 @@ def _program(name: str, given: str | None, home: Path | None, folder: Path) -> s
         except UsageError:
             continue
     where = f"in {home / 'exec'} nor on PATH" if home is not None else f"on PATH, and {HOME} is not set"
-    raise UsageError(f"solver.{name}: there is no {name} {where}; install OpenRadioss, or name it as solver.{name}")
+    raise UsageError(f"solver.programs: there is no {name} {where}; install OpenRadioss, or name it in solver.programs")
 
 
 def _in_home(name: str, home: Path | None) -> list[Path]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import floor, pi
 from typing import Any
@@ -26,7 +26,7 @@ from stemcal.solvers.deck.equivalents import (
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.study.model import PARAMETERS, DeckSolver, EmbeddedSolver, Study
+from stemcal.study.model import BREAK_DROP, GAP, PARAMETERS, DeckSolver, EmbeddedSolver, Study
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
@@ -187,7 +187,7 @@ class Deck:
                 f"{MOST_ELEMENTS:.0e} are written; take coarser elements (solver.element_size) or a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
-        lowest, size = 0.5 * diameter + study.loading.gap, how.element_size
+        lowest, size = 0.5 * diameter + GAP, how.element_size
         rests_at = 0.5 * supports.clearance + supports.fillet_radius
         length, stroke = min(b.length, _BLADE_OVER_STEM * diameter), study.loading.stroke
         edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
@@ -211,10 +211,11 @@ class Deck:
             "density_factor": self.density_factor,
             **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
             "rate_law": self._rate_law,
-            **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window", "break_drop")},
+            **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window")},
+            "break_drop": getattr(solver, "break_drop", BREAK_DROP),
         }
         kept["internal_length"] = self.internal_length
-        kept |= {"speed": study.loading.speed, "gap": study.loading.gap}
+        kept |= {"speed": study.loading.speed, "gap": GAP}
         if self.force_to_give is not None:
             kept["force_to_give"] = self.force_to_give
         if not isinstance(solver, EmbeddedSolver):
@@ -300,9 +301,13 @@ def _by_field(given: Mapping[str, float]) -> dict[str, float]:
 
 
 def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Discretisation:
-    how = Discretisation(solver.element_size.at(diameter), solver.elements_through_wall, symmetry="none")
-    return replace(
-        how,
+    size = solver.element_size.at(diameter)
+    if isinstance(solver, DeckSolver):
+        return Discretisation(size, solver.elements_through_wall, symmetry="none", edge_over="elements")
+    return Discretisation(
+        size,
+        solver.elements_through_wall,
+        symmetry="none",
         edge_over=solver.edge_over,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,

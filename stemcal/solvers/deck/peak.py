@@ -14,7 +14,7 @@ from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import RESPONSES, Answer
-from stemcal.study.model import DeckSolver, LoadingSection
+from stemcal.study.model import BREAK_DROP, GAP, DeckSolver, LoadingSection
 
 Array = NDArray[np.float64]
 
@@ -54,11 +54,11 @@ def peak_answer(
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
     filtered = moving_mean(force, rows)
     deleted = np.searchsorted(np.sort(np.asarray(failed, dtype=float)), time, side="right")
-    broken = break_row(filtered, deleted, options.break_drop)
+    broken = break_row(filtered, deleted, BREAK_DROP)
     peak = int(np.argmax(filtered[:broken]))
     if filtered[peak] <= 0.0:
         raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
-    travel = loading.speed * time - loading.gap
+    travel = loading.speed * time - GAP
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)
     end = stroke_end(travel, force, filtered, rows, broken)

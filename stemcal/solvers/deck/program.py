@@ -92,9 +92,7 @@ class DeckProgram(Program):
 
     def _own(self) -> dict[float, Path]:
         """Return the user's own decks by diameter."""
-        options = self.options
-        first = {self.study.targets.calibrate_at: options.deck} if options.deck else {}
-        return {**first, **{entry.diameter: entry.deck for entry in options.decks}}
+        return self.options.own_decks()
 
 
 def _at(decks: Mapping[float, Path], diameter: float) -> Path:

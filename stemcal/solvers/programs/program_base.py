@@ -74,7 +74,6 @@ class Program(ABC):
         return {
             "solver": self.study.solver.kind,
             "revision": self.revision,
-            "version": options.version,
             "environment": dict(options.environment),
             "inputs": self.inputs.identity(),
             **self._determining(request),
@@ -86,13 +85,13 @@ class Program(ABC):
 
     def solve(self, request: Request) -> Answer:
         """Run the program for a request; its folder is kept if it fails."""
-        folder, options = run_folder(self.place, self.identity(request)), self.options
+        folder = run_folder(self.place, self.identity(request))
         try:
             written = self._write(folder, request)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
         answer = self._run(folder, request)
-        if answer.ok and options.keep == "failed":
+        if answer.ok:
             discard(folder)
         return replace(answer, details={**answer.details, **written})
 

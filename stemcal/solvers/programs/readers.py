@@ -1,10 +1,9 @@
-"""Read the series of numbers in a file that a program has left: a reader for each kind of file."""
+"""Read the series of numbers in a file that a program has left: JSON, CSV or text."""
 
 import csv
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +47,10 @@ def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
 
 
 def _series(result: ResultReader, folder: Path) -> Series:
-    return READERS[result.kind](read_text(folder, result.file, MAX_BYTES), result)
+    text = read_text(folder, result.file, MAX_BYTES)
+    if result.pattern is not None:
+        return _regex(text, result.file, result.pattern)
+    return _csv(text, result) if result.column is not None else _json(text, result)
 
 
 def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
@@ -68,12 +70,13 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     return lenient(content)
 
 
-def _json(text: str, result: Any) -> Series:
+def _json(text: str, result: ResultReader) -> Series:
     try:
         data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
     except (ValueError, RecursionError) as error:
         raise NoResult("bad_result", f"{result.file} is not JSON: {str(error)[:200]}") from None
-    y = _numbers(_found(data, result.path, result.file), result.path)
+    path = result.path or ""
+    y = _numbers(_found(data, path, result.file), path)
     x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
     return Series(y, x)
 
@@ -105,7 +108,7 @@ def _number(value: Any, where: str) -> float:
     return number
 
 
-def _csv(text: str, result: Any) -> Series:
+def _csv(text: str, result: ResultReader) -> Series:
     lines = text.splitlines()
     separator = max(",;\t", key=lines[0].count)
     try:
@@ -113,7 +116,7 @@ def _csv(text: str, result: Any) -> Series:
     except (csv.Error, ValueError) as error:
         raise NoResult("bad_result", f"{result.file} is not a CSV table: {error}") from None
     names = [name.strip() for name in header]
-    y = _column(names, rows, result.column, result.file)
+    y = _column(names, rows, result.column or "", result.file)
     return Series(y, None if result.along is None else _column(names, rows, result.along, result.file))
 
 
@@ -130,18 +133,15 @@ def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> li
     return values
 
 
-def _regex(text: str, result: Any) -> Series:
-    limits = str(SEARCH_SECONDS), result.pattern, str(LONGEST_LINE)
+def _regex(text: str, file: str, pattern: str) -> Series:
+    limits = str(SEARCH_SECONDS), pattern, str(LONGEST_LINE)
     search = [sys.executable, "-I", "-S", "-X", "utf8", "-c", _SEARCH, *limits]
     done = subprocess.run(search, input=text.encode(), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     if done.returncode:
-        message = f"{result.file}: searching it took more than {SEARCH_SECONDS:g} s; simplify solver.result.pattern"
+        message = f"{file}: searching it took more than {SEARCH_SECONDS:g} s; simplify solver.result.pattern"
         raise NoResult("timeout", message)
     found = json.loads(done.stdout)
     if not found:
-        raise NoResult("no_result", f"{result.file} holds nothing that the pattern matches")
-    travel, numbers = ([_number(text, result.file) for text in texts] for texts in zip(*found, strict=True))
+        raise NoResult("no_result", f"{file} holds nothing that the pattern matches")
+    travel, numbers = ([_number(text, file) for text in texts] for texts in zip(*found, strict=True))
     return Series(numbers, None if found[0][0] is None else travel)
-
-
-READERS: dict[str, Callable[[str, Any], Series]] = {"json": _json, "csv": _csv, "regex": _regex}

@@ -52,7 +52,7 @@ class Sheet(ByHand, Immediate):
         options = study.solver
         assert isinstance(options, SheetSolver)
         rows = {} if options.file is None else known_rows(study, options.file)
-        return cls(study, Inputs.of(options.templates, options.files), rows)
+        return cls(study, Inputs.of(options.templates, ()), rows)
 
     @property
     def options(self) -> SheetSolver:
@@ -66,11 +66,10 @@ class Sheet(ByHand, Immediate):
     def identity(self, request: Request) -> dict[str, Any]:
         """Return what was asked for, and the answer of the file; the row too unless equal levels answer equally."""
         known = self._row(request)
-        row = {} if self.options.deterministic and known is None else {"stage": request.stage, "row": request.row}
+        row = {} if not self.options.by_chance and known is None else {"stage": request.stage, "row": request.row}
         return {
             "kind": "sheet",
             "version": SHEET_VERSION,
-            "program": self.options.version,
             "inputs": self.inputs.identity(),
             **({"known": known.as_data()} if known is not None and known.answer is not None else {}),
             **row,
@@ -110,7 +109,7 @@ class Sheet(ByHand, Immediate):
     def write_inputs(self, folder: Path, request: Request) -> None:
         """Put the files of a run into a folder, templates filled."""
         folder.mkdir(parents=True, exist_ok=True)
-        self.inputs.write(folder, values_of(request, seed_of(request, self.options.seed), self.study.naming))
+        self.inputs.write(folder, values_of(request, seed_of(request), self.study.naming))
 
 
 # ---- the file

@@ -40,8 +40,7 @@ from stemcal.stages.invert.result import (
 )
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.study.model import Study
-from stemcal.study.model.measured_targets import MachineSection
+from stemcal.study.model import MachineSection, Study
 
 _NORMAL = 1.96  # of a normal distribution 95 % are within so many standard deviations
 _UNTOLD = 1e-4  # of the variance of what is known of the machine: of less the curves tell nothing
@@ -94,7 +93,7 @@ def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertRes
         priors=prior_rows(study, coding),
         notes=(
             *(words.flat_direction(changes_along(coding, row), units) for row in flat),
-            *machine_found(study.targets.machine, whole),
+            *machine_found(study.machine, whole),
         ),
     )
 

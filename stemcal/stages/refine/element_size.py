@@ -151,7 +151,7 @@ def _simulating(work: Work, there: Study, size: float, positions: int) -> Simula
     """Return what simulates failure strains as the mean over so many positions of a mesh."""
     from stemcal.solvers.embedded import Embedded  # a table of strains is shown without the solver
 
-    solver, policy = Embedded(there), there.runs.model_copy(update={"quorum": 0.0, "keep_going": True})
+    solver, policy = Embedded(there), there.runs.model_copy(update={"quorum": 0.0})
 
     def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
         rows, sized = enumerate(points, first), f"{size:g} mm"

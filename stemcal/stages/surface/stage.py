@@ -31,10 +31,12 @@ from stemcal.stages.surface.result import (
 from stemcal.stages.surface.runs import ConditionRun, pure_error_of
 from stemcal.stages.surface.words import shape_name
 from stemcal.stages.work import Work, a_stage, repeats_itself
-from stemcal.study.model import CodingEntry, Study, Target
+from stemcal.study.model import Study, Target
 from stemcal.words import series
 
 __all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
+
+_KEPT_P = 0.1  # terms with a larger p are removed
 
 
 @a_stage(SurfaceResult)
@@ -122,7 +124,7 @@ def recentred(study: Study, before: ScreenResult | ClimbResult | None) -> Study:
     """Return the study with the coding that a climb found; what the spec itself codes stays."""
     if not isinstance(before, ClimbResult):
         return study
-    found = {name: CodingEntry(center=e.center, half_step=e.half_step) for name, e in before.coding.items()}
+    found = {name: (e.center - e.half_step, e.center + e.half_step) for name, e in before.coding.items()}
     return study.model_copy(update={"rsm": study.rsm.model_copy(update={"coding": {**found, **study.rsm.coding}})})
 
 
@@ -133,7 +135,7 @@ def fit_terms(
     given, names = (design.coded, [run.number(FIRST) for run in runs], design.names), Names(study.naming)
     if study.rsm.reduce == "none":
         return fit_surface(*given, written=names), None
-    return reduce_surface(*given, study.rsm.reduce_alpha, names)
+    return reduce_surface(*given, _KEPT_P, names)
 
 
 # ---- the design run at the other diameters of a joint fit

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_percent
+from stemcal.doe.validation.null_model import Formula
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
     from stemcal.stages.invert.certainty import Measured
 
 
-_COLUMNS = ("condition", "measured", "simulated", "error_percent", "role", "status", "reason", "sd", "n")
+_COLUMNS = (
+    *("condition", "measured", "simulated", "error_percent", "role", "left_out_percent"),
+    *("status", "reason", "sd", "n"),
+)
 
 
 @dataclass(frozen=True)
@@ -66,19 +70,19 @@ class ValidateResult(StageResult):
     """Measured against simulated response over the conditions, and how a force grows with the stem's diameter."""
 
     name: ClassVar[str] = "validate"
-    shown = ("max_abs_error_percent",)
+    shown = ("worst_percent",)
 
     head: Head = inline()
     parameters: dict[str, float]
     rows: Rows[ValidateRow]
     tolerance_percent: float = 10.0
-    max_abs_error_percent: float | None
+    worst_percent: float | None
     mean_abs_error_percent: float | None
-    max_abs_error_percent_independent: float | None = None
+    worst_held_out_percent: float | None = None
     error_slope_percent_per_unit: float | None = None
     measured_exponent: Exponent | None = None
     simulated_exponent: Exponent | None = None
-    formula_max_abs_error_percent: float | None = None
+    formula: Formula | None = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -89,12 +93,18 @@ class ValidateResult(StageResult):
     @property
     def fitted(self) -> tuple[float, ...]:
         """The conditions at which the parameters were fitted."""
-        return tuple(row.condition for row in self.compared if row.role == "calibration")
+        return tuple(row.condition for row in self.compared if row.role == "fitted")
 
     @property
-    def independent(self) -> list[ValidationRow]:
+    def held_out(self) -> list[ValidationRow]:
         """The comparisons that check the result: what was not fitted, and was simulated."""
-        return [row for row in self.compared if row.role != "calibration" and row.error_percent is not None]
+        return [row for row in self.compared if row.role == "held_out" and row.error_percent is not None]
+
+    @property
+    def no_better_than_formula(self) -> bool:
+        """Whether a formula through the fitted forces predicts the held-out ones at least as well."""
+        formula, model = self.formula, self.worst_held_out_percent
+        return formula is not None and model is not None and formula.worst_held_out_percent <= model
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison, that of further responses apart."""

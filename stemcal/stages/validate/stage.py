@@ -8,13 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
-from stemcal.doe.validation.null_model import formula_elsewhere
+from stemcal.doe.validation.null_model import Formula, formula_elsewhere
 from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.invert.certainty import measured_of
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Head
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
@@ -32,11 +34,22 @@ def validate(work: Work, head: Head) -> ValidateResult:
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
     found = _compared(study, outcomes)
+    left_out = _left_out(work.result(InvertResult))
     compared = zip(study.targets.means, found.rows, outcomes, strict=True)
-    rows = [_row(study, target, row, outcome) for target, row, outcome in compared]
+    rows = [
+        _row(study, target, replace(row, left_out_percent=left_out.get(row.condition)), outcome)
+        for target, row, outcome in compared
+    ]
     notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(answers)]
     result = _result(study, head, parameters, found, rows)
     return replace(result, notes=(*notes_of(result), *notes))
+
+
+def _left_out(found: InvertResult) -> dict[float, float | None]:
+    """Return the error of the first response at each fitted condition, predicted from a fit to the others."""
+    rows = found.joint.rows if found.joint is not None else ()
+    first = found.naming.response.name
+    return {row.condition: row.left_out_error_percent for row in rows if row.response in (FIRST, first)}
 
 
 def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
@@ -64,14 +77,14 @@ def _result(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        tolerance_percent=study.targets.tolerance_percent,
-        max_abs_error_percent=max(errors, default=None),
+        tolerance_percent=study.validation.tolerance_percent,
+        worst_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
-        max_abs_error_percent_independent=found.max_abs_error_percent_independent,
+        worst_held_out_percent=found.worst_held_out_percent,
         error_slope_percent_per_unit=found.error_slope_percent_per_unit,
         measured_exponent=found.measured_exponent,
         simulated_exponent=found.simulated_exponent,
-        formula_max_abs_error_percent=formula,
+        formula=formula,
     )
 
 
@@ -83,14 +96,13 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
         yield Note("from_table", "warning", text)
 
 
-def _formula(rows: Sequence[ValidationRow]) -> float | None:
-    """Return the largest error of a·d^2.5 through the fitted forces at the others that were simulated."""
+def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
+    """Return F = a·dᵇ through the fitted forces, and its error at the others that were simulated."""
     done = [row for row in rows if row.simulated is not None]
     pairs = {
-        fitted: [(row.condition, row.measured) for row in done if (row.role == "calibration") is fitted]
-        for fitted in (True, False)
+        role: [(row.condition, row.measured) for row in done if row.role == role] for role in ("fitted", "held_out")
     }
-    return formula_elsewhere(pairs[True], pairs[False])
+    return formula_elsewhere(pairs["fitted"], pairs["held_out"])
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:

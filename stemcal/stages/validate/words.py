@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator
 
-from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.names import Names
 from stemcal.note import Note, Severity
 from stemcal.numbers import interval, significant, tenths
@@ -14,12 +13,12 @@ _TRAVEL_APART = 50.0  # percent of the measured travel: a larger difference is n
 
 def outcome(stage: ValidateResult, names: Names) -> list[str]:
     """Return by how much simulation and measurement differ."""
-    if stage.max_abs_error_percent is None:
+    if stage.worst_percent is None:
         return ["No run of the validation gave a response."]
     if len(stage.rows) == 1:
         return [_single_outcome(stage, names)]
     responses = "responses" if names.naming.others else names.response.long
-    worst, mean = tenths(stage.max_abs_error_percent), tenths(stage.mean_abs_error_percent)
+    worst, mean = tenths(stage.worst_percent), tenths(stage.mean_abs_error_percent)
     return [
         f"Over {len(stage.rows)} values of the {names.condition.long}, simulated and measured {responses} differ by "
         f"at most {worst} %, {mean} % on average."
@@ -41,10 +40,10 @@ def certainty(stage: ValidateResult, names: Names) -> list[str]:
 
 
 def _independent(stage: ValidateResult, names: Names) -> str:
-    errors = [abs(row.error_percent or 0.0) for row in stage.independent]
+    errors = [abs(row.error_percent or 0.0) for row in stage.held_out]
     if not errors:
         return "Only values that the parameters were fitted to were compared, so nothing checks the result."
-    places, within = names.conditions(row.condition for row in stage.independent), f"{stage.tolerance_percent:g} %"
+    places, within = names.conditions(row.condition for row in stage.held_out), f"{stage.tolerance_percent:g} %"
     if len(errors) == 1:
         agree = "agrees" if errors[0] <= stage.tolerance_percent else "does not agree"
         return f"At {places}, not used for calibration, the error is {tenths(errors[0])} %: it {agree} within {within}."
@@ -56,14 +55,14 @@ def _independent(stage: ValidateResult, names: Names) -> str:
 
 
 def _beside_formula(stage: ValidateResult, names: Names) -> list[str]:
-    """Compare the errors at other diameters with those of a formula that has one constant."""
-    formula, model = stage.formula_max_abs_error_percent, stage.max_abs_error_percent_independent
+    """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
+    formula, model = stage.formula, stage.worst_held_out_percent
     if formula is None or model is None:
         return []
-    only = "" if model < formula else "only "
+    only = "" if model < formula.worst_held_out_percent else "only "
     return [
-        f"The empirical formula F = a·d^{FIXED_EXPONENT:g} through {names.conditions(stage.fitted)} predicts the other "
-        f"diameters within {formula:.1f} %, the model {only}within {model:.1f} %."
+        f"The empirical formula F = a·d^{formula.exponent:.3g} through {names.conditions(stage.fitted)} predicts the "
+        f"other diameters within {formula.worst_held_out_percent:.1f} %, the model {only}within {model:.1f} %."
     ]
 
 
@@ -73,8 +72,7 @@ def _beside_formula(stage: ValidateResult, names: Names) -> list[str]:
 def notes_of(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, failed runs, growth, travel and a formula."""
     names = Names(stage.naming)
-    formula, model = stage.formula_max_abs_error_percent or 0.0, stage.max_abs_error_percent_independent or 0.0
-    severity: Severity = "warning" if formula <= model else "info"
+    severity: Severity = "warning" if stage.no_better_than_formula else "info"
     return [
         *_fitted(stage, names),
         *_failed(stage, names),

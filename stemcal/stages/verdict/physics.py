@@ -76,7 +76,7 @@ def _at_solution(results: Results, every: Mapping[str, Doubts]) -> Iterator[Doub
     """Yield what is doubtful of each run of the validation, which has the calibrated parameters."""
     for row in () if results.validation is None else results.validation.rows:
         for kind, size in every.get(row.key, {}).items():
-            yield DoubtAt(row.compared.condition, row.compared.role == "calibration", Doubt(kind, 1, size))
+            yield DoubtAt(row.compared.condition, row.compared.role == "fitted", Doubt(kind, 1, size))
 
 
 def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:

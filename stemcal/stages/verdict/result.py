@@ -28,11 +28,17 @@ class Judged:
 
 @dataclass(frozen=True)
 class Use:
-    """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond."""
+    """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond.
+
+    `held_out` is the largest error that was not `fitted`, `formula_percent` that of F = a·d^b through fitted forces.
+    """
 
     within_percent: float
     good: tuple[float, ...]
     worst: Judged | None
+    held_out: Judged | None = None
+    fitted: tuple[float, ...] = ()
+    formula_percent: float | None = None
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 """The rules of the verdict: each looks at the evidence and yields reasons, as notes with a remedy.
 
 A reason of severity ``error`` means not calibrated, one of severity ``warning`` a reservation. The given percentage is
-`targets.tolerance_percent`.
+`validate.tolerance_percent`.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.folder.study_folder import StudyFolder
@@ -27,6 +27,10 @@ MISSED_PERCENT = 2.0
 FAR = 2.0
 """Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+_WITHIN = (
+    "Use the parameters only between the measured diameters, or add another kind of test (`tests`), which no such "
+    "formula predicts."
+)
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
 
@@ -46,7 +50,7 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.targets.tolerance_percent)
+        return float(self.study.validation.tolerance_percent)
 
     @property
     def is_given(self) -> bool:
@@ -65,7 +69,7 @@ class Evidence:
             return []
         found = []
         for row in validation.rows:
-            at, fitted = row.compared, row.compared.role == "calibration"
+            at, fitted = row.compared, row.compared.role == "fitted"
             found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
             for further in row.further:
                 if further.judged:
@@ -90,7 +94,16 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 def _use(evidence: Evidence) -> Use | None:
     """Return at which conditions the simulated response agrees, and what is off most; None where nothing tells."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
-    return _use_of(evidence, rows) if rows and evidence.physics.share <= MAJORITY else None
+    if not rows or evidence.physics.share > MAJORITY:
+        return None
+    checked = evidence.results.validation
+    formula = checked.formula if checked is not None else None
+    return replace(
+        _use_of(evidence, rows),
+        held_out=max((row for row in rows if not row.fitted), key=lambda row: row.size, default=None),
+        fitted=tuple(dict.fromkeys(row.condition for row in rows if row.fitted)),
+        formula_percent=None if formula is None else formula.worst_held_out_percent,
+    )
 
 
 def _use_there(evidence: Evidence) -> UseThere | None:
@@ -267,21 +280,42 @@ def _validation(evidence: Evidence) -> Iterator[Note]:
         text = "The validation is read from a sheet, not simulated with these parameters."
         yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that simulates."))
         return
-    independent = [row for row in evidence.judged if not row.fitted]
-    failed = tuple(row.condition for row in independent if row.error_percent is None)
+    held_out = [row for row in evidence.judged if not row.fitted]
+    failed = tuple(row.condition for row in held_out if row.error_percent is None)
     if failed:
         names = evidence.names
         text = f"The validation has no {names.response.long}{names.at(*failed)}: the run failed."
         yield Note("validation_failed", "warning", text, Remedy("`stemcal run SPEC --retry` repeats failed runs."))
-    off = [row for row in independent if row.size > evidence.equivalent_percent]
+    off = [row for row in held_out if row.size > evidence.equivalent_percent]
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
         until = "Until then use the result only where it agrees."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         yield Note("validation", "warning", f"{words.miss(worst, evidence.names)}.", remedy)
-    if not independent and not _left_out(evidence):
+    if not held_out and not _left_out(evidence):
         yield Note("unchecked", "warning", "No independent measurement checks the result.", advice.measure_more(study))
+
+
+def _formula(evidence: Evidence) -> Iterator[Note]:
+    """Yield a reservation where a formula predicts what was not fitted, or was left out in turn, at least as well."""
+    checked, found = evidence.results.validation, evidence.results.inversion
+    if checked is None or evidence.is_given:
+        return
+    joint, formula = found.joint if found is not None else None, checked.formula
+    if formula is not None and checked.no_better_than_formula:
+        held_out = f"{formula.worst_held_out_percent:.1f} %, the model within {checked.worst_held_out_percent:.1f} %"
+        text = f"The formula F = a·d^{formula.exponent:.3g} predicts the held-out diameters within {held_out}."
+    elif (
+        not checked.held_out
+        and joint is not None
+        and joint.null is not None
+        and joint.null.beaten_by(joint.max_abs_left_out_error_percent) is False
+    ):
+        text = words.left_out_by_formula(joint)
+    else:
+        return
+    yield Note("no_better_than_formula", "warning", text, Remedy(_WITHIN))
 
 
 def _left_out(evidence: Evidence) -> bool:
@@ -378,6 +412,7 @@ RULES: tuple[Rule, ...] = (
     _edge,
     _misfit,
     _validation,
+    _formula,
     _signs,
     _rough,
     _there,

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
+from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.names import Names
 from stemcal.numbers import change, fixed, minus
 from stemcal.stages.invert.result import Certainty, Contradicted, JointFitted
@@ -67,14 +68,27 @@ def use(where: Use, names: Names, place: str = "") -> str:
     'Within 10 % at 7 and 8 mm. Largest error: maximum force 21 % low at 11 mm.'
     """
     if where.good:
-        said = f"{place}Within {where.within_percent:g} %{names.at(*where.good)}."
+        within = f"{place}Within {where.within_percent:g} %{names.at(*where.good)}."
     else:
-        said = f"{place}Outside {where.within_percent:g} %" + (
-            f" at every {names.condition.noun}." if names.placed else "."
-        )
-    if where.worst is None:
-        return said
-    return f"{said} Largest error: {names.naming.named(where.worst.response).long} {_error(where.worst, names)}."
+        every = f" at every {names.condition.noun}" if names.placed else ""
+        within = f"{place}Outside {where.within_percent:g} %{every}."
+    said = [*_held_out(where, names), within]
+    if where.worst is not None and where.worst != where.held_out:
+        said.append(f"Largest error: {names.naming.named(where.worst.response).long} {_error(where.worst, names)}.")
+    return " ".join(said)
+
+
+def _held_out(where: Use, names: Names) -> list[str]:
+    """Return the largest error that was not fitted, beside that of a formula through the fitted forces.
+
+    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())
+    ['Fitted at 7 and 9 mm; largest held-out error: maximum force 2.9 % high at 8 mm (formula F = a·d^b: 3.7 %).']
+    """
+    if where.held_out is None or not where.fitted or not names.placed:
+        return []
+    formula = "" if where.formula_percent is None else f" (formula F = a·d^b: {where.formula_percent:.1f} %)"
+    worst = f"{names.naming.named(where.held_out.response).long} {_error(where.held_out, names)}"
+    return [f"Fitted{names.at(*where.fitted)}; largest held-out error: {worst}{formula}."]
 
 
 def use_there(where: UseThere, names: Names) -> str:
@@ -118,6 +132,21 @@ def out_of_reach(target: float, low: float, high: float, names: Names) -> str:
     side = "above" if target > high else "below"
     return (
         f"The measured {names.quantity(target, 'g')} is {side} what the ranges reach ({names.quantities((low, high))})."
+    )
+
+
+def left_out_by_formula(joint: JointFitted) -> str:
+    """Return that a formula predicts the diameters left out in turn as well as the joint fit."""
+    null = joint.null
+    assert null is not None
+    laws = [
+        (null.max_abs_left_out_error_percent, null.exponent),
+        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
+    ]
+    error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
+    return (
+        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others within {error:.1f} %, the model "
+        f"within {joint.max_abs_left_out_error_percent or 0.0:.1f} %."
     )
 
 

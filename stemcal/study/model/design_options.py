@@ -47,15 +47,6 @@ class ScreenOptions(Frozen):
     """A factor whose p is below goes on to the surface."""
 
 
-class CodingEntry(Frozen):
-    """Coded 0 and coded 1 of one factor: centre, and centre + half step, in the factor's unit."""
-
-    center: Number
-    """The value that coded 0 means, in the factor's unit."""
-    half_step: Annotated[Number, Field(gt=0)]
-    """What coded +1 is above it."""
-
-
 _STRONGEST = r"strongest ([1-9][0-9]?)"
 
 
@@ -132,13 +123,15 @@ class RsmOptions(Frozen):
     """All corners, or a fraction of them from five factors on."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
-    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
-    """Seed of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
     """Further runs where the surface is least certain. A larger number reuses the runs made before."""
     reduce: Literal["none", "backward"] = "none"
-    """`backward` removes terms that are not significant, one by one; hierarchy is kept."""
-    reduce_alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.1
-    """The p from which a term is removed."""
-    coding: dict[str, CodingEntry] = {}
-    """What coded 0 and +1 mean, by factor; others get theirs from their range."""
+    """`backward` removes terms with p above 0.1, one by one; hierarchy is kept."""
+    coding: dict[str, tuple[Number, Number]] = {}
+    """The values that coded −1 and +1 mean, by factor, as in `yield_stress: [12, 18]`; others get theirs from their
+    range."""
+
+    def coded(self, name: str) -> tuple[float, float]:
+        """Return centre and half step of a factor in `coding`."""
+        low, high = self.coding[name]
+        return float(f"{0.5 * (low + high):.12g}"), float(f"{0.5 * (high - low):.12g}")

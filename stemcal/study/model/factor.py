@@ -71,28 +71,16 @@ class Factor(Frozen):
         return units.convert(value, self.unit)
 
 
-class Response(Frozen):
-    """What a run gives and the laboratory measures, where it is not the maximum force; values are in `unit`."""
+class OwnQuantity(Frozen):
+    """A response, or the condition at which responses are measured, where a study has its own; values are in `unit`."""
 
     name: ColumnName
-    """Name in tables and files; targets and `solver.result` give values under it."""
-    symbol: Symbol = "Y"
-    """Short sign in equations and along axes."""
+    """Name in tables and files; `targets` and `solver.result` give values under it, templates the condition's as
+    `{{name}}`."""
+    symbol: Symbol | None = None
+    """Short sign in equations and along axes; Y of a response, x of the condition by default."""
     label: Label | None = None
-    """What page, figures and sentences write; made from the name by default."""
+    """Text on page, figures and in sentences; made from the name by default."""
     unit: UnitText = "1"
     """Unit of its values everywhere. Targets may be written in another unit of the same kind; a unit that stemcal
     does not know is shown as it is."""
-
-
-class Condition(Frozen):
-    """At what the responses are measured, where it is not the stem's diameter; values are in `unit`."""
-
-    name: ColumnName
-    """Name in tables and files; targets give it under this name, templates as `{{name}}`."""
-    symbol: Symbol = "x"
-    """Short sign in equations and along axes."""
-    label: Label | None = None
-    """What page, figures and sentences write; made from the name by default."""
-    unit: UnitText = "1"
-    """Unit of its values."""

@@ -1,17 +1,17 @@
-"""Laboratory tests of pieces of stem beside cutting, as a spec describes them, and what was measured in them."""
+"""Laboratory tests of pieces of stem besides cutting, as a spec describes them, and what was measured in them."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, ValidationInfo
+from pydantic.json_schema import SkipJsonSchema
 
 from stemcal.naming import FIRST, Named, capital
 from stemcal.study.model.frozen import Frozen, Size
-from stemcal.study.model.measured_targets import Mean, Targets, Work
+from stemcal.study.model.measured_targets import Mean, Targets
 from stemcal.study.model.program_options import CommandSolver
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.model.solver_options import HourglassCoefficient, ThroughWall
-from stemcal.study.types.field_types import ColumnName, Quantity, Whole
+from stemcal.study.types.field_types import ColumnName, Quantity, complain
 from stemcal.study.types.lengths import Length, StemLength
 
 TestKind = Literal[
@@ -22,61 +22,40 @@ TestKind = Literal[
     "axial-tension",
     "other",
 ]
-Force = Annotated[float, Quantity("force", above=0)]
-Stiffness = Annotated[float, Quantity("force per length", above=0)]
-StiffnessScatter = Annotated[float, Quantity("force per length", at_least=0)]
-ForceScatter = Annotated[float, Quantity("force", at_least=0)]
-
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
     "slope": ("k", "N/mm", "slope"),
-    "maximum_force": ("F", "N", "maximum force"),
+    "force": ("F", "N", "maximum force"),
     "travel": ("u", "mm", "travel"),
     "work": ("W", "mJ", "work"),
 }
 # Those that a test simulated here is usually done for.
-USUAL = ("slope", "maximum_force", "work")
+USUAL = ("slope", "force", "work")
 # Those that do not depend on whether the maximum was passed.
 BEFORE_MAXIMUM = frozenset({"slope"})
 _SMALL, _COARSE, _PLATE = (Length(divisor=parts) for parts in (12.0, 8.0, 64.0))
 
 
 class LaboratoryMeans(Frozen):
-    """Measured means of one test at one stem diameter; each may have the standard deviation over n specimens."""
+    """Measured means of one test at one stem diameter by response; `row` is their place in the spec."""
 
-    diameter: Size
-    """Outer diameter of the stems; one that `targets` has too."""
-    n: Annotated[Whole, Field(ge=1)] | None = None
-    """Number of specimens."""
-    slope: Stiffness | None = None
-    """Slope of the force over the travel of the machine, from 20 to 50 % of the maximum."""
-    slope_sd: StiffnessScatter | None = None
-    """Standard deviation of the slope."""
-    maximum_force: Force | None = None
-    """Largest force until the break."""
-    maximum_force_sd: ForceScatter | None = None
-    """Standard deviation of it."""
-    travel: Size | None = None
-    """Travel at the largest force."""
-    travel_sd: Annotated[float, Quantity("length", at_least=0)] | None = None
-    """Standard deviation of it."""
-    work: Work | None = None
-    """Work until the break, or until the end of the stroke."""
-    work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
-    """Standard deviation of it."""
+    diameter: float
+    means: dict[str, Mean] = {}
+    row: int = Field(default=0, exclude=True, repr=False)
 
-    def given(self) -> dict[str, Mean]:
-        """Return what was measured, by response."""
-        means = {name: getattr(self, name, None) for name in RESPONSES}
-        return {
-            name: Mean(value=value, sd=getattr(self, f"{name}_sd"), n=self.n)
-            for name, value in means.items()
-            if value is not None
-        }
+
+def _as_rows(given: Any, info: ValidationInfo) -> Any:
+    if info.context is not None:
+        raise complain("unknown key 'targets'", "write rows under the targets of the spec: {test: NAME, diameter: …}")
+    return given
 
 
 class LaboratorySection(Frozen):
-    """A test of a piece of stem beside cutting. Lengths may be shares of the diameter, such as d/12."""
+    """A test of a piece of stem besides cutting. Lengths may be shares of the diameter, such as d/12.
+
+    Rows of `targets` with its name hold what was measured in it, which is then fitted. Without rows the test is there
+    for `simulate --test`.
+    """
 
     name: ColumnName
     """Name in tables, files and `simulate --test`."""
@@ -85,7 +64,7 @@ class LaboratorySection(Frozen):
     or ends that move along its axis; `other` what the program under `solver` alone knows."""
     solver: CommandSolver | None = None
     """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
-    by response, `slope: {kind: …}`; beside it only `name`, `kind` and `targets` are given."""
+    by response, `slope: {file: …}`; no keys but `name` and `kind` are given with it."""
     blade: BladeSection | None = None
     """What differs from the spec's blade, in cutting: keys that are not given here are the spec's."""
     supports: SupportsSection | None = None
@@ -94,10 +73,8 @@ class LaboratorySection(Frozen):
     """Length of the piece; by default 1.2 times the span in bending, else two diameters."""
     span: StemLength | None = None
     """Distance between the axes of the supports, in bending."""
-    nose_radius: Size = 5.0
-    """Radius of the nose, in bending."""
-    support_radius: Size = 5.0
-    """Radius of the supports, in bending."""
+    radius: Size = 5.0
+    """Radius of the nose and of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
     """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change about its
     middle, which does not slide."""
@@ -108,13 +85,7 @@ class LaboratorySection(Frozen):
     element_size: StemLength | None = None
     """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/64, their width at the
     plates, and four times that elsewhere."""
-    elements_through_wall: ThroughWall = None
-    """Elements through the wall: 8 in radial compression, else as many as make them no longer than `element_size`, in
-    axial compression three at least."""
-    hourglass: HourglassCoefficient = 0.03
-    targets: tuple[LaboratoryMeans, ...] = ()
-    """What was measured, an entry per diameter. What is measured is fitted; without targets the test is only there for
-    `simulate --test`."""
+    targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     def stroke_at(self, diameter: float) -> float:
         """Return how far the machine moves at a stem diameter, mm; 0 where that is a program's matter."""
@@ -147,12 +118,12 @@ class LaboratorySection(Frozen):
         """The responses that a calibration would use if all were measured: of a program all that are read."""
         if self.solver is not None:
             return tuple(self.solver.results)
-        return ("maximum_force",) if self.is_further_cut else USUAL
+        return ("force",) if self.is_further_cut else USUAL
 
     @property
     def measured(self) -> tuple[str, ...]:
         """The responses that have targets, in the order of `RESPONSES`."""
-        given = {name for means in self.targets for name in means.given()}
+        given = {name for means in self.targets for name in means.means}
         return tuple(name for name in RESPONSES if name in given)
 
     def means_at(self, diameter: float) -> dict[str, Mean]:
@@ -161,7 +132,7 @@ class LaboratorySection(Frozen):
             name: mean
             for means in self.targets
             if abs(means.diameter - diameter) < 1e-6
-            for name, mean in means.given().items()
+            for name, mean in means.means.items()
         }
 
     def called(self, response: str) -> str:
@@ -190,7 +161,7 @@ def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
     further: dict[float, dict[str, Mean]] = {}
     for test in tests:
         for means in test.targets:
-            named = {test.called(response): mean for response, mean in means.given().items()}
+            named = {test.called(response): mean for response, mean in means.means.items()}
             further.setdefault(round(means.diameter, 9), {}).update(named)
     merged = [
         target.model_copy(update={"further": {**target.further, **further.get(round(target.condition, 9), {})}})

@@ -6,32 +6,13 @@ from collections.abc import Iterable, Mapping
 from math import isclose
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema
-from pydantic.json_schema import SkipJsonSchema
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, StringConstraints, TypeAdapter, WithJsonSchema
+from pydantic_core import CoreSchema
 
-from stemcal.measured.curve_modes import CurveModes, Machine
-from stemcal.naming import CUTTING, FIRST, Named
-from stemcal.study.model.frozen import Frozen, Size, SizeOrZero
-from stemcal.study.types.field_types import Number, Quantity, Whole, complain
-from stemcal.study.types.named import OwnCondition, OwnResponse
-
-AtSize = Annotated[float, OwnCondition("length", above=0)]
-FirstResponse = Annotated[float, OwnResponse("force", above=0)]
-Work = Annotated[float, Quantity("energy", above=0)]
-
-
-def _not_from_yaml(given: Any, info: ValidationInfo) -> Any:
-    """Refuse what a spec writes in another way."""
-    if info.context is not None and info.context.get("naming", CUTTING).is_cutting:
-        raise complain("unknown key 'further'", "name each response under responses, and give its mean by that name")
-    return given
-
-
-def _not_in_spec(given: Any, info: ValidationInfo) -> Any:
-    if info.context is not None:
-        raise complain("unknown key 'modes'", "name the files under curves")
-    return given
-
+from stemcal.measured.curve_modes import CurveModes
+from stemcal.naming import FIRST, Named
+from stemcal.study.model.frozen import Frozen, Size
+from stemcal.study.types.field_types import ColumnName, Quantity, Whole
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
@@ -39,23 +20,35 @@ Patterns = Annotated[
     Field(min_length=1, max_length=100),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
+_SCATTER = {"anyOf": [{"type": ["string", "number"]}, {"type": "object"}]}
 
 
-class MachineSection(Frozen):
-    """What is known of the testing machine, for `curves`."""
+class TargetRow(Frozen):
+    """What was measured in one test at one condition: means over `n` specimens.
 
-    stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
-    """Force over the travel that the machine itself takes; without it the travel is taken as it stands."""
-    stiffness_sd: Annotated[float, Quantity("force per length", at_least=0)] = 0.0
-    """Standard deviation of what is known of it."""
-    toe_sd: SizeOrZero = 0.0
-    """Standard deviation of where the curves really begin, those of all diameters alike: play in the grips, a preload
-    that comes late."""
+    Where the spec declares `responses` and `conditions`, their names take the place of `force` and `diameter`.
+    """
 
-    @property
-    def known(self) -> Machine:
-        """The same for those who read the curves."""
-        return Machine(self.stiffness, self.stiffness_sd, self.toe_sd)
+    test: ColumnName | None = None
+    """Name of the test under `tests` in which it was measured; the cutting test without it."""
+    diameter: Size | None = None
+    """Outer diameter of the stems."""
+    force: Annotated[float, Quantity("force", above=0)] | None = None
+    """Mean of their maximum force."""
+    travel: Size | None = None
+    """Mean travel from first touch to the maximum force."""
+    work: Annotated[float, Quantity("energy", above=0)] | None = None
+    """Mean work: in cutting up to the maximum force, in a test until the break or the end of the stroke."""
+    slope: Annotated[float, Quantity("force per length", above=0)] | None = None
+    """Of a test: mean slope of the force over the travel of the machine, from 20 to 50 % of the maximum."""
+    sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
+    """Standard deviation over the specimens; of several responses a mapping by their names. Without it the mean is
+    treated as exact."""
+    n: Annotated[Whole, Field(ge=1)] | None = None
+    """Number of specimens."""
+    curves: Patterns | None = None
+    """Files of force over travel, a specimen each: names or patterns such as lab/8mm/*.csv. The shape of the curves is
+    fitted too; `force`, `sd` and `n` are calculated from them where they are not given."""
 
 
 class Mean(Frozen):
@@ -74,31 +67,22 @@ class Mean(Frozen):
 class Target(Frozen):
     """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
-    In the shear test these are the maximum force at a stem diameter, as a spec calls them. `further` has the other
-    responses that a study declares itself.
+    In the shear test these are the maximum force at a stem diameter. `further` has the other responses that a study
+    declares itself, `row` is the place in the spec.
     """
 
-    condition: AtSize = Field(alias="diameter")
-    """Outer diameter of the stems."""
-    response: FirstResponse = Field(alias="force")
-    """Mean of their maximum shear force."""
-    sd: Annotated[float, OwnResponse("force", at_least=0)] | None = None
-    """Standard deviation of it over the stems; without it the mean is treated as exact."""
-    n: Annotated[Whole, Field(ge=1)] | None = None
-    """Number of stems."""
-    travel: Size | None = None
-    """How far the blade had come from first touch to the maximum, mean."""
-    travel_sd: SizeOrZero | None = None
-    """Standard deviation of the travel."""
-    work: Work | None = None
-    """Work the blade had done by then, mean."""
-    work_sd: Annotated[float, Quantity("energy", at_least=0)] | None = None
-    """Standard deviation of the work."""
-    curves: Patterns | None = None
-    """Files of force over travel, beside the spec, a specimen each: names or patterns such as lab/8mm/*.csv. What they
-    tell beside their maximum is fitted too; `force`, `sd` and `n` are theirs where they are not given."""
-    further: SkipJsonSchema[Annotated[dict[str, Mean], BeforeValidator(_not_from_yaml)]] = Field(default={})
-    modes: SkipJsonSchema[Annotated[CurveModes | None, BeforeValidator(_not_in_spec)]] = Field(default=None)
+    condition: float
+    response: float
+    sd: float | None = None
+    n: int | None = None
+    travel: float | None = None
+    travel_sd: float | None = None
+    work: float | None = None
+    work_sd: float | None = None
+    curves: tuple[str, ...] | None = None
+    further: dict[str, Mean] = {}
+    modes: CurveModes | None = None
+    row: int = Field(default=0, exclude=True, repr=False)
 
     def count_of(self, response: str) -> int | None:
         """Return over how many specimens a response was measured."""
@@ -130,16 +114,18 @@ class Target(Frozen):
 
 
 class Targets(Frozen):
-    """What the laboratory measured, and the condition at which the parameters are calibrated."""
+    """What the laboratory measured, and the condition at which the parameters are calibrated.
 
-    calibrate_at: AtSize
-    """The diameter whose force the parameters are fitted to; the others check them."""
-    means: Annotated[tuple[Target, ...], Field(min_length=1, max_length=1000)] = Field(alias="forces")
-    """The measured forces, an entry per diameter."""
-    machine: MachineSection = MachineSection()
-    """The testing machine that measured `curves`."""
-    tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Up to here a simulated force counts as equal to the measured one."""
+    A spec writes `TargetRow`s. Parameters are calibrated at the first of `invert.diameters`; otherwise at
+    `specimen.outer_diameter` where that was measured; otherwise at the first row.
+    """
+
+    calibrate_at: float
+    means: tuple[Target, ...]
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, _schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(TypeAdapter(tuple[TargetRow, ...]).core_schema)
 
     @property
     def modes(self) -> dict[float, CurveModes]:

@@ -1,12 +1,14 @@
 """Programs outside stemcal as a spec describes them: any command, LS-DYNA and OpenRadioss."""
 
+from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, StringConstraints
+from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints
+from pydantic_core import PydanticCustomError
 
 from stemcal.naming import FIRST
 from stemcal.study.model import solver_options
-from stemcal.study.model.frozen import Flag, Frozen, Share, Size
+from stemcal.study.model.frozen import Flag, Frozen, Share
 from stemcal.study.model.result_readers import ResultReader, Text
 from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole, complain
 from stemcal.study.types.lengths import Length, StemLength
@@ -32,18 +34,23 @@ TimeLimit = Annotated[
 ]
 
 
+def _diameters(given: dict[str, Path]) -> dict[str, Path]:
+    for text in given:
+        try:
+            Quantity("length", above=0).checked(text, from_yaml=True)
+        except PydanticCustomError as error:
+            raise complain(f"{text[:60]!r} is no diameter: {error.message()}", "write 8 mm: own.k") from None
+    return given
+
+
 class ProgramOptions(Frozen):
     """What is said of every program that answers in place of the embedded solver."""
 
     environment: Environment = {}
-    """Further variables of the environment, by name."""
+    """Further variables of the environment, by name. They are inputs: another `VERSION: …` computes all runs anew."""
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files put beside each run under their own names."""
-    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
-    """Any text that tells versions of the program apart; another one computes all runs anew."""
-    keep: Literal["failed", "all"] = "failed"
-    """Which run folders stay: those of failed runs, or all."""
 
 
 class CommandSolver(ProgramOptions):
@@ -84,15 +91,6 @@ class CommandSolver(ProgramOptions):
         return self.replicates is not None
 
 
-class DeckAt(Frozen):
-    """The user's own deck of a stem of one diameter."""
-
-    diameter: Size
-    """Outer diameter of the stem in the deck."""
-    deck: SpecFile
-    """The deck's file."""
-
-
 class DeckSolver(ProgramOptions):
     """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
 
@@ -100,8 +98,8 @@ class DeckSolver(ProgramOptions):
     that of the embedded solver.
 
     LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. It can also
-    run your own `deck` with the stem's MAT_003 replaced, one for each diameter. OpenRadioss needs starter, engine and
-    ``th_to_csv``: those named here, else those of the installation in `home` or in the environment variable
+    run your own `decks` with the stem's MAT_003 replaced. OpenRadioss needs starter, engine and ``th_to_csv``: those
+    of `programs`, else those of the installation in `home` or in the environment variable
     ``OPENRADIOSS_PATH``, else those on PATH.
     """
 
@@ -115,7 +113,6 @@ class DeckSolver(ProgramOptions):
     scale: Number = 1.0
     """The force is multiplied by it: 4 for a quarter model."""
     filter_window: solver_options.FilterWindow = 0.010
-    break_drop: solver_options.BreakDrop = 0.5
     rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
     """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all. By default `cowper_symonds` for LS-DYNA, `paper` for
@@ -127,20 +124,14 @@ class DeckSolver(ProgramOptions):
     element_size: StemLength = Length(1.0)
     """Length of the elements under the edge of the deck that stemcal writes: a length, or a share of the diameter."""
     elements_through_wall: solver_options.ThroughWall = None
-    edge_over: solver_options.EdgeOver = "elements"
-    coarsening: solver_options.Coarsening = 1.0
-    coarsening_around: solver_options.CoarseningAround = 1.0
-    hourglass: solver_options.HourglassCoefficient = 0.05
     mass_scaling: solver_options.MassScaling = 1e4
     time_step_safety: Share = 0.8
     """Share of the stable time step that is taken."""
     outputs: solver_options.Outputs = 500
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """LS-DYNA: the program and its arguments, as a list; `{{deck}}` stands for the deck."""
-    deck: SpecFile | None = None
-    """LS-DYNA: your own deck of the stem at the calibration diameter; without it stemcal writes one."""
-    decks: Annotated[tuple[DeckAt, ...], Field(max_length=MOST_FILES)] = ()
-    """LS-DYNA: your own decks of other diameters."""
+    decks: Annotated[dict[str, SpecFile], Field(max_length=MOST_FILES), AfterValidator(_diameters)] = {}
+    """LS-DYNA: your own decks by the diameter of the stem, as in `8 mm: own.k`; without them stemcal writes one."""
     material: Annotated[Whole, Field(ge=1)] | None = None
     """LS-DYNA: number of the material in your deck whose nine values are replaced; the only MAT_003 by default."""
     component: Literal["x", "y", "z"] = "z"
@@ -148,14 +139,15 @@ class DeckSolver(ProgramOptions):
     home: Text | None = None
     """OpenRadioss: folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment
     variable `OPENRADIOSS_PATH` names."""
-    starter: Argument | None = None
-    """OpenRadioss: name or path of the starter, where `home` has none of the usual name."""
-    engine: Argument | None = None
-    """OpenRadioss: the same of the engine."""
-    th_to_csv: Argument | None = None
-    """OpenRadioss: the same of the program that makes a table of the time histories."""
+    programs: dict[Literal["starter", "engine", "th_to_csv"], Argument] = {}
+    """OpenRadioss: names or paths of its three programs, where `home` has none of the usual name."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """OpenRadioss: threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
+
+    def own_decks(self) -> dict[float, Path]:
+        """Return the user's own decks by the diameter of the stem, mm."""
+        diameter = Quantity("length", above=0)
+        return {diameter.checked(text, from_yaml=True): path for text, path in self.decks.items()}
 
     @property
     def law(self) -> str:
@@ -163,8 +155,8 @@ class DeckSolver(ProgramOptions):
         return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
 
 
-OF_LSDYNA = ("command", "deck", "decks", "material", "component")
-OF_OPENRADIOSS = ("home", "starter", "engine", "th_to_csv", "threads")
+OF_LSDYNA = ("command", "decks", "material", "component")
+OF_OPENRADIOSS = ("home", "programs", "threads")
 
 
 def program_of(solver: object) -> str:

@@ -1,9 +1,9 @@
 """How a program's output becomes one number."""
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema
+from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema, model_validator
 
 from stemcal.naming import CUTTING, Naming
 from stemcal.study.model.frozen import Frozen
@@ -48,45 +48,34 @@ Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=50
 Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
 
 
-class _Result(Frozen):
-    """A file in the run folder, and how the series of numbers in it becomes one number."""
+class ResultReader(Frozen):
+    """A file in the run folder, and how the series of numbers in it becomes one number.
+
+    One of `column` (of a CSV file with a header), `path` (in a JSON file) and `pattern` (in a text file) names the
+    numbers.
+    """
 
     file: RunFile
+    column: Text | None = None
+    """Name of a column of a CSV file with a header."""
+    path: Text | None = None
+    """Keys and indices in a JSON file, joined by points: `history.force` or `rows.0.force`."""
+    pattern: Pattern | None = None
+    """Regular expression, searched line by line; the group called y, or the first, is the number, a group x the travel
+    of a curve."""
+    along: Text | None = None
+    """Column or path of the travel of a curve (`curves` of `targets`)."""
     reduction: Literal["max", "min", "first", "last"] = "last"
     """How a series of numbers becomes one: its largest, smallest, first or last."""
     scale: Number = 1.0
     """The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."""
 
-
-class JsonResult(_Result):
-    """A number or a list of numbers in a JSON file."""
-
-    kind: Literal["json"]
-    """A JSON file."""
-    path: Text
-    """Keys and indices joined by points: `history.force` or `rows.0.force`."""
-    along: Text | None = None
-    """The same, of the travel of a curve (`targets.curves`)."""
-
-
-class CsvResult(_Result):
-    """A column of a CSV file with a header."""
-
-    kind: Literal["csv"]
-    """A CSV file with a header."""
-    column: Text
-    """Name of the column."""
-    along: Text | None = None
-    """Name of the column with the travel of a curve (`targets.curves`)."""
-
-
-class RegexResult(_Result):
-    """Numbers found in a text file, line by line."""
-
-    kind: Literal["regex"]
-    """A text file, searched line by line."""
-    pattern: Pattern
-    """Regular expression; the group called y, or the first, is the number, a group x the travel of a curve."""
-
-
-ResultReader = Annotated[JsonResult | CsvResult | RegexResult, Field(discriminator="kind")]
+    @model_validator(mode="after")
+    def _names_numbers_once(self) -> Self:
+        given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = f"has {' and '.join(given)}" if given else "does not name the numbers"
+            raise complain(found, "write one of column: … (CSV), path: … (JSON) and pattern: … (text)")
+        if self.pattern is not None and self.along is not None:
+            raise complain("has along and pattern", "call the group of the travel x in the pattern: (?P<x>…)")
+        return self

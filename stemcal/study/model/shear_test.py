@@ -1,9 +1,10 @@
 """The virtual shear test: stem, blade, supports, and what they are made of."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
+from stemcal.measured.curve_modes import Machine
 from stemcal.study.model.frozen import Frozen, Size, SizeOrZero, Time
 from stemcal.study.model.growth import Grades, Growth, MayGrow
 from stemcal.study.model.parameters import PARAMETERS
@@ -11,6 +12,8 @@ from stemcal.study.types.field_types import Number, Quantity
 from stemcal.study.types.lengths import Length, StemLengthOrZero
 
 Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
+GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
+DAMPING: Final = 0.5  # of the contact, as a share of the critical one
 Ratio = Annotated[float | Growth | Grades, MayGrow(Number)]
 
 
@@ -18,7 +21,7 @@ class SpecimenSection(Frozen):
     """The piece of stem, a hollow cylinder."""
 
     outer_diameter: Size = 8.0
-    """Outer diameter where no other is asked for; targets have their own."""
+    """Outer diameter. The parameters are calibrated there if `targets` have it; rows of `targets` have their own."""
     diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
     """Diameter of the bore over the outer diameter; 0 for a solid stem."""
     length: Size = 50.0
@@ -61,13 +64,28 @@ class LoadingSection(Frozen):
     """Speed of the blade, constant."""
     duration: Time = 0.5
     """How long it moves; speed times duration is the stroke."""
-    gap: SizeOrZero = 0.001
-    """Distance of the edge from the stem at the start."""
 
     @property
     def stroke(self) -> float:
         """How far the blade comes from touching the stem on, mm."""
-        return self.speed * self.duration - self.gap
+        return self.speed * self.duration - GAP
+
+
+class MachineSection(Frozen):
+    """What is known of the testing machine, for `curves`."""
+
+    stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
+    """Force over the travel that the machine itself takes; without it the travel is used as measured."""
+    stiffness_sd: Annotated[float, Quantity("force per length", at_least=0)] = 0.0
+    """Standard deviation of the stiffness."""
+    toe_sd: SizeOrZero = 0.0
+    """Standard deviation of where the curves really begin, those of all diameters alike: play in the grips, a preload
+    that comes late."""
+
+    @property
+    def known(self) -> Machine:
+        """The same for those who read the curves."""
+        return Machine(self.stiffness, self.stiffness_sd, self.toe_sd)
 
 
 class ContactSection(Frozen):
@@ -81,8 +99,6 @@ class ContactSection(Frozen):
     """How fast friction falls from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
     penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
     """Stiffness of the contact, as a share of m/Δt² of each node (mass m, stable time step Δt)."""
-    damping: Annotated[Number, Field(ge=0, le=1)] = 0.5
-    """Damping of the contact, as a share of the critical one."""
 
 
 class MaterialSection(Frozen):

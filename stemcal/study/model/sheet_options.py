@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field
 
-from stemcal.study.model.frozen import Flag, Frozen
+from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.program_options import MOST_FILES
 from stemcal.study.types.field_types import SpecFile, Whole
 
@@ -22,19 +22,11 @@ class SheetSolver(Frozen):
     rows are the designs of the stages that it names; empty results are asked for."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
-    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    """Further files of each run, copied unchanged."""
-    deterministic: Flag | None = None
-    """Whether equal levels give equal answers: if true, equal runs are done once; if false, every run is done, in
-    random order, and its scatter counts. By default every run is done, in the order of the design."""
-    replicates: Annotated[Whole, Field(ge=1, le=100)] = 1
-    """How often every run of a design is done; more than one means that the answers scatter."""
-    seed: Annotated[Whole, Field(ge=0, le=2**31)] = 0
-    """Draws another order of the runs, and other `{{seed}}`."""
-    version: Annotated[str, StringConstraints(strict=True, max_length=200)] = ""
-    """Any text that distinguishes versions of the program; with another one all runs are asked for anew."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """How often every run of a design is done, in random order, where equal levels give different answers: their
+    scatter counts. Without the key equal levels give equal answers, and are asked for once."""
 
     @property
     def by_chance(self) -> bool:
         """Whether equal levels may give different answers, whose scatter counts."""
-        return self.replicates > 1 or self.deterministic is False
+        return self.replicates is not None

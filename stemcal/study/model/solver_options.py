@@ -10,6 +10,7 @@ from stemcal.study.model.frozen import Flag, Frozen, Share, Time
 from stemcal.study.types.field_types import Number, Quantity, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
+BREAK_DROP = 0.5
 # Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
 _SLOW = 100.0 / 60.0
 # Keys that the embedded solver and the decks of other programs have in common.
@@ -87,7 +88,7 @@ class EmbeddedSolver(Frozen):
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
-    break_drop: BreakDrop = 0.5
+    break_drop: BreakDrop = BREAK_DROP
     stop_after_peak: Flag = True
     """End a simulation there; `false` computes the whole stroke."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1

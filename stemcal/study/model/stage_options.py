@@ -5,10 +5,11 @@ from typing import Annotated, Literal
 from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
-from stemcal.study.model.frozen import Flag, Frozen, Share, Time
-from stemcal.study.model.measured_targets import AtSize
+from stemcal.study.model.frozen import Flag, Frozen, Time
 from stemcal.study.types.field_types import Number, Whole
-from stemcal.study.types.named import responses_by_name
+from stemcal.study.types.named import OwnCondition, responses_by_name
+
+AtSize = Annotated[float, OwnCondition("length", above=0)]
 
 Responses = Annotated[
     tuple[str, ...],
@@ -29,9 +30,17 @@ class InvertOptions(Frozen):
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias=AliasChoices("diameters", "conditions")
     )
-    """Fit several diameters at once: `all`, or a list. The surface's design is then run at each."""
+    """The diameters that are fitted: `all` or a list. With several, the surface's design is run at each. By default
+    `specimen.outer_diameter` if it was measured, otherwise the diameter of the first row of `targets`."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
+
+
+class ValidateOptions(Frozen):
+    """The comparison with what was measured."""
+
+    tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
+    """Up to here a simulated force counts as equal to the measured one."""
 
 
 class ClimbOptions(Frozen):
@@ -47,23 +56,12 @@ class ClimbOptions(Frozen):
     at_once: Flag = False
     """Whether all steps are run together, those behind the target too: fewer rounds where people do the runs, or many
     cores. The mean of the screening then tells which way to go."""
-    shrink: Share = 0.5
-    """Share of each range over which the surface's design reaches, around the best step."""
 
 
 class RunsOptions(Frozen):
-    """What becomes of runs that fail, and how long one may take.
+    """How long a run may take, and how many must succeed."""
 
-    Only accidents are tried again: what fails for a physical reason would fail again.
-    """
-
-    tries: Annotated[Whole, Field(ge=1, le=20)] = 2
-    """How often a run is begun that ends by accident: its process died, the solver raised an exception."""
     time_limit: Time | None = None
     """How long one run may take, counted from its start; as long as it needs by default."""
     quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
     """Share of a stage's runs that must succeed."""
-    keep_going: Flag = True
-    """`false` stops a stage at its first failure."""
-    censored: Literal["warn", "fail"] = "warn"
-    """What a force counts as that still rises when the stroke ends: a bound that is warned of, or a failure."""

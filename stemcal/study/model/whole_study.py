@@ -11,12 +11,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Protocol
 
-from pydantic import BaseModel, Field, PrivateAttr
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.study.model.design_options import RsmOptions, ScreenOptions
-from stemcal.study.model.factor import MOST_FACTORS, Condition, Factor, Response
+from stemcal.study.model.factor import MOST_FACTORS, Factor, OwnQuantity
 from stemcal.study.model.frozen import Frozen
 from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
@@ -25,17 +25,19 @@ from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.model.program_options import CommandSolver, DeckSolver
 from stemcal.study.model.refine_options import RefineOptions
 from stemcal.study.model.shear_test import (
+    GAP,
     BladeSection,
     ContactSection,
     LoadingSection,
+    MachineSection,
     MaterialSection,
     SpecimenSection,
     SupportsSection,
 )
 from stemcal.study.model.sheet_options import SheetSolver
 from stemcal.study.model.solver_options import EmbeddedSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions
-from stemcal.study.types.field_types import StudyName, Title, Whole
+from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions, ValidateOptions
+from stemcal.study.types.field_types import StudyName, Title
 from stemcal.study.types.named import naming_of
 from stemcal.words import counted, did_you_mean
 
@@ -46,19 +48,19 @@ AnySolver = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
 
 
 class StudyForm(Frozen):
-    """What stands in a spec."""
+    """The keys of a spec."""
 
-    schema_version: Annotated[Whole, Field(ge=1, le=1)] = 1
-    """Version of the form of the spec; 1."""
+    model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
+
     name: StudyName
     """Name of the study, and of its folder below `runs`."""
     title: Title = ""
     """Title of the report and of its tables; the name by default."""
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
     """What is calibrated, in the order of their symbols X1, X2 and so on."""
-    responses: Annotated[tuple[Response, ...], Field(max_length=20)] = ()
+    responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
     """What a run gives and the laboratory measures, where it is not the maximum force: a program may give several."""
-    conditions: Annotated[tuple[Condition, ...], Field(max_length=1)] | None = None
+    conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
     """At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without `conditions` a
     study with `responses` has none."""
     specimen: SpecimenSection = SpecimenSection()
@@ -76,9 +78,11 @@ class StudyForm(Frozen):
     solver: Annotated[AnySolver, Field(discriminator="kind")] = EmbeddedSolver()
     """What answers which force a set of levels gives."""
     tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
-    """Laboratory tests of pieces of the same stems beside cutting, which the sections above describe."""
+    """Laboratory tests of pieces of the same stems besides cutting, which the sections above describe."""
+    machine: MachineSection = MachineSection()
+    """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
-    """What the laboratory measured."""
+    """What the laboratory measured: a row for each test and diameter."""
     screen: ScreenOptions = ScreenOptions()
     """Stage 1: which factors matter."""
     climb: ClimbOptions | None = None
@@ -89,6 +93,10 @@ class StudyForm(Frozen):
     """Stage 3: the parameters that give the measured force."""
     refine: RefineOptions | None = None
     """Stage 4: simulate at the solution and correct it, also in another program; left out without this section."""
+    validation: ValidateOptions = Field(
+        default=ValidateOptions(), validation_alias="validate", serialization_alias="validate"
+    )
+    """Stage 5: the comparison at every measured diameter."""
     runs: RunsOptions = RunsOptions()
     """What becomes of runs that fail."""
 
@@ -271,7 +279,7 @@ class Study(StudyForm):
         """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
-        travel = loading.gap + (test.stroke_at(diameter) or loading.stroke)
+        travel = GAP + (test.stroke_at(diameter) or loading.stroke)
         moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
@@ -310,9 +318,7 @@ class Study(StudyForm):
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
         solver = self.solver
-        if isinstance(solver, EmbeddedSolver | CommandSolver):
-            return solver.replicates or 0
-        return solver.replicates if isinstance(solver, SheetSolver) and solver.by_chance else 0
+        return 0 if isinstance(solver, DeckSolver) else solver.replicates or 0
 
     @property
     def calibration_target(self) -> Target:
@@ -323,7 +329,7 @@ class Study(StudyForm):
     def joint_targets(self) -> tuple[Target, ...]:
         """The targets that the parameters are fitted to together, with priors; empty if one force alone is."""
         wanted = self.invert.conditions
-        if wanted is None:
+        if wanted is None or (wanted != "all" and len(wanted) == 1):
             several = len(self.invert.responses) > 1 or any(factor.prior is not None for factor in self.factors)
             return (self.calibration_target,) if several else ()
         means = self.targets.means

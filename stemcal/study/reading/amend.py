@@ -1,42 +1,52 @@
-"""Change the targets of tests in the text of a spec and nothing else: comments, order and layout stay."""
+"""Change rows of `targets` in the text of a spec and nothing else: comments, order and layout stay."""
 
 from collections.abc import Mapping, Sequence
 
 import yaml
 
 
-def with_test_targets(text: str, targets: Mapping[str, Sequence[str]]) -> str:
-    """Return the text with other targets of tests: by a test's name its entries, each in YAML on one line.
+def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
+    """Return the text with other rows of some tests: by a test's name ("" for the main one) rows in YAML, or comments.
 
-    >>> spec = "tests:\\n  - name: pull  # glued\\n    targets:\\n      - {diameter: 7 mm}\\n      # more\\nname: a\\n"
-    >>> print(with_test_targets(spec, {"pull": ["{diameter: 8 mm}", "{diameter: 9 mm}"]}), end="")
-    tests:
-      - name: pull  # glued
-        targets:
-          - {diameter: 8 mm}
-          - {diameter: 9 mm}
-          # more
+    >>> spec = "targets:\\n  - {test: pull, diameter: 7 mm}  # old\\n  # more\\n  - {diameter: 8 mm}\\nname: a\\n"
+    >>> print(with_rows(spec, {"pull": ["{test: pull, diameter: 9 mm}"]}), end="")
+    targets:
+      - {test: pull, diameter: 9 mm}
+      # more
+      - {diameter: 8 mm}
     name: a
-    >>> with_test_targets("tests: [{name: pull}]\\n", {"pull": ["{diameter: 8 mm}"]})
-    'tests: [{name: pull, targets: [{diameter: 8 mm}]}]\\n'
+    >>> with_rows("targets: [{diameter: 7 mm}]\\n", {"": ["{diameter: 8 mm}"]})
+    'targets:\\n  - {diameter: 8 mm}\\n'
+    >>> with_rows("name: a\\n", {"": ["{diameter: 8 mm}"]})
+    'name: a\\n\\ntargets:\\n  - {diameter: 8 mm}\\n'
     """
     line_end = "\r\n" if "\r\n" in text else "\n"
-    tests = _entries(yaml.compose(text, Loader=yaml.SafeLoader))["tests"][1]
-    for test in reversed(tests.value):  # from the last on, so that the places of the others stay
-        keys = _entries(test)
-        if (entries := targets.get(keys["name"][1].value)) is None:
-            continue
-        old = keys["targets"][1] if "targets" in keys else None
-        begin, end = (_end(test.value[-1][1]),) * 2 if old is None else (old.start_mark.index, _end(old))
-        if any(getattr(node, "flow_style", False) for node in (test, old)):
-            new = f"{'' if old else ', targets: '}[{', '.join(entries)}]"
-        else:
-            column = test.start_mark.column + 2 if old is None else old.start_mark.column
-            new = f"{line_end}{' ' * column}".join(f"- {entry}" for entry in entries)
-            key = f"{line_end}{' ' * test.start_mark.column}targets:{line_end}{' ' * column}"
-            new = new if old else key + new
-        text = f"{text[:begin]}{new}{text[end:]}"
-    return text
+    new = [row if row.startswith("#") else f"- {row}" for of_test in rows.values() for row in of_test]
+    section = _entries(yaml.compose(text, Loader=yaml.SafeLoader)).get("targets")
+    if section is None:
+        listed = "".join(f"  {row}{line_end}" for row in new)
+        return f"{text.rstrip()}{line_end}{line_end}targets:{line_end}{listed}"
+    key, node = section
+    if not isinstance(node, yaml.SequenceNode) or node.flow_style or not node.value:
+        old = node.value if isinstance(node, yaml.SequenceNode) else []
+        kept = [text[row.start_mark.index : row.end_mark.index] for row in old if _test_of(row) not in rows]
+        listed = "".join(f"{line_end}  {row}" for row in [*(f"- {row}" for row in kept), *new])
+        return f"{text[: key.start_mark.index]}targets:{listed}{text[_end(node) :]}"
+    indent, lines = " " * node.start_mark.column, text.splitlines(keepends=True)
+    replaced = [row for row in node.value if _test_of(row) in rows]
+    at = replaced[0].start_mark.line if replaced else text.count("\n", 0, _end(node)) + 1
+    gone = {line for row in replaced for line in range(row.start_mark.line, text.count("\n", 0, _end(row)) + 1)}
+    if at == len(lines) and not text.endswith("\n"):
+        lines[-1] += line_end
+    before = [line for number, line in enumerate(lines[:at]) if number not in gone]
+    after = [line for number, line in enumerate(lines[at:], at) if number not in gone]
+    return "".join([*before, *(f"{indent}{row}{line_end}" for row in new), *after])
+
+
+def _test_of(row: yaml.Node) -> str:
+    """Return the test that a row names; nothing for the main one."""
+    test = _entries(row).get("test")
+    return str(test[1].value) if test else ""
 
 
 def _end(node: yaml.Node) -> int:
@@ -48,7 +58,7 @@ def _end(node: yaml.Node) -> int:
 
 
 def _entries(node: yaml.Node | None) -> Mapping[str, tuple[yaml.Node, yaml.Node]]:
-    """Return the nodes of a mapping's keys and values by key."""
+    """Return the nodes of a mapping's keys and values by key; none of another node."""
     if not isinstance(node, yaml.MappingNode):
-        raise ValueError("no mapping")
+        return {}
     return {str(key.value): (key, value) for key, value in node.value}

@@ -1,6 +1,6 @@
-"""Curves that targets name: their files beside the spec, and what is written in their place."""
+"""Curves that targets name: their files next to the spec, and the force calculated from them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,32 +16,17 @@ _MOST_FILES, _MOST_NAMES = 1000, 10
 _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
 
 
-def with_curves(targets: Any, folder: Path) -> tuple[Any, dict[int, list[Curve]], list[Finding]]:
-    """Return targets whose entries with curves have force, SD and n; the curves by entry; what is wrong with them."""
-    entries = targets.get("forces") if isinstance(targets, dict) else None
-    curves: dict[int, list[Curve]] = {}
-    wrong: list[Finding] = []
-    if not isinstance(entries, list) or not any(isinstance(entry, dict) and "curves" in entry for entry in entries):
-        return targets, curves, wrong
-    filled = list(entries)
-    for index, entry in enumerate(entries):
-        patterns = entry.get("curves") if isinstance(entry, dict) else None
-        patterns = [patterns] if isinstance(patterns, str) else patterns
-        if not isinstance(patterns, list) or not patterns or not all(isinstance(one, str) for one in patterns):
-            continue  # told by the model
-        path: NodePath = ("targets", "forces", index, "curves")
-        read, unread = _read(patterns, folder, path)
-        wrong += unread
-        if not unread:
-            curves[index] = read
-            forces = summarise([float(force.max()) for _, force in read])
-            sd = {} if forces.sd is None else {"sd": f"{forces.sd:.4g} N"}
-            own = {"force": f"{forces.mean:.5g} N", **sd, "n": forces.n}
-            filled[index] = entry if "force" in entry else {**entry, **own}
-    return {**targets, "forces": filled}, curves, wrong
+def summarised(curves: Sequence[Curve], row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row of targets with force, standard deviation and number of specimens of its curves."""
+    forces = summarise([float(force.max()) for _, force in curves])
+    given = row.get("sd")
+    sd = dict(given) if isinstance(given, dict) else {}
+    if forces.sd is not None:
+        sd["force"] = f"{forces.sd:.4g} N"
+    return {**row, "force": f"{forces.mean:.5g} N", "n": forces.n, **({"sd": sd} if sd else {})}
 
 
-def _read(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
+def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
     """Return the smoothed curves of all files, and what is wrong with these."""
     read: list[Curve] = []
     wrong: list[Finding] = []

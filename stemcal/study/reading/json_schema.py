@@ -15,7 +15,6 @@ from stemcal.study.types.strict_yaml import NodePath
 
 SOLVER_KINDS = ("embedded", "command", "sheet", "deck")
 _DEFS = "#/$defs/"
-RESULT_KINDS = ("json", "csv", "regex")
 
 
 def json_schema() -> dict[str, Any]:
@@ -24,35 +23,23 @@ def json_schema() -> dict[str, Any]:
     Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
     """
     schema = _form()
-    own = {"type": "object", "description": "A measured mean under the names of the study's own responses."}
-    of_own = {"values": {"type": "array", "items": own}, "calibrate_at": {"type": ["number", "string"]},
-              "tolerance_percent": {"type": "number"}}  # fmt: skip
-    targets = schema["properties"]["targets"]
-    schema["properties"]["targets"] = {
-        "description": targets.pop("description"),
-        "anyOf": [
-            targets,
-            {"type": "array", "items": own},
-            {"type": "object", "properties": of_own, "required": ["values"], "additionalProperties": False},
-        ],
-    }
+    schema["$defs"]["TargetRow"]["additionalProperties"] = {"type": ["string", "number"]}  # a study's own names
     schema["$defs"]["InvertOptions"]["properties"]["conditions"] = {
         "description": "The same where `conditions` names the study's own: `diameters` by its name there.",
         "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
     }
-    of_stems = schema["$defs"]["Target"]
-    of_stems["required"] = ["diameter"]
-    of_stems["anyOf"] = [{"required": ["force"]}, {"required": ["curves"]}]
     command = schema["$defs"]["CommandSolver"]["properties"]
-    command["result"]["anyOf"] += [
-        {"type": "object", "additionalProperties": command["results"]["additionalProperties"]}
-    ]
+    command["result"]["anyOf"].append(
+        {"type": "object", "additionalProperties": command.pop("results")["additionalProperties"]}
+    )
     return schema
 
 
 def _form() -> dict[str, Any]:
     """Return the schema of what stands inside the study, where the shear test's own words are the only ones."""
     schema = StudyForm.model_json_schema()
+    rows = schema["$defs"].pop("Targets")
+    schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "stemcal study"
     factor = schema["$defs"]["Factor"]
@@ -95,8 +82,8 @@ def _said_by_fields(model: type) -> dict[str, str]:
 def section_places() -> dict[str, str]:
     """Return where the keys of each class of the model stand in a spec.
 
-    >>> [section_places()[name] for name in ("Target", "CodingEntry", "DeckAt", "Growth")]
-    ['targets.forces[]', 'rsm.coding.*', 'solver.decks[], kind: deck', 'material.*']
+    >>> [section_places()[name] for name in ("TargetRow", "Growth")]
+    ['targets[]', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for name, path, kind in _sections(_schema(), "", ""):

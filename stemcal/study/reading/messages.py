@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, keys_of, meaning_of, section_with
+from stemcal.study.reading.json_schema import SOLVER_KINDS, keys_of, meaning_of, section_with
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
@@ -94,19 +94,13 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
 
 def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     given = error["input"].get("kind") if isinstance(error["input"], dict) else None
-    kinds = _kinds_at(path)
-    near = nearest(given, kinds) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds)}"
-    of = "solver" if path[-1] == "solver" else "result"
-    return Finding((*path, "kind"), f"{_show(given)} is no kind of {of}", remedy)
+    near = nearest(given, SOLVER_KINDS) if isinstance(given, str) else None
+    remedy = f"did you mean {near}?" if near else f"write kind: {listed(SOLVER_KINDS)}"
+    return Finding((*path, "kind"), f"{_show(given)} is no kind of solver", remedy)
 
 
 def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    return Finding(path, "'kind' is missing", f"add kind: {listed(_kinds_at(path))}")
-
-
-def _kinds_at(path: NodePath) -> tuple[str, ...]:
-    return SOLVER_KINDS if path[-1:] == ("solver",) else RESULT_KINDS
+    return Finding(path, "'kind' is missing", f"add kind: {listed(SOLVER_KINDS)}")
 
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

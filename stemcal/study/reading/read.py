@@ -11,13 +11,11 @@ from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.plain import open_plain
-from stemcal.naming import Naming
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import broken_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.plausible import doubts
-from stemcal.study.types.named import as_in_spec
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
 from stemcal.words import did_you_mean, nearest
 
@@ -58,7 +56,7 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
         raise SpecError(problems)
     read = read_sections(document.data, path.absolute().parent)
     findings = [*read.findings, *broken_rules(_draft(document.data, read))]
-    findings = [_as_spelled(finding, document.data, read.naming) for finding in findings]
+    findings = [_as_spelled(finding, document.data) for finding in findings]
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
@@ -71,7 +69,8 @@ def _refuse_unknown(data: Any, changes: Mapping[str, object], path: Path) -> Non
     """Raise `SpecError` for a change of what is neither a factor nor a section."""
     entries = data.get("factors") if isinstance(data, dict) else None
     factors = [entry.get("name") for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
-    known = [*(name for name in factors if isinstance(name, str)), *StudyForm.model_fields]
+    sections = (str(field.validation_alias or name) for name, field in StudyForm.model_fields.items())
+    known = [*(name for name in factors if isinstance(name, str)), *sections]
     wrong = [name for name in changes if name not in known]
     if wrong:
         unknown = ((name, f"there is no factor or section {name[:60]!r}", did_you_mean(name, known)) for name in wrong)
@@ -120,12 +119,9 @@ def _draft(data: Any, sections: Sections) -> Draft:
     return Draft(**{**known, "names": names, "naming": sections.naming, "tests": sections.tests})
 
 
-def _as_spelled(finding: Finding, data: Any, naming: Naming) -> Finding:
-    """Return a finding with the path that the spec writes, under its own names."""
-    as_list = isinstance(data, dict) and isinstance(data.get("targets"), list)
-    own = isinstance(data, dict) and not data.keys().isdisjoint(("responses", "conditions"))
-    path = as_in_spec(finding.path, naming, as_list) if own else finding.path  # else written as for cutting
-    invert = data.get("invert") if isinstance(data, dict) else None
+def _as_spelled(finding: Finding, data: Any) -> Finding:
+    """Return a finding with the path that the spec writes."""
+    path, invert = finding.path, data.get("invert") if isinstance(data, dict) else None
     if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
         path = ("invert", "conditions", *path[2:])
     above = zip(("", *path), path, strict=False)

@@ -5,45 +5,51 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isclose
 from pathlib import Path
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 
 from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
 
-from stemcal.measured.curve_modes import MOST, Curve, modes_of
+from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
-from stemcal.study.model import MOST_FACTORS, EmbeddedSolver, Factor, LaboratorySection, StudyForm, Targets
+from stemcal.study.model import (
+    MOST_FACTORS,
+    EmbeddedSolver,
+    Factor,
+    LaboratorySection,
+    MachineSection,
+    StudyForm,
+    Targets,
+)
 from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
 from stemcal.study.model.measured_targets import named_modes
-from stemcal.study.reading.curve_files import with_curves
-from stemcal.study.reading.json_schema import RESULT_KINDS, SOLVER_KINDS, section_with
+from stemcal.study.reading.json_schema import SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
+from stemcal.study.reading.target_rows import Rows
 from stemcal.study.rules.draft import Finding
-from stemcal.study.types.named import CONVERTED, naming_of, own_targets
+from stemcal.study.types.named import naming_of
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
 
 
 def read_sections(data: Any, folder: Path) -> Sections:
     """Read each section of a spec's tree by itself; files are found beside the spec."""
-    sections = Sections(folder)
+    sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
         message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
         sections.findings.append(Finding((), message, "start from `stemcal init`"))
         return sections
     sections.findings += _unknown_sections(data)
     for name, key in StudyForm.model_fields.items():
-        if name in data:
-            _READ.get(name, Sections.read)(sections, name, data[name])
+        spelled = str(key.validation_alias or name)
+        if spelled in data:
+            _READ.get(name, Sections.read)(sections, name, data[spelled])
         elif key.is_required():
             sections.findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
         else:
             sections.good[name] = key.get_default()
         if name == "conditions":  # what follows is written under the names declared by now
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
-        if name == "targets":  # written as for cutting alone
-            sections.take_in_tests()
     sections.fit_all_responses(data)
     return sections
 
@@ -53,6 +59,7 @@ class Sections:
     """The valid sections by name, and of the others what rules can look at; what is wrong; the names declared."""
 
     folder: Path
+    data: dict[str, Any]
     good: dict[str, Any] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     tests: dict[int, LaboratorySection] = field(default_factory=dict)
@@ -66,33 +73,36 @@ class Sections:
     def read(self, name: str, given: Any, told: Collection[NodePath] = ()) -> None:
         """Read a section; of one that is wrong, what is good of it. What is wrong at some places is `told` already."""
         if given is None:
-            self.findings.append(Finding((name,), "is empty", "fill it in or remove it"))
+            self.findings.append(Finding((_spelled(name),), "is empty", "fill it in or remove it"))
             return
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
-            self.findings += _findings(error, (name,), told)
+            self.findings += _findings(error, (_spelled(name),), told)
             if (rest := partly(_kind_of(name), given, self.context)) is not None:
                 self.good[name] = rest
 
     def read_targets(self, name: str, given: Any) -> None:
-        """Read the targets, which a study of its own names writes under these; curves from their files."""
-        if self.naming.is_cutting or given is None:
-            filled, curves, unread = with_curves(given, self.folder)
-            self.findings += unread
-            lacking = [finding.path[:3] for finding in unread if "force" not in given["forces"][finding.path[2]]]
-            self.read(name, filled, [(*entry, "force") for entry in lacking])
-            good = self.good.get(name)
-            if curves and _has_means(good) and {"machine", "calibrate_at"} <= good.__dict__.keys():
-                self.good[name] = _scored(good, curves)
-            return
-        targets, wrong = own_targets(given, self.naming)
-        self.findings += [Finding((name, *path), message, remedy) for path, message, remedy in wrong]
-        if targets is not None and not wrong:
-            try:
-                self.good[name] = _adapter(name).validate_python(targets, context={**self.context, CONVERTED: True})
-            except ValidationError as error:
-                self.findings += _findings(error, (name,))
+        """Read the rows of the targets, and the curves that they name; make further responses of what they give."""
+        tests, machine = self.data.get("tests"), self.good.get("machine")
+        names = [test.get("name") for test in tests if isinstance(test, dict)] if isinstance(tests, list) else []
+        rows = Rows(self.naming, [one for one in names if isinstance(one, str)], self.folder)
+        rows.read(given)
+        self.findings += rows.findings
+        self.tests = {
+            index: test.model_copy(update={"targets": tuple(rows.of_tests.get(test.name, ()))})
+            for index, test in self.tests.items()
+        }
+        if "tests" in self.good:
+            self.good["tests"] = tuple(self.tests.values())
+        invert, specimen = self.data.get("invert"), self.good.get("specimen")
+        chosen = invert.get("diameters", invert.get("conditions")) if isinstance(invert, dict) else None
+        calibrate_at = rows.calibrated_at(chosen, getattr(specimen, "outer_diameter", None))
+        is_read = isinstance(machine, MachineSection) and machine.__dict__.keys() == MachineSection.model_fields.keys()
+        known = machine.known if is_read and machine is not None else Machine()
+        if (targets := rows.targets(calibrate_at, known)) is not None:
+            self.good[name] = targets
+            self.take_in_tests(targets)
 
     def read_solver(self, name: str, given: Any) -> None:
         """Read the solver; a program's ``result`` may be a mapping of readers by response."""
@@ -131,20 +141,20 @@ class Sections:
                 self.findings += _findings(error, (name, index))
         self.good[name] = good
 
-    def take_in_tests(self) -> None:
-        """Make what is measured in laboratory tests further responses of the study."""
-        tests, targets = tuple(self.tests.values()), self.good.get("targets")
-        modes = named_modes(targets.modes.values() if _has_means(targets) else ())
-        if (measured := (*named_responses(tests), *modes)) and self.naming.is_cutting:
+    def take_in_tests(self, targets: Targets) -> None:
+        """Make what was measured in laboratory tests, and the shape of curves, further responses of the study."""
+        tests = tuple(self.tests.values())
+        measured = (*named_responses(tests), *named_modes(targets.modes.values()))
+        if measured and self.naming.is_cutting:
             self.naming = Naming(DIAMETER, (FORCE, *measured))
-            if _has_means(targets):
+            if _complete(targets):
                 self.good["targets"] = with_tests(targets, tests)
 
     def fit_all_responses(self, data: dict[str, Any]) -> None:
         """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
         targets, invert = self.good.get("targets"), self.good.get("invert")
         chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
-        if self.naming.is_cutting or not _has_means(targets) or invert is None or chosen:
+        if self.naming.is_cutting or not _complete(targets) or invert is None or chosen:
             return
         measured = fitted_responses(targets)
         if len(measured) > 1:
@@ -161,27 +171,15 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 }
 
 
-def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]]) -> Targets:
-    """Return targets with what their curves tell, at other conditions in no more modes than where is calibrated."""
-    at = [i for i in curves if isclose(targets.means[i].condition, targets.calibrate_at)]
-    most, found = MOST, {}
-    for index in [*at, *(i for i in curves if i not in at)]:
-        found[index] = modes_of(curves[index], targets.machine.known, most)
-        most = len(found[index].weights) if index in at else most
-    return targets.with_modes(found)
-
-
-def _has_means(targets: Any) -> TypeGuard[Targets]:
-    """Tell whether targets, perhaps read in part only, have their means, each with what is made of it here."""
-    if targets is None or "means" not in targets.__dict__:
-        return False
-    return all({"condition", "further", "modes"} <= target.__dict__.keys() for target in targets.means)
+def _complete(targets: Targets | None) -> TypeGuard[Targets]:
+    """Tell whether all rows of the targets could be read."""
+    return targets is not None and all({"condition", "response"} <= one.__dict__.keys() for one in targets.means)
 
 
 def _readers_by_response(solver: Any) -> Any:
     """Return a solver with a mapping of readers by response under a key of its own."""
     result = solver.get("result") if isinstance(solver, dict) else None
-    if isinstance(result, dict) and result and "kind" not in result and {*map(type, result.values())} == {dict}:
+    if isinstance(result, dict) and result and {*map(type, result.values())} == {dict}:
         return {**{key: value for key, value in solver.items() if key != "result"}, "results": result}
     return solver
 
@@ -192,8 +190,13 @@ def _with_solver(section: Any, key: str = "solver") -> Any:
     return {**section, key: _readers_by_response(section[key])} if has_one else section
 
 
+def _spelled(name: str) -> str:
+    """Return the key of a section in a spec."""
+    return str(StudyForm.model_fields[name].validation_alias or name)
+
+
 def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
-    known = tuple(StudyForm.model_fields)
+    known = tuple(map(_spelled, StudyForm.model_fields))
     for key in data:
         if key not in known:
             near, section = nearest(key, known), section_with(key)
@@ -236,19 +239,9 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
             continue
         depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
-        path = (*shown[:depth], *_without_kind(shown[depth + 1 :])) if is_tagged else shown
-        if section == ("tests",) and "solver" in shown:  # of one kind only, which is in no path
-            depth = shown.index("solver") + 1
-            path = (*shown[:depth], *_without_kind(shown[depth:]))
+        path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found
-
-
-def _without_kind(path: NodePath) -> NodePath:
-    """Return a path below a solver without the kind of its result, which pydantic puts in and YAML has not."""
-    if path[:1] == ("results",) and len(path) > 2 and path[2] in RESULT_KINDS:
-        return (*path[:2], *path[3:])
-    return (path[0], *path[2:]) if len(path) > 1 and path[0] == "result" and path[1] in RESULT_KINDS else path
 
 
 def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:

@@ -38,7 +38,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     growth_rules.growth_is_seen,
     factors.tangent_stays_below_elastic,
     target_rules.conditions_differ,
-    target_rules.calibration_has_target,
     geometry.stem_reaches_over_supports,
     geometry.blade_spans_stem,
     geometry.edge_fits_blade,

@@ -28,8 +28,8 @@ class Draft:
     factors: dict[int, model.Factor] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     naming: Naming = CUTTING
-    responses: tuple[model.Response, ...] | None = None
-    conditions: tuple[model.Condition, ...] | None = None
+    responses: tuple[model.OwnQuantity, ...] | None = None
+    conditions: tuple[model.OwnQuantity, ...] | None = None
     specimen: model.SpecimenSection | None = None
     blade: model.BladeSection | None = None
     supports: model.SupportsSection | None = None
@@ -38,6 +38,7 @@ class Draft:
     tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
     solver: model.AnySolver | None = None
     targets: model.Targets | None = None
+    machine: model.MachineSection | None = None
     screen: model.ScreenOptions | None = None
     rsm: model.RsmOptions | None = None
     invert: model.InvertOptions | None = None
@@ -77,8 +78,8 @@ class Draft:
         if self.specimen is not None:
             found["specimen", "outer_diameter"] = self.specimen.outer_diameter
         if self.targets is not None and self.naming.condition == DIAMETER:
-            for index, target in enumerate(self.targets.means):
-                found["targets", "forces", index, "diameter"] = target.condition
+            for target in self.targets.means:
+                found["targets", target.row, "diameter"] = target.condition
         return found
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:

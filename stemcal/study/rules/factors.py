@@ -137,7 +137,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
-        yield f"wall_thickness must be below half of targets.calibrate_at, {study.targets.calibrate_at:g} mm"
+        yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
 
 
 def material_is_physical(draft: Draft) -> Iterator[Finding]:
@@ -193,7 +193,7 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters; the user's own deck has them."""
-    own_deck = isinstance(draft.solver, DeckSolver) and (draft.solver.deck or draft.solver.decks)
+    own_deck = isinstance(draft.solver, DeckSolver) and draft.solver.decks
     if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}

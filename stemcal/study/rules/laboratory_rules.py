@@ -17,8 +17,8 @@ from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean
 
 _CUTTING = "cutting"
-_OF_PROGRAMS = {"name", "kind", "solver", "targets"}
-_OF_CUTTING = {"name", "kind", "targets", "blade", "supports", "stroke", "speed"}
+_OF_PROGRAMS = {"name", "kind", "solver"}
+_OF_CUTTING = {"name", "kind", "blade", "supports", "stroke", "speed"}
 _ABOUT_CUTTING = (
     geometry.stem_reaches_over_supports,
     geometry.blade_spans_stem,
@@ -45,9 +45,9 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Curves are measured where the parameters are calibrated, and the solver has a curve to compare."""
     targets = draft.targets
-    curved = {} if targets is None else {i: one.condition for i, one in enumerate(targets.means) if one.curves}
+    curved = {} if targets is None else {one.row: one.condition for one in targets.means if one.curves}
     for index in curved:
-        path = ("targets", "forces", index, "curves")
+        path = ("targets", index, "curves")
         if isinstance(draft.solver, CommandSolver):
             result = draft.solver.result
             if result is None or result.reduction != "max" or not has_abscissa(result):
@@ -58,12 +58,13 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
         if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
             yield Finding(path, message, "give curves there too, or the force alone")
-    if targets is not None and targets.machine.model_fields_set and not curved:
+    machine = draft.machine
+    if targets is not None and machine is not None and machine.model_fields_set and not curved:
         message = "no curves are given: what is known of the machine has no use"
-        yield Finding(("targets", "machine"), message, "remove it, or name curves under forces", at_key=True)
-    if targets is not None and targets.machine.stiffness_sd and targets.machine.stiffness is None:
+        yield Finding(("machine",), message, "remove it, or name curves in targets", at_key=True)
+    if machine is not None and machine.stiffness_sd and machine.stiffness is None:
         message = "there is no stiffness that it is the standard deviation of"
-        yield Finding(("targets", "machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
+        yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
     if curved and draft.refine is not None and draft.refine.elsewhere:
         message = "curves are not compared in another model"
         yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
@@ -93,29 +94,22 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
         path = ("tests", index)
         if test.solver is None:
             yield from _simulated_needs(path, test)
-        for entry, means in enumerate(test.targets):
-            place = (*path, "targets", entry)
-            if not means.given():
-                yield Finding(place, "gives no response", "add slope: …, say")
-            for response in RESPONSES:
-                mean, sd = getattr(means, response), getattr(means, f"{response}_sd")
-                if mean is not None and sd is None:
-                    message = f"{response} has no scatter: there is nothing to weigh it by"
-                    yield Finding((*place, response), message, f"add {response}_sd: …")
-                elif sd is not None and mean is None:
-                    message = f"there is no {response} that it is the scatter of"
-                    yield Finding((*place, f"{response}_sd"), message, f"add {response}: …")
+        for means in test.targets:
+            for response, mean in means.means.items():
+                if mean.sd is None:
+                    message = f"{response} has no sd: there is nothing to weigh it by"
+                    yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
 
 
 def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:
     bends = test.kind == "three-point-bending"
     if test.is_further_cut:
-        for key in sorted(test.model_fields_set - _OF_CUTTING):
+        for key in sorted(test.model_fields_set - {*_OF_CUTTING, "targets"}):
             yield Finding((*path, key), f"{key} is not of a cutting test beside the first", "remove it", at_key=True)
-        for entry, means in enumerate(test.targets):
-            if means.slope is not None:
+        for means in test.targets:
+            if "slope" in means.means:
                 message = "the slope of a cut holds the give of the contact, which belongs to the mesh"
-                yield Finding((*path, "targets", entry, "slope"), message, "give the maximum force")
+                yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
         return
     for key in sorted({"blade", "supports"} & test.model_fields_set):
         yield Finding((*path, key), f"{test.kind} has no {key}", "remove it", at_key=True)
@@ -153,16 +147,16 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("tests", index, *finding.path))
         if test.solver.result is not None:
             message = "a test has responses of several kinds"
-            yield Finding((*path, "result"), message, "write a reader under its name: slope: {kind: …}")
+            yield Finding((*path, "result"), message, "write a reader under its name: slope: {file: …}")
         elif missing := [name for name in test.measured if name not in test.solver.results]:
-            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{kind: …}}")
+            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{file: …}}")
         for name in test.solver.results:
             if name not in RESPONSES:
                 message = f"{name[:60]!r} is no response of a test"
                 yield Finding((*path, "result", name), message, did_you_mean(name, RESPONSES), at_key=True)
         if test.solver.by_chance:
             yield Finding(path, "a test's program gives the same answer every time", "remove replicates")
-        for key in sorted(test.model_fields_set - _OF_PROGRAMS):
+        for key in sorted(test.model_fields_set - {*_OF_PROGRAMS, "targets"}):
             message = f"{key} is for a test that is simulated here"
             yield Finding((*path[:2], key), message, "remove it, or the solver", at_key=True)
 
@@ -190,14 +184,16 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
     if draft.targets is None:
         return
     cut = [target.condition for target in draft.targets.means]
-    for index, test in draft.tests.items():
+    for test in draft.tests.values():
         seen: list[float] = []
-        for entry, means in enumerate(test.targets):
-            place = ("tests", index, "targets", entry, "diameter")
+        for means in test.targets:
+            place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
-                yield Finding(place, f"{means.diameter:g} mm stands twice", "keep one; give the mean with n")
+                yield Finding(
+                    place, f"{means.diameter:g} mm is given twice for {test.name}", "keep one; give the mean with n"
+                )
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
                 message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"
-                yield Finding(place, message, "give its force under targets, or remove it here")
+                yield Finding(place, message, "add a row with its force, or remove this one")
             seen.append(means.diameter)

@@ -25,7 +25,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("supports", "fillet_radius"): (0.01, 50, "mm"),
     ("loading", "speed"): (0.01, 1e5, "mm/s"),
     ("loading", "duration"): (1e-5, 1000, "s"),
-    ("loading", "gap"): (0, 10, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
@@ -64,7 +63,7 @@ def _of_further_cuts(study: Study) -> Iterator[Finding]:
             own = finding.path[0] in ("loading", "blade", "supports")
             yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
         if late := sorted({"travel", "work"} & set(test.measured)):
-            yield Finding(("tests", index, "targets"), f"{' and '.join(late)}: {_FALL}", "fit the maximum force alone")
+            yield Finding(("tests", index), f"{' and '.join(late)}: {_FALL}", "fit the maximum force alone")
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -206,18 +205,15 @@ def _conditions(study: Study) -> list[float]:
 
 
 def _targets(study: Study) -> Iterator[Finding]:
-    for index, target in enumerate(study.targets.means):
-        path = ("targets", "forces", index)
+    for target in study.targets.means:
+        path = ("targets", target.row)
         if study.naming.condition == DIAMETER:
             yield from _doubt((*path, "diameter"), target.condition, 1, 100, "mm")
         if study.naming.response == FORCE:
             yield from _doubt((*path, "force"), target.response, 1, 1e5, "N")
-        for name in ("sd", "travel_sd", "work_sd"):
-            if getattr(target, name) == 0.0:
-                message = "a scatter of none gives this mean nearly all the weight of a joint fit"
-                yield Finding((*path, name), message, "leave it out if it is not known")
-            if getattr(target, name) is not None and getattr(target, mean := name.removesuffix("_sd")) is None:
-                yield Finding((*path, name), f"there is no {mean} that it is the scatter of", f"add {mean}: …")
+        if 0.0 in (target.sd, target.travel_sd, target.work_sd):
+            message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
+            yield Finding((*path, "sd"), message, "leave it out if it is not known")
         if target.travel is not None and target.travel > study.loading.stroke:
             message = (
                 f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
@@ -229,12 +225,12 @@ def _scatters(study: Study) -> Iterator[Finding]:
     """Question a mean of the study's own responses whose scatter is not of its size: one of them has slipped."""
     if study.naming.is_cutting:
         return
-    for index, target in enumerate(study.targets.means):
+    for target in study.targets.means:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
             if mean and sd and not _LEAST_SCATTER <= sd / mean <= 1.0:
                 message = f"a scatter of {named.text(sd)} is not of the size of the mean, {named.text(mean)}"
-                yield Finding(("targets", "forces", index, named.name), message, "check both numbers and their units")
+                yield Finding(("targets", target.row, named.name), message, "check both numbers and their units")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
@@ -242,7 +238,7 @@ def _outliers(study: Study) -> Iterator[Finding]:
     targets = study.targets.means
     if len(targets) < 2 or not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
-    for index, target in enumerate(targets):
+    for target in targets:
         expected = [
             other.response * (target.condition / other.condition) ** power
             for other in targets
@@ -254,15 +250,15 @@ def _outliers(study: Study) -> Iterator[Finding]:
                 f"{target.response:g} N at {target.condition:g} mm, where the other targets suggest about "
                 f"{median(expected):.3g} N"
             )
-            yield Finding(("targets", "forces", index, "force"), message, "look for a slip of the point or the unit")
+            yield Finding(("targets", target.row, "force"), message, "look for a slip of the point or the unit")
 
 
 def _machine(study: Study) -> Iterator[Finding]:
     """Question a stiffness so badly known that the machine might as well be rigid: 1/k ± sd/k² would reach 0."""
-    machine = study.targets.machine
+    machine = study.machine
     if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
         message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is hardly known: the machine may be rigid"
-        yield Finding(("targets", "machine", "stiffness_sd"), message, "measure its stiffness without a stem")
+        yield Finding(("machine", "stiffness_sd"), message, "measure its stiffness without a stem")
 
 
 def _materials(study: Study) -> Iterator[Finding]:
@@ -311,7 +307,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "every stage takes its diameter from targets")
+        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or leave it out")
 
 
 def _programs(study: Study) -> Iterator[Finding]:

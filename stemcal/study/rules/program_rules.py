@@ -70,9 +70,6 @@ def chance_is_said(draft: Draft) -> Iterator[Finding]:
     solver = draft.solver
     if not isinstance(solver, model.CommandSolver | model.SheetSolver):
         return
-    if isinstance(solver, model.SheetSolver) and solver.deterministic and solver.replicates > 1:
-        message = f"a deterministic program gives {solver.replicates} times the same answer"
-        yield Finding(("solver", "replicates"), message, "write deterministic: false, or leave replicates out")
     for index, path in enumerate(solver.templates):
         yield from _seed_without_chance(("solver", "templates", index), _content(path), draft)
     for index, argument in enumerate(_command(draft)):
@@ -85,8 +82,7 @@ def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterat
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
             message = f"{{{{{name}}}}} is for a program with chance in it"
-            sheet = isinstance(draft.solver, model.SheetSolver)
-            yield Finding(node, message, f"write {'deterministic: false' if sheet else 'replicates: 1'} under solver")
+            yield Finding(node, message, "write replicates: 1 under solver")
 
 
 def _content(path: Path) -> bytes:
@@ -104,7 +100,7 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
     readers = draft.solver.readers.values() if isinstance(draft.solver, model.CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
-        for index, path in enumerate(getattr(draft.solver, key)):
+        for index, path in enumerate(getattr(draft.solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
                 yield Finding(("solver", key, index), message, "remove it, or let the program write another file")
@@ -125,14 +121,14 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
     if draft.solver.result is None and not draft.solver.results:
         yield Finding(("solver",), "'result' is missing", "add a line result: …")
     elif draft.solver.result is not None and len(names) > 1:
-        remedy = f"write a reader under each name: {names[0]}: {{kind: …}}, {names[1]}: {{kind: …}}"
+        remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
         yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
     for name in draft.solver.results:
         if name not in names:
             yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
     for name in names if draft.solver.results else ():
         if name not in draft.solver.results:
-            yield Finding(path, f"nothing reads {name}", f"add {name}: {{kind: …}}")
+            yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
 
 
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
@@ -151,7 +147,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
 
 def has_abscissa(result: model.ResultReader) -> bool:
     """Whether a reader finds the travel of a curve too."""
-    return "(?P<x>" in result.pattern if isinstance(result, model.RegexResult) else result.along is not None
+    return result.along is not None or "(?P<x>" in (result.pattern or "")
 
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:

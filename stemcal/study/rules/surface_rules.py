@@ -85,13 +85,14 @@ def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
         entry = rsm.coding.get(factor.name)
         if entry is None:
             continue
-        path = ("rsm", "coding", factor.name)
-        if factor.low < factor.high and not factor.low <= entry.center <= factor.high:
-            message = f"{entry.center:g} is outside the factor's range {factor.low:g} to {factor.high:g}"
-            yield Finding((*path, "center"), message, f"take {factor.centre:g} or so")
-        elif draft.embedded and factor.name in PARAMETERS and entry.center - entry.half_step <= 0:
-            message = f"center - half_step = {entry.center - entry.half_step:g} is not above 0"
-            yield Finding((*path, "half_step"), message, "take a smaller half_step")
+        path, (low, high) = ("rsm", "coding", factor.name), entry
+        if low >= high:
+            yield Finding(path, f"low {low:g} is not below high {high:g}", "swap them")
+        elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
+            message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, f"centre it at {factor.centre:g} or so")
+        elif draft.embedded and factor.name in PARAMETERS and low <= 0:
+            yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:

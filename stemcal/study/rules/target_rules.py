@@ -4,11 +4,12 @@ import math
 from collections.abc import Iterator, Sequence
 
 from stemcal.naming import FIRST, FORCE, Naming
-from stemcal.study.model import Condition, Response, Target
+from stemcal.study.model import OwnQuantity, Target
 from stemcal.study.model.parameters import PARAMETERS
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.factors import reached
 from stemcal.study.types.named import declared_once
+from stemcal.study.types.strict_yaml import NodePath
 from stemcal.study.types.units import UnitError, convert
 
 _CLOSE = 1e-9
@@ -20,7 +21,7 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
     if draft.naming.is_cutting:
         return
     clashes = dict(declared_once(draft.naming, draft.names))
-    declared: list[tuple[str, Response | Condition]] = [("responses", response) for response in draft.responses or ()]
+    declared: list[tuple[str, OwnQuantity]] = [("responses", response) for response in draft.responses or ()]
     declared += [("conditions", condition) for condition in draft.conditions or ()]
     counts = {section: 0 for section, _ in declared}
     for section, one in declared:
@@ -33,27 +34,15 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
 def conditions_differ(draft: Draft) -> Iterator[Finding]:
     """Each diameter has one target."""
     seen: dict[float, int] = {}
-    for index, target in enumerate(draft.targets.means if draft.targets else ()):
-        first = seen.setdefault(round(target.condition, 9), index)
-        if first != index:
+    for target in draft.targets.means if draft.targets else ():
+        first = seen.setdefault(round(target.condition, 9), target.row)
+        if first != target.row:
             named = draft.naming
             place = f"diameter {named.place(target.condition)}" if named.is_cutting else named.place(target.condition)
             message = f"{place or 'the study'} has two {named.response.plural}"
             remedy = f"keep one; give the mean {named.response.noun} with sd and n"
-            yield Finding(("targets", "forces", index, "diameter"), message, remedy)
-
-
-def calibration_has_target(draft: Draft) -> Iterator[Finding]:
-    """The diameter to calibrate at is one of the measured ones."""
-    if draft.targets is None:
-        return
-    conditions = [target.condition for target in draft.targets.means]
-    at = draft.targets.calibrate_at
-    if not any(math.isclose(at, condition, rel_tol=_CLOSE) for condition in conditions):
-        named = draft.naming
-        message = f"no {named.response.noun} is given for {named.place(at)}, only for {_listing(conditions, draft)}"
-        remedy = f"add its {named.response.noun} or calibrate at another {named.condition_noun}"
-        yield Finding(("targets", "calibrate_at"), message, remedy)
+            at: NodePath = ("targets", target.row)
+            yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
 
 
 def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
@@ -68,7 +57,7 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
     areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.targets.means]
     # two cross-sections in shear bear 2 A σy/√3
     shares = [target.response / (1.155 * area) for target, area in zip(draft.targets.means, areas, strict=True)]
-    path = ("targets", "forces")
+    path = ("targets",)
     if min(shares) > _TOO_MUCH * max(strengths):
         message = f"every force is more than {_TOO_MUCH:g} times what the stem's whole cross-section bears"
         yield Finding(path, message, "was it measured in N and written in kN?")
@@ -134,12 +123,11 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
 def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
     """Demand a value and a standard deviation of a response at one diameter at least."""
     name = naming.named(response).name
-    sd = "sd" if response == FIRST else f"{name}_sd"
-    given = {i: one.mean_of(response)[1] for i, one in enumerate(targets) if one.mean_of(response)[0] is not None}
-    where = "targets.forces" if naming.is_cutting else "targets"
+    sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
+    given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
     if not given:
-        yield Finding(("invert", "responses"), f"no {name} is given in {where}", "add it, or remove it here")
+        yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
     elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
-        message = f"{name} has no {sd}{at_any}: there is nothing to weigh it by"
-        yield Finding(("targets", "forces", min(given)), message, f"add {sd}: …")
+        message = f"{name} has no sd{at_any}: there is nothing to weigh it by"
+        yield Finding(("targets", min(given)), message, f"add {sd}")

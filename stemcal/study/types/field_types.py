@@ -54,7 +54,11 @@ class Quantity:
 
     def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
         """Return the internal value of `given`, a text with unit or (outside YAML) a plain number."""
-        value = self._parsed(given, from_yaml=info.context is not None)
+        return self.checked(given, from_yaml=info.context is not None)
+
+    def checked(self, given: Any, from_yaml: bool) -> float:
+        """Return the same of a value that no model contains."""
+        value = self._parsed(given, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
             raise complain(f"{given} is beyond what can be computed with", "check number and unit")

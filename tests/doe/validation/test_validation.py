@@ -19,7 +19,7 @@ def table13():
 
 def test_mean_error_and_roles_of_table_13(table13):
     assert table13.mean_abs_error_percent == pytest.approx(6.7157, abs=5e-5)
-    assert [row.role for row in table13.rows] == ["validation", "calibration", *["validation"] * 3]
+    assert [row.role for row in table13.rows] == ["held_out", "fitted", *["held_out"] * 3]
 
 
 def test_growth_with_diameter(table13):
@@ -37,21 +37,21 @@ def test_the_error_is_a_trend_of_the_diameter(table13):
 def test_a_failed_run_has_no_error():
     result = compare_conditions([7, 8, 9], [100.0, 150.0, 200.0], [110.0, None, float("nan")], 8)
     assert [row.error_percent for row in result.rows] == [pytest.approx(-10.0), None, None]
-    assert result.max_abs_error_percent == pytest.approx(10.0)
+    assert result.worst_percent == pytest.approx(10.0)
     assert result.simulated_exponent is None
     json.dumps(asdict(result), allow_nan=False)
 
 
 def test_all_runs_failed():
     out = compare_conditions([7, 8], [100.0, 150.0], [None, None], None)
-    assert out.max_abs_error_percent is None
+    assert out.worst_percent is None
     assert out.mean_abs_error_percent is None
 
 
 def test_the_independent_maximum_leaves_the_calibration_diameter_out():
     result = compare_conditions([7, 8], [100.0, 100.0], [101.0, 120.0], 8)
-    assert result.max_abs_error_percent == pytest.approx(20.0)
-    assert result.max_abs_error_percent_independent == pytest.approx(1.0)
+    assert result.worst_percent == pytest.approx(20.0)
+    assert result.worst_held_out_percent == pytest.approx(1.0)
 
 
 def test_senseless_input_is_refused():
@@ -63,6 +63,6 @@ def test_senseless_input_is_refused():
 
 def test_a_joint_fit_leaves_no_diameter_independent() -> None:
     result = compare_conditions([7.0, 8.0], [100.0, 130.0], [101.0, 131.0], [7.0, 8.0])
-    assert [row.role for row in result.rows] == ["calibration", "calibration"]
-    assert result.max_abs_error_percent_independent is None
+    assert [row.role for row in result.rows] == ["fitted", "fitted"]
+    assert result.worst_held_out_percent is None
     assert result.notes == ()

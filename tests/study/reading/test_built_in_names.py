@@ -30,11 +30,9 @@ solver:
   kind: command
   command: [python, program.py, "{{strength}}", "{{friction}}", "{{AT}}"]
   result:
-    FIRST: {kind: json, file: out.json, path: one}
-    SECOND: {kind: json, file: out.json, path: two}
-targets:
-  calibrate_at: 8 AT_UNIT
-  values: [VALUES]
+    FIRST: {file: out.json, path: one}
+    SECOND: {file: out.json, path: two}
+targets: [VALUES]
 screen: {design: none}
 rsm: {factors: [strength, friction], design: central-composite}
 invert: {diameters: all}
@@ -76,11 +74,12 @@ def spec_of(folder: Path, first: str, second: str, at: str, *, units: bool = Tru
     named = {name: unit(name, "1") for name in (first, second, at)}
     shown = {name: f" {text}" if units and text != "1" else "" for name, text in named.items()}
     values = ", ".join(
-        f"{{{at}: {d}{shown[at]}, {first}: {one(PLANTED, d):.6f}{shown[first]}, sd: 1{shown[first]}, n: 6, "
-        f"{second}: {two(PLANTED, d):.6f}{shown[second]}, {second}_sd: 1{shown[second]}}}"
+        f"{{{at}: {d}{shown[at]}, {first}: {one(PLANTED, d):.6f}{shown[first]}, n: 6, "
+        f"{second}: {two(PLANTED, d):.6f}{shown[second]}, "
+        f"sd: {{{first}: 1{shown[first]}, {second}: 1{shown[second]}}}}}"
         for d in (7, 8, 9)
     )
-    text = SPEC.replace("VALUES", values).replace("8 AT_UNIT", f"8{shown[at]}")
+    text = SPEC.replace("VALUES", values)
     for word, name in (("FIRST", first), ("SECOND", second), ("AT", at)):
         text = text.replace(f"{word}_UNIT", named[name]).replace(word, name)
     (folder / "own.yaml").write_text(text, encoding="utf-8")
@@ -108,7 +107,7 @@ def test_targets_are_read_with_and_without_units(tmp_path: Path, first: str, sec
 def test_the_units_are_converted(tmp_path: Path) -> None:
     spec_of(tmp_path, "force", "work", "diameter")
     text = (tmp_path / "own.yaml").read_text("utf-8").replace("diameter: 7 mm", "diameter: 0.7 cm")
-    (tmp_path / "own.yaml").write_text(text.replace("sd: 1 N", "sd: 0.001 kN"), encoding="utf-8")
+    (tmp_path / "own.yaml").write_text(text.replace("sd: {force: 1 N", "sd: {force: 0.001 kN"), encoding="utf-8")
     first = load_study(tmp_path / "own.yaml").targets.means[0]
     assert (first.condition, first.sd) == (7.0, 1.0)
 
@@ -117,7 +116,7 @@ def test_a_unit_that_was_not_declared_is_refused(tmp_path: Path) -> None:
     spec_of(tmp_path, "force", "work", "diameter", declared=False)
     text = (tmp_path / "own.yaml").read_text("utf-8").replace("diameter: 7,", "diameter: 7 mm,")
     (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(SpecError, match=r"targets\.values\[1\]\.diameter"):
+    with pytest.raises(SpecError, match=r"targets\[1\]\.diameter"):
         load_study(tmp_path / "own.yaml")
 
 

@@ -19,7 +19,6 @@ from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.study.reading.json_schema import json_schema
 from stemcal.study.rules.plausible import doubts
 
 SMOKE = Path(__file__).parents[3] / "configs" / "smoke.yaml"
@@ -38,10 +37,7 @@ def study_in(folder: Path, eight: str = "curves: lab/8mm-*.csv", seven: str = "f
     for i, (force, power) in enumerate(zip(FORCES, POWERS, strict=True)):
         (folder / "lab" / f"8mm-{i}.csv").write_text(sheet(force, power), encoding="utf-8")
     text = SMOKE.read_text(encoding="utf-8")
-    targets = (
-        f"targets:\n  calibrate_at: 8 mm\n{more}  forces:\n"
-        f"    - {{diameter: 7 mm, {seven}}}\n    - {{diameter: 8 mm, {eight}}}\n"
-    )
+    targets = f"{more}targets:\n  - {{diameter: 7 mm, {seven}}}\n  - {{diameter: 8 mm, {eight}}}\n"
     begin, end = text.index("targets:"), text.index("rsm:")
     spec = folder / "study.yaml"
     spec.write_text(text[:begin] + targets + text[end:], encoding="utf-8")
@@ -60,12 +56,6 @@ def test_their_maximum_is_the_force_and_what_they_tell_beside_it_is_fitted_too(t
     assert study.invert.responses == ("response", *names[1:])
     assert target.mean_of("curve_1")[0] == pytest.approx(fmean(FORCES), rel=1e-4)
     assert target.count_of("curve_1") == 6
-
-
-def test_an_editor_takes_curves_in_place_of_a_force() -> None:
-    target = json_schema()["$defs"]["Target"]
-    assert target["required"] == ["diameter"]
-    assert target["anyOf"] == [{"required": ["force"]}, {"required": ["curves"]}]
 
 
 def test_a_force_that_is_given_stays(tmp_path: Path) -> None:
@@ -115,20 +105,20 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         (
             "curves: lab/8mm-*.csv",
             "force: 140 N",
-            "  machine: {stiffness: 3 mm}\n",
+            "machine: {stiffness: 3 mm}\n",
             "stiffness: mm is a unit of length, not of force per length; use N/mm, kJ/m2",
         ),
         (
             "force: 180 N",
             "force: 140 N",
-            "  machine: {stiffness: 900 N/mm}\n",
-            "targets.machine: no curves are given: what is known of the machine has no use",
+            "machine: {stiffness: 900 N/mm}\n",
+            "machine: no curves are given: what is known of the machine has no use",
         ),
         (
             "curves: lab/8mm-*.csv",
             "force: 140 N",
-            "  machine: {stiffness_sd: 100 N/mm}\n",
-            "targets.machine.stiffness_sd: there is no stiffness that it is the standard deviation of",
+            "machine: {stiffness_sd: 100 N/mm}\n",
+            "machine.stiffness_sd: there is no stiffness that it is the standard deviation of",
         ),
     ],
 )
@@ -149,7 +139,7 @@ def test_of_a_pattern_that_matches_nothing_one_problem_tells_where_and_what_lies
     assert problem.message.endswith("8mm-5.csv")
     with pytest.raises(SpecError) as told:
         study_in(tmp_path, "curves: nowhere/*.csv, force: three")
-    assert [problem.path for problem in told.value.problems] == ["targets.forces[2].curves", "targets.forces[2].force"]
+    assert [problem.path for problem in told.value.problems] == ["targets[2].curves", "targets[2].force"]
     assert f"{tmp_path} holds lab, study.yaml" in told.value.problems[0].message
 
 
@@ -172,8 +162,8 @@ def test_of_several_wrong_files_each_is_told(tmp_path: Path) -> None:
 
 
 def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
-    known = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm}\n").targets.modes[8.0]
-    unsure = study_in(tmp_path, more="  machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
+    known = study_in(tmp_path, more="machine: {stiffness: 2000 N/mm}\n").targets.modes[8.0]
+    unsure = study_in(tmp_path, more="machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
     assert not any(known.systematic)
     moved = unsure.targets.modes[8.0].systematic
     assert np.hypot(*moved.values()).max() > 0.02 * known.force
@@ -183,7 +173,7 @@ def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
 
 def test_a_machine_that_may_as_well_be_rigid_is_doubted(tmp_path: Path) -> None:
     for sd, count in ((600, 0), (800, 1)):
-        study = study_in(tmp_path, more=f"  machine: {{stiffness: 2000 N/mm, stiffness_sd: {sd} N/mm}}\n")
+        study = study_in(tmp_path, more=f"machine: {{stiffness: 2000 N/mm, stiffness_sd: {sd} N/mm}}\n")
         assert sum("2000 ± 800 N/mm is hardly known" in one.message for one in doubts(study)) == count
 
 
@@ -212,7 +202,6 @@ rows = [(0.7 * i / 400, force * (1.0 - (1.0 - i / 400) ** power)) for i in range
 open("out.csv", "w").write("travel,load\\n" + "".join(f"{u},{f / 1000.0}\\n" for u, f in [*rows, (0.71, 1.0)]))
 """
 OF_A_PROGRAM = """
-schema_version: 1
 name: own
 factors:
   - {name: strength, unit: N, low: 150, high: 210}
@@ -221,11 +210,9 @@ solver:
   kind: command
   command: [python, shear.py, "{{strength}}", "{{power}}", "{{diameter}}"]
   files: [shear.py]
-  result: {kind: csv, file: out.csv, column: load, RESULT scale: 1000}
+  result: {file: out.csv, column: load, RESULT scale: 1000}
 targets:
-  calibrate_at: 8 mm
-  forces:
-    - {diameter: 8 mm, curves: lab/8mm-*.csv}
+  - {diameter: 8 mm, curves: lab/8mm-*.csv}
 """
 
 
@@ -289,5 +276,5 @@ def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"own.yaml:15:32: targets.forces\[1\].curves: needs a result"):
+    with pytest.raises(SpecError, match=r"own.yaml:13:30: targets\[1\].curves: needs a result"):
         of_a_program(tmp_path, "")

@@ -1,11 +1,10 @@
-"""Warnings of single runs, and how they are counted."""
+"""Warnings of single runs."""
 
 from __future__ import annotations
 
 import pytest
 
-from stemcal.run_warnings import energy_drifts, force_after_break, stroke_too_short
-from stemcal.text.runs import warned_of
+from stemcal.run_warnings import force_after_break, stroke_too_short
 
 
 @pytest.mark.parametrize(
@@ -21,9 +20,3 @@ def test_a_stroke_that_is_too_short(ending: str, numbers: list[str]) -> None:
 def test_the_released_stem() -> None:
     text = force_after_break(0.8321, 130.04, 120.0).text
     assert all(number in text for number in ("0.832 mm", "130.0 N", "120.0 N"))
-
-
-def test_how_many_runs_are_warned() -> None:
-    warnings = {"screen 2": energy_drifts(3.14), "rsm 1": energy_drifts(2.5)}
-    assert warned_of(warnings, 12).startswith("2 of 12 runs, first screen 2: The energy balance drifts by 3.1 %.")
-    assert warned_of({"screen 1": energy_drifts(3.14)}, 1).startswith("1 of 1 run, first screen 1: The energy")

@@ -8,15 +8,15 @@ from typing import Any
 
 from fakes import make_study
 
+from stemcal.cli.show import failed_runs
+from stemcal.cli.status import state as lines
 from stemcal.folder.study_folder import Holder
+from stemcal.names import Names
 from stemcal.overview.status import StageStatus, Status
+from stemcal.report.page.headline import failures, folded, kind_of, question
 from stemcal.report.tables.setting import setting_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.verdict.result import Verdict
-from stemcal.text.names import Names
-from stemcal.text.page import failures, folded, kind_of, question
-from stemcal.text.runs import failed_runs
-from stemcal.text.status import lines
 
 NAMES = Names()
 FAILED = Outcome(response=None, status="failed", reason="inverted", message="element 17 turned inside out")
@@ -57,8 +57,8 @@ def test_the_question_of_a_stem_study(tmp_path: Path) -> None:
     study = make_study(tmp_path)
     assert kind_of(study) == "Calibration of a stem cutting model"
     assert question(study) == (
-        "Which parameters make a simulated stem of 8 mm diameter resist cutting with the measured maximum force of "
-        "110 N? Do they hold at 2 other values of the stem diameter?"
+        "Which parameters make a simulated stem of 8 mm diameter need the measured maximum cutting force of 110 N? Are "
+        "they valid at 2 other values of the stem diameter?"
     )
 
 
@@ -71,13 +71,13 @@ def test_a_joint_fit_asks_for_all_that_it_fits(tmp_path: Path) -> None:
     whole = make_study(tmp_path, "invert: {diameters: all}\n")
     at = [target.condition for target in whole.joint_targets]
     assert question(whole) == (
-        f"Which parameters make simulated stems of {NAMES.conditions(at)} diameter resist cutting with the measured "
-        "maximum forces?"
+        f"Which parameters make simulated stems of {NAMES.conditions(at)} diameter need the measured maximum cutting "
+        "forces?"
     )
     measured = setting_tables(whole)[1]
     assert measured.foot == ("The parameters are fitted to all of them together.",) and not measured.strong
     some = make_study(tmp_path, f"invert: {{diameters: [{at[0]:g} mm, {at[1]:g} mm]}}\n")
-    assert question(some).endswith("Do they hold at 1 other value of the stem diameter?")
+    assert question(some).endswith("Are they valid at 1 other value of the stem diameter?")
     measured = setting_tables(some)[1]
     assert measured.foot == (f"Bold: what the parameters are fitted to ({NAMES.conditions(at[:2])}).",)
     assert measured.strong == {0, 1}

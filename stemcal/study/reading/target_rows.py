@@ -1,0 +1,272 @@
+"""The rows of `targets`: what was measured, in the names and units of the study, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import PydanticCustomError
+
+from stemcal.measured.curve_modes import MOST, Curve, Machine, modes_of
+from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
+from stemcal.study.model.laboratory_tests import RESPONSES, LaboratoryMeans
+from stemcal.study.model.measured_targets import Mean, Patterns, Target, Targets
+from stemcal.study.reading.curve_files import curves_in, summarised
+from stemcal.study.reading.messages import finding_of
+from stemcal.study.rules.draft import Finding
+from stemcal.study.types import units
+from stemcal.study.types.field_types import MOST as LARGEST
+from stemcal.study.types.field_types import Quantity, Whole, complain
+from stemcal.study.types.named import quantity
+from stemcal.study.types.strict_yaml import NodePath
+from stemcal.words import did_you_mean
+
+_MOST_ROWS = 1000
+_OF_TESTS = Naming(DIAMETER, tuple(Named(name, name, symbol, unit) for name, (symbol, unit, _) in RESPONSES.items()))
+
+
+@dataclass
+class Rows:
+    """Rows as far as they can be read: cutting or the program's test, the other tests by name, curves by row."""
+
+    naming: Naming
+    tests: Collection[str]
+    folder: Path
+    means: list[Target] = field(default_factory=list)
+    of_tests: dict[str, list[LaboratoryMeans]] = field(default_factory=dict)
+    curves: dict[int, list[Curve]] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+
+    def read(self, given: Any) -> None:
+        """Read all rows."""
+        example = _example(self.naming)
+        if not isinstance(given, list):
+            self._find(("targets",), "should be a list of measured means", f"write a row for each: - {{{example}}}")
+            return
+        if not given or len(given) > _MOST_ROWS:
+            wrong = f"is too long ({len(given)})" if given else "is empty"
+            self._find(("targets",), wrong, f"keep at most {_MOST_ROWS}" if given else f"add a row - {{{example}}}")
+            return
+        for index, row in enumerate(given):
+            if isinstance(row, dict):
+                self._read_row(index, row)
+            else:
+                self._find(("targets", index), "should be a mapping", f"write {{{example}}}")
+        if not self.means and not self.findings:
+            self._find(("targets",), f"no row has the {self.naming.response.noun}", f"add a row - {{{example}}}")
+
+    def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
+        test = row.get("test")
+        if "test" in row and test not in self.tests:
+            remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it, or describe the test in tests"
+            self._find(("targets", index, "test"), f"{str(test)[:60]!r} is no test of this study", remedy)
+            return
+        if test is None:
+            self._read_main(index, self._with_curves(index, row))
+        else:
+            entry = _Row(row, ("targets", index), _OF_TESTS, True, self.findings)
+            if not entry.means and not entry.wrong:
+                self._find(("targets", index), "gives no response", "add slope: …, for example")
+            if entry.condition is not None:
+                means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
+                self.of_tests.setdefault(str(test), []).append(means)
+
+    def _read_main(self, index: int, row: Mapping[str, Any]) -> None:
+        """Read a row of the main test; of a wrong one what is good of it, for the rules."""
+        naming = self.naming
+        own = not naming.is_cutting
+        entry = _Row(row, ("targets", index), naming, not own, self.findings)
+        first = naming.response.name
+        values: dict[str, Any] = {"row": index, "n": entry.n, "curves": entry.curves}
+        if entry.condition is not None:
+            values["condition"] = entry.condition
+        if first in entry.means:
+            values |= {"response": entry.means[first].value}
+        elif first not in row and not row.get("curves"):
+            self._find(("targets", index), f"{first!r} is missing", f"add {first}: …")
+        further = {name: mean for name, mean in entry.means.items() if name != first}
+        if own:
+            values["further"] = further
+        else:
+            values |= {name: mean.value for name, mean in further.items()}
+        for name, mean in entry.means.items():
+            if name == first or not own:
+                values["sd" if name == first else f"{name}_sd"] = getattr(mean, "sd", None)
+        target = Target.model_construct(**values)
+        if entry.scatter_is_wrong:
+            target.__dict__.pop("sd")
+        self.means.append(target)
+
+    def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return a row with the force of its curves where it has none of its own."""
+        patterns = row.get("curves")
+        patterns = [patterns] if isinstance(patterns, str) else patterns
+        if not isinstance(patterns, list) or not patterns or not all(isinstance(one, str) for one in patterns):
+            return row
+        if self.naming.response != FORCE:
+            return row
+        read, wrong = curves_in(patterns, self.folder, ("targets", index, "curves"))
+        self.findings += wrong
+        if wrong:
+            return row
+        self.curves[index] = read
+        return row if "force" in row else summarised(read, row)
+
+    def _find(self, path: NodePath, message: str, remedy: str) -> None:
+        self.findings.append(Finding(path, message, remedy))
+
+    def targets(self, calibrate_at: float | None, machine: Machine) -> Targets | None:
+        """Return the targets, with the modes of their curves; None where nothing can be made of the rows."""
+        if not self.means or calibrate_at is None:
+            return None
+        targets = Targets(calibrate_at=calibrate_at, means=tuple(self.means))
+        complete = {"condition", "response"}
+        if self.curves and all(complete <= target.__dict__.keys() for target in self.means):
+            return _scored(targets, self.curves, machine)
+        return targets
+
+    def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
+        """Return the condition of the calibration.
+
+        It is the first that `invert` names, else the specimen's diameter, else that of the first row.
+        """
+        measured = [target.condition for target in self.means if "condition" in target.__dict__]
+        wanted = outer_diameter if self.naming.condition == DIAMETER else None
+        if isinstance(chosen, list) and chosen and self.naming.condition is not None:
+            try:
+                wanted = _value(chosen[0], self.naming.condition, self.naming.condition == DIAMETER)
+            except PydanticCustomError:
+                return measured[0] if measured else None
+        close = (one for one in measured if wanted is not None and isclose(one, wanted, rel_tol=1e-9))
+        return next(close, measured[0] if measured else None)
+
+
+class _Row:
+    """One row: its condition and the means by response; None or absent where they are wrong or missing."""
+
+    def __init__(
+        self, row: Mapping[str, Any], path: NodePath, naming: Naming, with_units: bool, findings: list[Finding]
+    ) -> None:
+        self.row, self.path, self.findings, self.with_units = row, path, findings, with_units
+        self.wrong = False
+        given = [one for one in naming.responses if one.name in row]
+        scatters = self._scatters(given, naming)
+        self.scatter_is_wrong = self.wrong
+        self.condition = self._condition(naming)
+        self.n: int | None = self._checked("n", Whole)
+        if self.n is not None and self.n < 1:
+            self._find(("n",), f"{self.n} must not be below 1", "correct the value")
+        with_curves = naming.response == FORCE and "test" not in row
+        self.curves = self._checked("curves", Patterns) if with_curves else None
+        self.means: dict[str, Mean] = {}
+        for named in given:
+            value = self._read((named.name,), row[named.name], named, above=0.0)
+            at = ("sd", named.name) if isinstance(row.get("sd"), dict) else ("sd",)
+            sd = self._read(at, scatters[named.name], named, at_least=0.0) if named.name in scatters else None
+            if value is not None:
+                mean = Mean.model_construct(value=value, sd=sd, n=self.n if "test" in row else None)
+                if self.scatter_is_wrong:
+                    mean.__dict__.pop("sd")
+                self.means[named.name] = mean
+        self._refuse_unknown(naming, with_curves)
+
+    def _condition(self, naming: Naming) -> float | None:
+        named = naming.condition
+        if named is None:
+            return NOWHERE
+        if named.name not in self.row:
+            self._find((), f"{named.name!r} is missing", f"add {named.name}: …")
+            return None
+        bounds = {"above": 0.0} if self.with_units else {}
+        return self._read((named.name,), self.row[named.name], named, **bounds)
+
+    def _scatters(self, given: Sequence[Named], naming: Naming) -> Mapping[str, Any]:
+        """Return the standard deviations by response."""
+        if "sd" not in self.row:
+            return {}
+        sd, names = self.row["sd"], [one.name for one in given]
+        if isinstance(sd, dict):
+            for name in sd:
+                if name not in names:
+                    known = any(name == one.name for one in naming.responses)
+                    missing = f"there is no {str(name)[:60]} of which this is the standard deviation"
+                    self._find(("sd", name), missing, f"add {name}: …" if known else did_you_mean(str(name), names))
+            return sd
+        if len(names) > 1:
+            shown = f"{sd:g}" if isinstance(sd, float) else str(sd)[:60]
+            message = f"{shown} may be of {' or of '.join(names)}"
+            self._find(("sd",), message, f"write sd: {{{names[0]}: {shown}, {names[1]}: …}}")
+            return {}
+        if not names and not self.row.get("curves"):
+            self._find(("sd",), "there is no response of which this is the standard deviation", "add the response")
+        return dict.fromkeys(names, sd)
+
+    def _read(self, key: tuple[str, ...], given: Any, named: Named, **bounds: float) -> float | None:
+        try:
+            return _value(given, named, self.with_units, **bounds)
+        except PydanticCustomError as error:
+            context = error.context or {}
+            self._find(key, str(context.get("message", "")), str(context.get("remedy", "")))
+            return None
+
+    def _checked(self, key: str, kind: Any) -> Any:
+        if key not in self.row:
+            return None
+        try:
+            return TypeAdapter(kind).validate_python(self.row[key])
+        except ValidationError as error:
+            path = (*self.path, key)
+            self.findings.append(finding_of(error.errors(include_url=False)[0], path, path))
+            self.wrong = True
+            return None
+
+    def _refuse_unknown(self, naming: Naming, with_curves: bool) -> None:
+        at = [] if naming.condition is None else [naming.condition.name]
+        known = ["test"] * ("test" in self.row) + [*at, *(one.name for one in naming.responses), "sd", "n"]
+        known += ["curves"] if with_curves else []
+        for key in self.row:
+            if key not in known:
+                remedy = did_you_mean(str(key), known)
+                if not self.with_units and naming.condition is None:
+                    remedy += f", or declare it: conditions: [{{name: {str(key)[:60]}, unit: …}}]"
+                self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
+
+    def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:
+        self.wrong = True
+        self.findings.append(Finding((*self.path, *key), message, remedy, at_key))
+
+
+def _value(given: Any, named: Named, with_units: bool, above: float | None = None, at_least: float = -LARGEST) -> float:
+    """Return a value in the unit of what it is of; without `with_units` a number has that unit."""
+    if with_units:
+        bounds = {"above": above} if above is not None else {}
+        dimension = units.parse_unit(named.unit).dimension
+        return Quantity(dimension, at_least=at_least, **bounds).checked(given, from_yaml=True)
+    value = quantity(given, named)
+    if not abs(value) <= LARGEST:
+        raise complain(f"{value:g} is beyond what can be computed with", "check number and unit")
+    if above is not None and not value > above:
+        raise complain(f"{named.text(value)} must be above 0", "errors are calculated in % of it")
+    if value < at_least:
+        raise complain(f"{named.text(value)} is no standard deviation", "write a value of 0 or more")
+    return value
+
+
+def _example(naming: Naming) -> str:
+    at = "" if naming.condition is None else f"{naming.condition.name}: …, "
+    return f"{at}{naming.response.name}: …, sd: …, n: …"
+
+
+def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], machine: Machine) -> Targets:
+    """Return targets with the modes of their curves, at other conditions no more than where is calibrated."""
+    places = {target.row: place for place, target in enumerate(targets.means)}
+    at = [row for row in curves if isclose(targets.means[places[row]].condition, targets.calibrate_at)]
+    most, found = MOST, {}
+    for row in [*at, *(row for row in curves if row not in at)]:
+        found[places[row]] = modes_of(curves[row], machine, most)
+        most = len(found[places[row]].weights) if row in at else most
+    return targets.with_modes(found)
