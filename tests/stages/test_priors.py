@@ -84,10 +84,10 @@ def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
 def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
     """Three forces whose misfit tells the scatter, F = 110 N·(d/8)² ± 1 %; the failure strain is the prior's."""
     forces = "".join(
-        f"    - {{diameter: {d} mm, force: {110 * (d / 8) ** 2 * off:.4f} N}}\n"
+        f"  - {{diameter: {d} mm, force: {110 * (d / 8) ** 2 * off:.4f} N}}\n"
         for d, off in ((7, 1.01), (8, 1.0), (9, 0.99))
     )
-    head, tail = FORCES.split("    - {diameter: 8 mm")[0], FORCES[FORCES.index("rsm:") :]
+    head, tail = "targets:\n", FORCES[FORCES.index("rsm:") :]
     text = TWO_FACTORS.replace(STRAIN, f"{STRAIN}{PRIOR}") + head + forces + tail + "invert: {diameters: all}\n"
     path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
     path.write_text(text, encoding="utf-8")

@@ -156,15 +156,19 @@ def _reach(evidence: Evidence) -> Iterator[Note]:
 
 
 def _conflict(evidence: Evidence) -> Iterator[Note]:
+    """Yield which measured mean the others contradict, or that the fit misses one where no scatter is known."""
     found = evidence.results.inversion
     joint = found.joint if found is not None else None
-    if found is None or joint is None:
+    if found is None or joint is None or found.priors:
         return
-    apart, beyond = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
-    if apart is not None and not found.priors:
-        beyond = beyond or apart.p < _BEYOND_DOUBT
+    apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
+    if apart is not None:
+        beyond = missed or (joint.df < 1 and apart.p < _BEYOND_DOUBT)
         text = words.contradiction(apart, joint, evidence.names)
         yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
+    elif missed and joint.p is None:
+        text = f"The joint fit misses a measured value by {joint.max_abs_error_percent:.0f} %."
+        yield Note("conflict", "error", text, _of_conflict(evidence, joint))
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
@@ -255,6 +259,8 @@ def _misfit(evidence: Evidence) -> Iterator[Note]:
     joint = found.joint if found is not None else None
     if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
+    if joint.contradiction is not None and not found.priors:
+        return  # the conflict names it
     beyond = bool(found.priors) and joint.p < _BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."
