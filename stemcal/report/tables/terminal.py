@@ -21,12 +21,12 @@ from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
 from stemcal.report.tables.stages import shortened, tables_of, visible
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.words import known, unseen_changes
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 from stemcal.study.model.measured_targets import Mean
-from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.names import Names
 
 if TYPE_CHECKING:
