@@ -11,13 +11,13 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from stemcal.files.rows import Column, Rows, Table
+from stemcal.names import Names
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.numbers import significant
 from stemcal.report.page.render import coded
 from stemcal.report.tables.of_responses import from_means, further_table
 from stemcal.report.tables.stages import tables_of
 from stemcal.report.tables.terminal import drawn, stage_tables
-from stemcal.text.names import Names
 
 
 def printed(stage: Any, width: int = 80) -> str:
