@@ -206,11 +206,10 @@ def test_value_too_long_for_its_field_is_told_as_written() -> None:
     assert b"      0.3014.2044821      0.50" in deck
 
 
-def test_material_is_chosen_by_number() -> None:
+def test_a_deck_has_one_material_of_the_stem() -> None:
     two = OWN.replace(b"*END", b"*MAT_003\n        12\n      90.0\n*END")
-    with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); name it as solver.material")):
+    with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); put the others into a file")):
         find_material(two)
-    assert find_material(two, 12).number == 12
     with pytest.raises(UsageError, match="not in a file it includes"):
         find_material(b"*KEYWORD\n*INCLUDE\nmat.k\n*END\n")
 

@@ -23,7 +23,7 @@ from stemcal.study.model.program_options import (
     ProgramOptions,
     program_of,
 )
-from stemcal.study.model.refine_options import Elsewhere, RefineOptions, RefineTest
+from stemcal.study.model.refine_options import Elsewhere, RefineOptions
 from stemcal.study.model.result_readers import ResultReader
 from stemcal.study.model.shear_test import (
     DAMPING,
@@ -75,7 +75,6 @@ __all__ = [
     "Parameter",
     "ProgramOptions",
     "RefineOptions",
-    "RefineTest",
     "ResultReader",
     "RsmOptions",
     "RunsOptions",

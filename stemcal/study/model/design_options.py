@@ -94,7 +94,8 @@ class RsmOptions(Frozen):
     design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
         "central-composite"
     )
-    """The design; all but Box–Behnken (3 to 7 factors) take any number of factors."""
+    """The design; all but Box–Behnken (3 to 7 factors) take any number of factors. From five factors on
+    central-composite has a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -119,8 +120,6 @@ class RsmOptions(Frozen):
         WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
     ] = "rotatable"
     """How far the axial points lie out, by a rule or in coded units."""
-    core: Literal["full", "fractional"] = "full"
-    """All corners, or a fraction of them from five factors on."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0

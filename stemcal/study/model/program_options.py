@@ -8,8 +8,8 @@ from pydantic_core import PydanticCustomError
 
 from stemcal.naming import FIRST
 from stemcal.study.model import solver_options
-from stemcal.study.model.frozen import Flag, Frozen, Share
-from stemcal.study.model.result_readers import ResultReader, Text
+from stemcal.study.model.frozen import Flag, Frozen
+from stemcal.study.model.result_readers import ResultReader
 from stemcal.study.types.field_types import Number, Quantity, SpecFile, Whole, complain
 from stemcal.study.types.lengths import Length, StemLength
 
@@ -99,7 +99,7 @@ class DeckSolver(ProgramOptions):
 
     LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. It can also
     run your own `decks` with the stem's MAT_003 replaced. OpenRadioss needs starter, engine and ``th_to_csv``: those
-    of `programs`, else those of the installation in `home` or in the environment variable
+    of `programs`, else those of the installation in its `home` or in the environment variable
     ``OPENRADIOSS_PATH``, else those on PATH.
     """
 
@@ -125,24 +125,16 @@ class DeckSolver(ProgramOptions):
     """Length of the elements under the edge of the deck that stemcal writes: a length, or a share of the diameter."""
     elements_through_wall: solver_options.ThroughWall = None
     mass_scaling: solver_options.MassScaling = 1e4
-    time_step_safety: Share = 0.8
-    """Share of the stable time step that is taken."""
-    outputs: solver_options.Outputs = 500
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """LS-DYNA: the program and its arguments, as a list; `{{deck}}` stands for the deck."""
     decks: Annotated[dict[str, SpecFile], Field(max_length=MOST_FILES), AfterValidator(_diameters)] = {}
     """LS-DYNA: your own decks by the diameter of the stem, as in `8 mm: own.k`; without them stemcal writes one."""
-    material: Annotated[Whole, Field(ge=1)] | None = None
-    """LS-DYNA: number of the material in your deck whose nine values are replaced; the only MAT_003 by default."""
     component: Literal["x", "y", "z"] = "z"
     """LS-DYNA: direction of the force."""
-    home: Text | None = None
-    """OpenRadioss: folder of the installation, with `exec` and `hm_cfg_files` in it; by default what the environment
-    variable `OPENRADIOSS_PATH` names."""
-    programs: dict[Literal["starter", "engine", "th_to_csv"], Argument] = {}
-    """OpenRadioss: names or paths of its three programs, where `home` has none of the usual name."""
-    threads: Annotated[Whole, Field(ge=1, le=256)] = 1
-    """OpenRadioss: threads of one run (`OMP_NUM_THREADS`, `-nt`)."""
+    programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
+    """OpenRadioss: `home`, the folder of the installation with `exec` and `hm_cfg_files` in it, by default what the
+    environment variable `OPENRADIOSS_PATH` names; names or paths of `starter`, `engine` and `th_to_csv` where `home`
+    has none of the usual name."""
 
     def own_decks(self) -> dict[float, Path]:
         """Return the user's own decks by the diameter of the stem, mm."""
@@ -150,13 +142,23 @@ class DeckSolver(ProgramOptions):
         return {diameter.checked(text, from_yaml=True): path for text, path in self.decks.items()}
 
     @property
+    def time_step_safety(self) -> float:
+        """Share of the stable time step that is taken."""
+        return 0.8 if self.program == "lsdyna" else 0.9
+
+    @property
+    def outputs(self) -> int:
+        """Points of the force history."""
+        return 500
+
+    @property
     def law(self) -> str:
         """The rate law, chosen or by default."""
         return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
 
 
-OF_LSDYNA = ("command", "decks", "material", "component")
-OF_OPENRADIOSS = ("home", "programs", "threads")
+OF_LSDYNA = ("command", "decks", "component")
+OF_OPENRADIOSS = ("programs",)
 
 
 def program_of(solver: object) -> str:

@@ -24,23 +24,6 @@ def _by_name(given: Any) -> Any:
     return dict.fromkeys(given) if names else given
 
 
-class RefineTest(Frozen):
-    """What is different in the test simulated by `refine.in`."""
-
-    internal_length: StemLengthOrZero | None = None
-    """`material.internal_length` there; `0 mm` where each element fails by itself."""
-    edge_spread: StemLengthOrZero | None = None
-    """`blade.edge_spread` there; `0 mm` for a sharp edge."""
-    duration: Time | None = None
-    """`loading.duration` there: without lengths the blade may need a longer stroke to the same force."""
-
-    @property
-    def changes(self) -> dict[str, dict[str, object]]:
-        """The values that change, by section and key."""
-        keys = (("material", "internal_length"), ("blade", "edge_spread"), ("loading", "duration"))
-        return {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
-
-
 class RefineOptions(Frozen):
     """Simulate at the solution, correct it and step, until the response is right."""
 
@@ -49,8 +32,12 @@ class RefineOptions(Frozen):
     )
     """The program or the mesh where the parameters will be used: any solver with its keys, also `embedded` with another
     mesh. Keys that are left out are the study's if its solver is of the same kind. By default the study's own model."""
-    test: RefineTest = RefineTest()
-    """What is different in the test simulated by `in`."""
+    internal_length: StemLengthOrZero | None = None
+    """`material.internal_length` in `in`; `0 mm` where each element fails by itself."""
+    edge_spread: StemLengthOrZero | None = None
+    """`blade.edge_spread` in `in`; `0 mm` for a sharp edge."""
+    duration: Time | None = None
+    """`loading.duration` in `in`: without lengths the blade may need a longer stroke to the same force."""
     adjust: Annotated[
         dict[str, tuple[Number, Number] | None],
         BeforeValidator(_by_name),
@@ -65,6 +52,12 @@ class RefineOptions(Frozen):
     """The loop ends once the simulated response is within this of the target."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
     """Most runs. With `in`, runs that are left simulate the other measured conditions."""
+
+    @property
+    def changes(self) -> dict[str, dict[str, object]]:
+        """What is different in the test simulated by `in`, by section and key."""
+        keys = (("material", "internal_length"), ("blade", "edge_spread"), ("loading", "duration"))
+        return {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
 
     @property
     def elsewhere(self) -> bool:

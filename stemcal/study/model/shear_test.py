@@ -29,10 +29,8 @@ class SpecimenSection(Frozen):
 
 
 class BladeSection(Frozen):
-    """A wedge behind its edge, rigid."""
+    """A wedge behind its edge, rigid, longer than the stem is wide."""
 
-    length: Size = 90.0
-    """Length along the edge; for the record, it is longer than any stem."""
     width: Size = 28.0
     """Height from edge to back."""
     thickness: Size = 2.3

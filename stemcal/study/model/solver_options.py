@@ -6,10 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from stemcal.study.model.frozen import Flag, Frozen, Share, Time
+from stemcal.study.model.frozen import Frozen, Time
 from stemcal.study.types.field_types import Number, Quantity, Whole
 from stemcal.study.types.lengths import Length, StemLength
 
+# The stem counts as broken once elements have failed and the force has dropped by this share of it.
 BREAK_DROP = 0.5
 # Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
 _SLOW = 100.0 / 60.0
@@ -40,13 +41,6 @@ FilterWindow = Annotated[
     float,
     Quantity("time", at_least=0),
     Field(description="Window of the low-pass filter of the force; 0 s for none."),
-]
-BreakDrop = Annotated[
-    Share,
-    Field(
-        description="The stem counts as broken, and the maximum as passed, once elements have failed and the force has "
-        "dropped by this share of it."
-    ),
 ]
 EdgeOver = Annotated[
     Literal["elements", "nodes"],
@@ -88,9 +82,8 @@ class EmbeddedSolver(Frozen):
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
-    break_drop: BreakDrop = BREAK_DROP
-    stop_after_peak: Flag = True
-    """End a simulation there; `false` computes the whole stroke."""
+    time_limit: Time | None = None
+    """How long one run may take, counted from its start; as long as it needs by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
 

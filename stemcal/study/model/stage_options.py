@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
 from stemcal.study.model.frozen import Flag, Frozen, Time
@@ -28,10 +28,11 @@ class InvertOptions(Frozen):
     """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
     but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
-        default=None, validation_alias=AliasChoices("diameters", "conditions")
+        default=None, validation_alias="diameters"
     )
-    """The diameters that are fitted: `all` or a list. With several, the surface's design is run at each. By default
-    `specimen.outer_diameter` if it was measured, otherwise the diameter of the first row of `targets`."""
+    """The diameters, or other conditions, that are fitted: `all` or a list. With several the surface's design is run at
+    each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
+    are calibrated at the first of a list."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
 

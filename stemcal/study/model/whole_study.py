@@ -97,8 +97,6 @@ class StudyForm(Frozen):
         default=ValidateOptions(), validation_alias="validate", serialization_alias="validate"
     )
     """Stage 5: the comparison at every measured diameter."""
-    runs: RunsOptions = RunsOptions()
-    """What becomes of runs that fail."""
 
 
 class Hands(Protocol):
@@ -293,7 +291,7 @@ class Study(StudyForm):
         """The study as `refine.in` simulates it; the study itself without that key."""
         if self.refine is None or not self.refine.elsewhere:
             return self
-        changes = self.refine.test.changes.items()
+        changes = self.refine.changes.items()
         sections = {name: getattr(self, name).model_copy(update=change) for name, change in changes}
         solver = self.refine.solver_there(self.solver)
         return self.model_copy(update={"solver": solver, "refine": None, **sections})
@@ -308,6 +306,11 @@ class Study(StudyForm):
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+
+    @property
+    def runs(self) -> RunsOptions:
+        """How long a run may take, and how many must succeed."""
+        return RunsOptions(time_limit=self.solver.time_limit if isinstance(self.solver, EmbeddedSolver) else None)
 
     @property
     def without_rate(self) -> bool:

@@ -39,7 +39,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.tangent_stays_below_elastic,
     target_rules.conditions_differ,
     geometry.stem_reaches_over_supports,
-    geometry.blade_spans_stem,
     geometry.edge_fits_blade,
     geometry.elements_fit_stem,
     geometry.friction_falls,

@@ -16,12 +16,12 @@ from stemcal.study.model import (
     exponents_in,
 )
 from stemcal.study.rules.draft import Draft, Finding
-from stemcal.study.rules.geometry import wider_than_blade
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean, nearest
 
+_WIDEST = 1000.0  # mm
 RATE = ("strain_rate_c", "strain_rate_p")
 
 
@@ -113,8 +113,8 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     """Yield what is wrong with levels (units of the spec) and a diameter that stand in no spec."""
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
-    if diameter is not None and (wide := wider_than_blade(diameter, study.blade.length)):
-        yield f"diameter: {wide}; take at most that, or check its unit"
+    if diameter is not None and diameter > _WIDEST:
+        yield f"diameter: {diameter:g} mm is no stem; take at most {_WIDEST:g} mm, or check its unit"
         return
     steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
     if steep:

@@ -18,20 +18,6 @@ def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
         yield Finding(("supports", "clearance"), message, "move them closer or take a longer specimen")
 
 
-def blade_spans_stem(draft: Draft) -> Iterator[Finding]:
-    """The edge is longer than every stem is wide."""
-    if draft.blade is None:
-        return
-    for path, condition in draft.diameters.items():
-        if message := wider_than_blade(condition, draft.blade.length):
-            yield Finding(path, message, "check blade.length and the unit of the diameter")
-
-
-def wider_than_blade(diameter: float, length: float) -> str | None:
-    """Say that a stem is wider than the blade is long (mm); None where it is not."""
-    return f"the stem is {diameter:g} mm wide, the blade only {length:g} mm long" if length < diameter else None
-
-
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     """The rounding of the edge is smaller than half the thickness."""
     if draft.blade and draft.blade.edge_radius > draft.blade.thickness / 2:

@@ -21,7 +21,6 @@ _OF_PROGRAMS = {"name", "kind", "solver"}
 _OF_CUTTING = {"name", "kind", "blade", "supports", "stroke", "speed"}
 _ABOUT_CUTTING = (
     geometry.stem_reaches_over_supports,
-    geometry.blade_spans_stem,
     geometry.edge_fits_blade,
 )
 

@@ -19,8 +19,8 @@ def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
         elif name in by_name and ends is not None and ends[0] >= ends[1]:
             message = f"low {ends[0]:g} is not below high {ends[1]:g}"
             yield Finding(("refine", "adjust", name), message, "widen the range")
-    if not draft.refine.elsewhere and (draft.refine.adjust or draft.refine.test.changes):
-        key = "adjust" if draft.refine.adjust else "test"
+    if not draft.refine.elsewhere and (draft.refine.adjust or draft.refine.changes):
+        key = "adjust" if draft.refine.adjust else next(iter(next(iter(draft.refine.changes.values()))))
         message = "it applies to another model only, and there is no key `in`"
         yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
     if isinstance(draft.solver, SheetSolver) and isinstance(draft.refine.in_, SheetSolver):
@@ -33,7 +33,7 @@ def seen_there(draft: Draft) -> Draft | None:
     if draft.refine is None or not draft.refine.elsewhere or draft.solver is None:
         return None
     test: dict[str, Any] = {}
-    for name, change in draft.refine.test.changes.items():
+    for name, change in draft.refine.changes.items():
         if (section := getattr(draft, name, None)) is not None:
             test[name] = section.model_copy(update=change)
     return replace(draft, solver=draft.refine.solver_there(draft.solver), refine=None, **test)
