@@ -178,7 +178,6 @@ GLOSSARY: tuple[Entry, ...] = (
           "R. Courant, K. Friedrichs, H. Lewy, Math. Ann. 100 (1928) 32", ("time_step_safety",)),
     Entry("censored", "A force not clearly past its maximum when the stroke ended: the true one is at least that.",
           "W. Nelson, Applied Life Data Analysis, Wiley 1982", ("stroke",)),
-    Entry("quorum", "Share of a stage's runs that must succeed for its statistics to be made.", _MONT),
     Entry("penalty contact", "Pushes a node back in proportion to how deep it lies in a tool.", _BELY,
           ("penalty", "contact")),
     Entry("symmetry", "A quarter of the stem is computed, half where the blade has one bevel; forces are those of the "
