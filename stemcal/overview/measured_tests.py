@@ -19,7 +19,7 @@ from stemcal.measured.statistics import Summary, summarise
 from stemcal.measured.target_entries import row_of
 from stemcal.note import Note
 from stemcal.study.model import BREAK_DROP, LaboratorySection, Study
-from stemcal.study.model.laboratory_tests import RESPONSES
+from stemcal.study.model.measured_targets import RESPONSES
 
 
 @dataclass(frozen=True, kw_only=True)

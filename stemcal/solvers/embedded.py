@@ -40,7 +40,7 @@ from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_u
 from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})

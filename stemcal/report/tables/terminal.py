@@ -26,8 +26,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
-from stemcal.study.model.measured_targets import Mean
+from stemcal.study.model.measured_targets import BEFORE_MAXIMUM, RESPONSES, Mean
 from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.names import Names
 

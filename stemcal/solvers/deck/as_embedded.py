@@ -2,7 +2,7 @@
 
 from stemcal.solvers.deck.model import HOURGLASS, Deck
 from stemcal.study.model import PARAMETERS, EmbeddedSolver, Study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 
 def as_embedded(deck: Deck) -> Study:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from stemcal.study.model import StudyForm
-from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.factor import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
 SOLVER_KINDS = ("embedded", "command", "sheet", "deck")

@@ -21,8 +21,7 @@ from stemcal.study.model import (
     StudyForm,
     Targets,
 )
-from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
-from stemcal.study.model.measured_targets import named_modes
+from stemcal.study.model.measured_targets import fitted_responses, named_modes, named_responses, with_tests
 from stemcal.study.reading.json_schema import SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows

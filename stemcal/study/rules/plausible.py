@@ -8,7 +8,7 @@ from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL, WORK
 from stemcal.study.model import EMBEDDED, PARAMETERS, CommandSolver, DeckSolver, EmbeddedSolver, Growth, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 from stemcal.study.types.strict_yaml import NodePath
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {

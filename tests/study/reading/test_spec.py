@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from stemcal.errors import SpecError, UsageError
 from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, SheetSolver, Study, StudyForm
 from stemcal.study.reading import load_study, read_study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 ROOT = Path(__file__).parents[3]
 CASES = ROOT / "tests" / "cases"
