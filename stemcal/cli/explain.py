@@ -188,8 +188,8 @@ GLOSSARY: tuple[Entry, ...] = (
 def look_up(term: str) -> list[Entry]:
     """Return the entries of a term or of a key of a spec, by name or other name; else those whose name holds it.
 
-    >>> [entry.term for entry in look_up("threads")]
-    ['solver.threads, kind: embedded', 'solver.threads, kind: deck']
+    >>> [entry.term for entry in look_up("rate_law")]
+    ['solver.rate_law, kind: embedded', 'solver.rate_law, kind: deck']
 
     Raises
     ------

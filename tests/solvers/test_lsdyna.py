@@ -163,7 +163,7 @@ $#     src       srp        fs        vp\r
 
 
 def written(deck: bytes, number: int | None = None, **values: float) -> bytes:
-    return replaced(deck, find_material(deck, number), values)[0]
+    return replaced(deck, find_material(deck), values)[0]
 
 
 def test_only_the_fields_change() -> None:
@@ -210,7 +210,7 @@ def test_a_deck_has_one_material_of_the_stem() -> None:
     two = OWN.replace(b"*END", b"*MAT_003\n        12\n      90.0\n*END")
     with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); put the others into a file")):
         find_material(two)
-    with pytest.raises(UsageError, match="not in a file it includes"):
+    with pytest.raises(UsageError, match="not into a file it includes"):
         find_material(b"*KEYWORD\n*INCLUDE\nmat.k\n*END\n")
 
 

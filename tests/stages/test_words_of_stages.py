@@ -135,6 +135,7 @@ def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypa
     planned = [str(note) for note in plan(study, place).notes]
     said += [repr(study), *planned, *(entry.message for entry in ledger(study, place))]
     for name, text in {**told, "what is said": "\n".join(said)}.items():
+        text = re.sub(r"invert(: {|\.|:\\n +)diameters", "", text)  # the key, whatever the condition
         assert not (found := STEM_WORDS.search(text)), f"{name}: {text[found.start() - 80 : found.end() + 80]}"
 
 
