@@ -26,6 +26,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
     from stemcal.folder.study_folder import StudyFolder
+    from stemcal.overview.foresight import beforehand
     from stemcal.overview.plan import plan
     from stemcal.study.reading import load_study
 
@@ -36,14 +37,20 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         if as_json:
             say_json({"ok": False, "problems": [asdict(problem) for problem in error.problems]})
         raise
-    unready = not_ready(study)
-    warnings = [*study.warnings, *unready, *_too_much_for_one(study)]
+    before, too_much = list(beforehand(study)), _too_much_for_one(study)
+    warnings = [
+        *study.warnings,
+        *not_ready(study),
+        *too_much,
+        *(str(one) for one in before if one.severity == "warning"),
+    ]
     found = None
-    if len(warnings) == len(study.warnings) + len(unready):  # else its mesh would be built to be timed
+    if not too_much:  # else its mesh would be built to be timed
         path = folder_of(study, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         warnings += _too_much(found)
-    remarks = [*beforehand(study), *(map(str, found.notes) if found else ())]
+    remarks = [str(one) for one in before if one.severity != "warning"]
+    remarks += map(str, found.notes) if found else ()
     if as_json:
         say_json(_summary(study, warnings, remarks, found))
     else:
@@ -55,13 +62,6 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         say_plan(found)
     for sentence in remarks:
         note(f"note: {sentence}")
-
-
-def beforehand(study: Study) -> list[str]:
-    """Return what the designs and the solver of a study need, lose, and assume."""
-    from stemcal.overview import foresight
-
-    return [str(note) for note in foresight.beforehand(study)]
 
 
 def say_plan(found: Plan) -> None:

@@ -214,20 +214,23 @@ def _finish_shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if study is not None and not quiet:
-        if further := _beyond_stroke(tests, study.loading.stroke):
+        if further := _beyond_stroke(tests, study):
             note(further)
         note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
 
 
-def _beyond_stroke(tests: ShearTests, stroke: float) -> str:
+def _beyond_stroke(tests: ShearTests, study: Study) -> str:
     """Say that curves are longer than what the simulated blade travels, mm; nothing if they are not."""
-    longest = max(grade.travel.mean for grade in tests.grades)
+    from stemcal.overview.foresight import lasting
+
+    longest, stroke = max(grade.travel.mean for grade in tests.grades), study.loading.stroke
     if longest <= stroke:
         return ""
+    longer = lasting(study, longest).text
     return (
         f"note: the measured force has its maximum at up to {longest:.3g} mm of the machine's travel, which has the "
-        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. Forces are compared, "
-        "not travel, unless --travel-and-work writes it too"
+        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. {longer} "
+        "Forces are compared, not travel, unless --travel-and-work writes it too"
     )
 
 

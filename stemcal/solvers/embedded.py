@@ -44,9 +44,9 @@ from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
-# What a step takes on one core of a small machine, s, and an element in it; and the share of the stroke that runs take
-# which end once the stem is broken. For estimates only.
-_STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.7
+# What a step takes on one core of a small machine, s, and an element in it; and the travel, of the diameter, at which a
+# stem usually is broken. For estimates only.
+_STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.09
 # How long a run is tried to see how fast this machine is, s, and with how many elements at most.
 _TRIED_S, _TRIED_ELEMENTS = 0.5, 20_000
 # What a process takes before it has a mesh, bytes.
@@ -391,7 +391,8 @@ def _seconds(test: AnyTest) -> float:
 
 def _share(test: cutting.ShearTest) -> float:
     """Return the share of the stroke that a run usually takes."""
-    return _UNTIL_BROKEN if test.discretisation.stop_after_peak else 1.0
+    stroke, broken = test.loading.speed * test.loading.duration, _UNTIL_BROKEN * test.stem.outer_diameter
+    return min(1.0, broken / stroke) if test.discretisation.stop_after_peak else 1.0
 
 
 def _small_enough(test: cutting.ShearTest) -> cutting.ShearTest | None:

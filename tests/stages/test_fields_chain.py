@@ -103,8 +103,21 @@ def test_what_eight_runs_lose_is_said_before_any(tmp_path):
 
 def test_a_failure_strain_to_be_found_belongs_to_the_lengths() -> None:
     configs = Path(__file__).resolve().parents[2] / "configs"
-    (said,) = beforehand(load_study(configs / "wild-chrysanthemum-as-published.yaml"))
+    stroke, said = beforehand(load_study(configs / "wild-chrysanthemum-as-published.yaml"))
+    assert stroke.kind == "short_stroke"
     assert said.kind == "lengths_belong" and "d/4.5" in said.text and "d/9.5" in said.text
+
+
+def test_a_stroke_of_less_than_0_35_diameters_is_warned_of_and_the_advice_is_enough() -> None:
+    """22 mm at 200 mm/min: 0.35 d are 7.7 mm, which take 2.3103 s with the gap."""
+    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml")
+    thick = [{"diameter": "22 mm", "force": "1500 N"}]
+    study = study.with_(loading={"speed": "200 mm/min"}, targets=thick, invert={"diameters": ["22 mm"]})
+    stroke = next(note for note in beforehand(study) if note.kind == "short_stroke")
+    assert stroke.severity == "warning" and stroke.remedy is not None
+    assert stroke.remedy.edit == "loading: {duration: 2.4 s}"
+    longer = study.with_(loading={"duration": "2.4 s"})
+    assert "short_stroke" not in {note.kind for note in beforehand(longer)}
 
 
 def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
