@@ -6,6 +6,7 @@ from math import floor, log10
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
+from stemcal.naming import DIAMETER
 from stemcal.note import Remedy
 from stemcal.stages.invert.result import Certainty
 from stemcal.stages.surface.result import SurfaceResult
@@ -138,7 +139,8 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
     key = "responses" if over == "responses" else study.naming.fitted_at.partition(".")[2]
     edit = f"invert: {{{key}: all}}"
-    return Remedy(f"`{edit}` fits all measured {key} together. {then}".rstrip(), edit)
+    many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
+    return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
 
 
 def fit_fewer(study: Study, over: str) -> Remedy:
