@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from stemcal.doe.regression.surface import ROUGH_PERCENT
+from stemcal.doe.validation.comparison import ValidationRow
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import FORCE
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import signed_probability
 from stemcal.stages.base import stages_of
-from stemcal.stages.invert.result import InvertResult, JointFitted
+from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EQUAL_REPEATS
 from stemcal.stages.verdict import advice, words
@@ -164,10 +165,18 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
         return
     joint, checked = found.joint, evidence.results.validation
     if joint is not None:
-        rows = [(row.condition, row.measured, row.predicted) for row in joint.rows if row.response == FORCE.name]
+        rows = [
+            (row.condition, row.measured, row.predicted, _standard_error(row))
+            for row in joint.rows
+            if row.response == FORCE.name
+        ]
         worst = joint.max_abs_error_percent
     elif checked is not None and not evidence.is_given:
-        rows = [(row.condition, row.measured, row.simulated) for row in checked.compared if row.simulated]
+        rows = [
+            (row.condition, row.measured, row.simulated, _standard_error(row))
+            for row in checked.compared
+            if row.simulated
+        ]
         worst = checked.worst_percent or 0.0
     else:
         return
@@ -186,6 +195,11 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
         then = "What removes the trend is computed from the surfaces of all of them."
         remedy = advice.fit_all(study, "conditions", then)
     yield Note("trend", severity, text, remedy)
+
+
+def _standard_error(row: JointRow | ValidationRow) -> float | None:
+    """Return the standard error of a measured mean as a part of it, None where it is unknown."""
+    return None if row.sd is None or row.n is None else row.sd / row.n**0.5 / row.measured
 
 
 def _conflict(evidence: Evidence) -> Iterator[Note]:

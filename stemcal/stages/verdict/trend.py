@@ -22,6 +22,7 @@ from stemcal.power_law import PowerLaw, fit_power_law
 _LEAST_CHANGE = 0.03
 # What is advised brings the largest error below this part of the present one.
 _BETTER = 0.6
+_NORMAL = 1.96
 _EXPONENTS = np.arange(-2.0, 2.001, 0.05)
 _CLOUD = 8
 _WIDEST = np.log(10.0)  # a range is widened tenfold at most
@@ -72,10 +73,16 @@ class Fitted:
         return _worst(self.predicted, self.measured)
 
 
-def trend_of(diameters: Sequence[float], measured: Sequence[float], simulated: Sequence[float]) -> PowerLaw | None:
+def trend_of(
+    diameters: Sequence[float],
+    measured: Sequence[float],
+    simulated: Sequence[float],
+    scatter: Sequence[float | None] = (),
+) -> PowerLaw | None:
     """Return the power law of measured over simulated force if its exponent is not 0, else None.
 
-    The exponents of both forces differ if the 95 % interval of the ratio's excludes 0.
+    The exponents of both forces differ if the 95 % interval of the ratio's excludes 0; where the standard errors of the
+    means are known (`scatter`, a part of each), the interval from these has to exclude 0 as well.
 
     >>> d = [7.0, 8.0, 9.0, 10.0, 11.0]
     >>> round(trend_of(d, [x**2.5 for x in d], [x**2.0 for x in d]).exponent, 6)
@@ -86,9 +93,12 @@ def trend_of(diameters: Sequence[float], measured: Sequence[float], simulated: S
     law = fit_power_law(diameters, [a / b for a, b in zip(measured, simulated, strict=True) if b > 0.0])
     if law is None or law.exponent_interval is None:
         return None
+    x = np.log(diameters) - np.mean(np.log(diameters))
+    known = np.array([0.0 if error is None else error for error in scatter or [None] * len(x)])
+    within = _NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # b = Σ x ln r / Σ x²
     low, high = law.exponent_interval
     change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
-    return law if low * high > 0.0 and change >= _LEAST_CHANGE else None
+    return law if low * high > 0.0 and abs(law.exponent) > within and change >= _LEAST_CHANGE else None
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Growing | Widened]:
