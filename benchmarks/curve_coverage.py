@@ -25,9 +25,9 @@ from functools import partial
 
 import numpy as np
 
-from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.profile import allowed_rises, profiles_of
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.fit import Fit, Observation, fit
+from stemcal.doe.calibration.intervals import holds, profiles_of
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
@@ -150,40 +150,23 @@ def observed(runs: Runs, setting: Setting, curves: list[Curve]) -> list[Observat
     forces = np.array([force.max() for _, force in curves])
     n, scores = len(curves), np.array([modes.scores(*one) for one in runs.curves])
     of = f"{runs.diameter:g}"
-    found = [Observation(runs.forces, modes.force, float(forces.std(ddof=1)), n, "force", None, of)]
+    found = [Observation(runs.forces, modes.force, float(forces.std(ddof=1)), n, "force", of)]
     for j, sd in enumerate(modes.scatter):
         surface, alike = fit_surface(RUNS, scores[:, j], NAMES), {by: u[j] for by, u in modes.systematic.items()}
         found.append(Observation(surface, modes.force, sd, n, f"curve_{j}", of, alike))
     return found
 
 
-def misfit(runs: list[Runs], setting: Setting, truth: Array, seed: int, every: int = 2) -> Misfit:
-    """Return the misfit of a laboratory at all its diameters."""
+def fitted_to(runs: list[Runs], setting: Setting, truth: Array, seed: int, every: int = 2) -> Fit:
+    """Return the fit to a laboratory at all its diameters."""
     at = [one for one in runs if one.diameter in setting.diameters]
-    return misfit_of([o for one in at for o in observed(one, setting, laboratory(one, setting, truth, seed, every))])
+    observations = [observed(one, setting, laboratory(one, setting, truth, seed, every)) for one in at]
+    return fit([o for each in observations for o in each], REGION)
 
 
-def fitted_to(fitted: Misfit, start: Array, free: list[int]) -> Array:
-    """Return the point of least misfit from a start by Gauss and Newton, where some factors are free."""
-    x = start.copy()
-    for _ in range(8):
-        x[free] -= 0.5 * np.linalg.pinv(fitted.information(x)[np.ix_(free, free)]) @ fitted.gradient(x)[free]
-    return x
-
-
-def held_by(fitted: Misfit, truth: Array) -> list[bool]:
-    """Return of which factors the interval holds the truth, by the profile's rule."""
-    best = fitted_to(fitted, truth, [0, 1, 2])
-    found = []
-    for j, allowed in enumerate(allowed_rises(fitted, best)):
-        rest = fitted_to(fitted, np.where(np.arange(3) == j, truth, best), [i for i in range(3) if i != j])
-        found.append((fitted.value(rest) - fitted.value(best)) / fitted.looseness(rest) <= allowed)
-    return found
-
-
-def widths(fitted: Misfit) -> Array:
+def widths(fitted: Fit) -> Array:
     """Return how wide the intervals are, coded."""
-    return np.array([one.high - one.low for one in profiles_of(fitted, REGION, best_fit(fitted, REGION))])
+    return np.array([one.high - one.low for one in profiles_of(fitted)])
 
 
 def truth_of(seed: int) -> Array:
@@ -196,8 +179,8 @@ def coverage(runs: list[Runs], setting: Setting, laboratories: int) -> Array:
     held = []
     for seed in range(FIRST, FIRST + laboratories):
         coded = truth_of(seed)
-        fitted = misfit(runs, setting, MIDDLE + HALF_STEP * coded, seed)
-        held.append(held_by(fitted, coded))
+        fitted = fitted_to(runs, setting, MIDDLE + HALF_STEP * coded, seed)
+        held.append(holds(fitted, coded))
     return np.asarray(100.0 * np.mean(held, axis=0))
 
 
@@ -206,7 +189,7 @@ def finer(runs: list[Runs], setting: Setting) -> tuple[Array, Array, Array]:
     usual, ratio, alone = [], [], []
     for seed in range(FIRST, FIRST + WIDTHS):
         truth = MIDDLE + HALF_STEP * truth_of(seed)
-        coarse, fine = (misfit(runs, setting, truth, seed, every) for every in (2, 1))
+        coarse, fine = (fitted_to(runs, setting, truth, seed, every) for every in (2, 1))
         usual.append(widths(coarse))
         ratio.append(widths(fine) / usual[-1])
         alone.append(widths(coarse.only([0])))

@@ -1,61 +1,56 @@
-"""Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies, with n specimens at each diameter?
+"""Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies?
 
-python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [unequal] [surfaces] [fields]
-                                       [replicates] [priors]
+python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [unequal] [laws] [failed] [hypercube]
+                                       [replicates] [priors] [surfaces] [fields]
 
-The first number is that of the studies of each row, 1000 by default: a share is then good to ±1.4. The second draws
-others.
+The first number is that of the studies of each row, 200 by default: a share is then good to ±3. The second draws
+others. All rows but the last two draw studies of two parameters and five diameters and print how often the interval of
+each parameter holds the truth, their median widths, and how often the misfit test rejects the model.
 
-Draws laboratories at a known truth: five diameters, n forces at each about the true one with a coefficient of
-variation of 5 %. Counts how often the interval of each of two parameters holds the truth, and how often the misfit test
-rejects a model that is right (should be 5 %). Three ways to treat the standard deviations: each as if it were known, a
-Student likelihood for each diameter, and the pooled coefficient of variation that stemcal takes. Then with quadratics
-that miss the simulated forces by 3 %, at the runs of the design and at the truth alike, and with coefficients of
-variation that differ between the diameters by a factor of two. Variances, degrees of freedom, allowed rise and test are
-stemcal's; least misfits are found by Gauss and Newton's method from the truth, compared with stemcal's own search in
-the first studies of each row.
-
-`rough` places the truth at three points, with quadratics that miss by 3 %. Ten minutes.
+`laboratory`: exact surfaces, n specimens at each diameter that scatter by 5 %, and with coefficients of variation that
+differ. `unequal`: one diameter scatters three times as much. `rough`: quadratics that miss by 3 %, at the runs of the
+design and at the truth alike. `laws`: a deterministic solver that follows power laws, or saturating ones, nine runs,
+eight specimens that scatter by 1.5 %. `failed`: three of the nine runs have failed, so that the surfaces have as many
+coefficients as runs. `hypercube`: the same with six and seven runs of a Latin hypercube. `replicates`: a program with a
+scatter of 5 %, each run of the design made r times, the laboratory known. `priors`: a material drawn from normal and
+lognormal priors, each about as wide as what the forces show.
 
 `surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
 cosines, products of powers, sums of hyperbolic tangents), or rough but repeatable: how often the interval of the mean
 and that of one more run hold it at points spread over the region, with six copies of the centre run counted each and
 once. `fields`: the variance of ŷ about a Gaussian field whose correlation reaches so many half steps, in units of the
-mean s², over h and over 1 + h: medians over the region. `replicates`: a program with a scatter of 5 %, each run of
-the design made r times, the laboratory known: how often the profile holds the truth, and its median width.
-`priors`: a material drawn from normal and lognormal priors, each about as wide as what the forces tell; how often the
-profile holds it, the median width over that without priors, and how often a prior that is right is called contradicted
-(should be 5 %). Some minutes each.
+mean s², over h and over 1 + h: medians over the region.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.stats.qmc import LatinHypercube
 
-from stemcal.doe.calibration.joint_fit import chance_of
-from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.profile import allowed_rises, holds, profiles_of
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.fit import Fit, Observation, Prior, fit
+from stemcal.doe.calibration.intervals import holds
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.doe.regression.terms import term_columns, term_gradient
+from stemcal.doe.regression.terms import term_columns
+from stemcal.errors import StemcalError
 
-SEED, STUDIES, COMPARED = 31_415, 1000, 10
+SEED, STUDIES = 31_415, 200
 SPECIMENS = (3, 6, 30)
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 TRUTH, SIDE, VARIATION = np.array([0.3, -0.2]), 1.68, 0.05
 SAME = np.full(len(DIAMETERS), VARIATION)
 REGION = Region(np.full(2, -SIDE), np.full(2, SIDE), None)
-NODES = 101
+BOX = Region(np.full(2, -1.0), np.full(2, 1.0), None)
 KNOWN = 1e-5
+Law = Callable[[Array, float], float]
 
 
 @dataclass(frozen=True)
@@ -68,11 +63,13 @@ class Laboratory:
 
 
 @dataclass(frozen=True)
-class Held:
-    """Whether the intervals held the truth, and whether the misfit test rejected it."""
+class Planted:
+    """What a study has measured, with its surfaces, and the truth."""
 
-    profile: list[bool]
-    rejected: bool
+    observations: list[Observation]
+    truth: Array
+    region: Region = REGION
+    priors: tuple[Prior, ...] = ()
 
 
 def force(x: Array, diameter: float) -> float:
@@ -81,127 +78,82 @@ def force(x: Array, diameter: float) -> float:
     return float((diameter / 8) ** 2 * (150 + 12 * a + 5 * b + a * b + b * b) * (1 + 0.06 * b * (diameter - 8)))
 
 
-def surfaces(error: float, random: np.random.Generator) -> list[Surface]:
+def surfaces(error: float, random: np.random.Generator, law: Law = force, coded: Array | None = None) -> list[Surface]:
     """Quadratics through the forces at a composite design; `error` is the part by which its runs miss them."""
-    coded = central_composite(2, 1, "rotatable")
-    found = []
+    coded, found = central_composite(2, 1, "rotatable") if coded is None else coded, []
     for d in DIAMETERS:
-        runs = np.array([force(x, d) for x in coded])
+        runs = np.array([law(x, d) for x in coded])
         found.append(fit_surface(coded, runs * (1.0 + error * random.standard_normal(len(runs))), ["a", "b"]))
     return found
 
 
-def laboratory(n: int, variation: Array, error: float, random: np.random.Generator) -> Laboratory:
+def laboratory(
+    n: int, variation: Array, error: float, random: np.random.Generator, law: Law = force, truth: Array = TRUTH
+) -> Laboratory:
     """Break n stems of each diameter; the quadratic misses the simulated force at the truth as it does at the runs."""
-    true = np.array([force(TRUTH, d) for d in DIAMETERS]) * (1.0 + error * random.standard_normal(len(DIAMETERS)))
+    true = np.array([law(truth, d) for d in DIAMETERS]) * (1.0 + error * random.standard_normal(len(DIAMETERS)))
     broken = true[:, None] * (1.0 + variation[:, None] * random.standard_normal((len(true), n)))
     return Laboratory(broken.mean(axis=1), broken.std(axis=1, ddof=1), n)
 
 
-def observations(lab: Laboratory, fitted: list[Surface], told: bool) -> list[Observation]:
-    """Return what was measured; not told that there were n, sd/√n counts as known."""
-    return [
-        Observation(s, float(m), float(sd) if told else float(sd) / lab.n**0.5, lab.n if told else None)
-        for s, m, sd in zip(fitted, lab.mean, lab.sd, strict=True)
-    ]
+def observations(lab: Laboratory, fitted: Sequence[Surface]) -> list[Observation]:
+    """Return what was measured."""
+    rows = zip(fitted, lab.mean.tolist(), lab.sd.tolist(), strict=True)
+    return [Observation(surface, mean, sd, lab.n) for surface, mean, sd in rows]
 
 
-def pooled(lab: Laboratory, fitted: list[Surface]) -> Held:
-    """As stemcal does it."""
-    misfit = misfit_of(observations(lab, fitted, told=True), REGION)
-    return _by_misfit(misfit)
-
-
-def as_known(lab: Laboratory, fitted: list[Surface]) -> Held:
-    """Each standard deviation as if it were known."""
-    return _by_misfit(misfit_of(observations(lab, fitted, told=False)))
-
-
-def student(lab: Laboratory, fitted: list[Surface]) -> Held:
-    """Deviance Σ n·ln(1 + n(mean − ŷ)²/((n − 1)sd²)) on the grid, its rise as χ²."""
-    misfit = misfit_of(observations(lab, fitted, told=True))
-    t_squared = lab.n * (lab.mean - misfit.predict(_points())) ** 2 / lab.sd**2
-    deviance = (lab.n * np.log1p(t_squared / (lab.n - 1))).sum(axis=1).reshape(NODES, NODES)
-    at = [int(np.argmin(np.abs(axis - value))) for axis, value in zip(_axes(), TRUTH, strict=True)]
-    rise = [deviance[at[0], :].min() - deviance.min(), deviance[:, at[1]].min() - deviance.min()]
-    return Held([bool(part <= 3.8415) for part in rise], bool(deviance.min() > 7.8147))
-
-
-def _by_misfit(misfit: Misfit) -> Held:
-    best = _least(misfit, [])
-    least, allowed = misfit.value(best), allowed_rises(misfit, best)
-    return Held([_rise(misfit, least, j) <= allowed[j] for j in range(2)], chance_of(misfit, best) < 0.05)
-
-
-def _least(misfit: Misfit, held: list[int]) -> Array:
-    """Return the point of least misfit with some factors held at the truth: x ← x + (JᵀJ)⁻¹Jᵀr."""
-    x, free = TRUTH.copy(), [j for j in range(2) if j not in held]
-    covariance = np.diag(misfit.variance) + misfit.shared.T @ misfit.shared
-    whitened = np.linalg.inv(np.linalg.cholesky(covariance))
-    for _ in range(12):
-        slopes = whitened @ (misfit.beta @ term_gradient(x))[:, free]
-        gap = whitened @ (misfit.measured - misfit.predict(x)[0])
-        x[free] += np.linalg.lstsq(slopes, gap, rcond=None)[0]
-        x = REGION.nearest(x)
-    return x
-
-
-def _rise(misfit: Misfit, least: float, j: int) -> float:
-    """Return how much the misfit rises where factor j is held at the truth, by the variances there."""
-    x = _least(misfit, [j])
-    return (misfit.value(x) - least) / misfit.looseness(x)
-
-
-def _axes() -> list[Array]:
-    """Return the nodes of the grid along each factor; one of them is the truth."""
-    grid = np.linspace(-SIDE, SIDE, NODES)
-    return [grid + (value - grid[np.argmin(np.abs(grid - value))]) for value in TRUTH]
-
-
-def _points() -> Array:
-    return np.stack(np.meshgrid(*_axes(), indexing="ij"), axis=-1).reshape(-1, 2)
-
-
-WAYS: dict[str, Callable[[Laboratory, list[Surface]], Held]] = {
-    "sd as known": as_known,
-    "Student": student,
-    "pooled": pooled,
-}
-
-
-def coverage(way: str, n: int, variation: Array, error: float, studies: int) -> Array:
-    """Return shares in per cent: interval of a, of b, rejected by the misfit test."""
-    random = np.random.default_rng([SEED, n])
-    exact = surfaces(0.0, random)
-    counts = np.zeros(3)
+def row(label: str, plant: Callable[[np.random.Generator], Planted], studies: int) -> None:
+    """Print coverage, median widths by the tangents, and how often the misfit test rejects, of one kind of study."""
+    held, rejected, widths = np.zeros(2), 0, []
     for study in range(studies):
-        fitted = surfaces(error, random) if error else exact
-        lab = laboratory(n, variation, error, random)
-        held = WAYS[way](lab, fitted)
-        if way == "pooled" and study < COMPARED:
-            own = misfit_of(observations(lab, fitted, told=True), REGION)
-            assert holds(own, REGION, TRUTH) == held.profile, f"stemcal's own search disagrees in study {study}"
-        counts += [*held.profile, held.rejected]
-    return np.asarray(100.0 * counts / studies)
+        planted = plant(np.random.default_rng([SEED, study]))
+        found = fit(planted.observations, planted.region, planted.priors)
+        held += holds(found, planted.truth)
+        rejected += (found.p_value or 1.0) < 0.05
+        widths.append(width(found))
+    (a, b), (wide_a, wide_b) = 100.0 * held / studies, np.median(widths, axis=0)
+    share = 100.0 * rejected / studies
+    print(f"{label:<44} {a:6.1f} {b:6.1f}   {wide_a:6.3f} {wide_b:6.3f}   {share:5.1f}", flush=True)
+
+
+def width(found: Fit) -> list[float]:
+    """Return the widths of the intervals of straight surfaces, coded."""
+    spread = np.diag(np.linalg.inv(found.tangents.information))
+    return [2.0 * float(np.sqrt(found.tangents.allowed(e) * v)) for e, v in zip(np.eye(2), spread, strict=True)]
 
 
 def main() -> None:
-    """Print one row per number of specimens and way."""
+    """Print one row per kind of study."""
     global SEED
     numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
     studies, SEED = numbers + [STUDIES, SEED][len(numbers) :]
-    wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory"]
-    print("                                              interval      misfit test")
-    print("  n   standard deviations                     a      b      rejects, %")
-    if "laboratory" in wanted:
-        laboratory_rows(studies)
-    more = {"rough": rough_rows, "unequal": unequal_rows, "surfaces": surface_rows, "replicates": replicate_rows}
-    more |= {"priors": prior_rows}
+    wanted = [word for word in sys.argv[1:] if not word.isdigit()] or ["laboratory", "laws", "failed", "hypercube"]
+    print("                                              holds a, b, %    width a, b      rejects, %")
     for name in wanted:
-        if name in more:
-            more[name](studies)
-    if "fields" in wanted:
-        field_rows()
+        ROWS[name](studies)
+
+
+# ---- laboratories
+
+
+def _of_laboratory(n: int, variation: Array, error: float, random: np.random.Generator) -> Planted:
+    fitted = surfaces(error, random)
+    return Planted(observations(laboratory(n, variation, error, random), fitted), TRUTH)
+
+
+def laboratory_rows(studies: int) -> None:
+    """Print studies whose diameters scatter alike, or not quite."""
+    for label, variation in {"": SAME, ", cv × 0.7 to 1.4": SAME * np.array([0.7, 1.4, 0.8, 1.2, 1.0])}.items():
+        for n in SPECIMENS:
+            row(f"{n} specimens{label}", partial(_of_laboratory, n, variation, 0.0), studies)
+
+
+def unequal_rows(studies: int) -> None:
+    """Print studies in which one diameter scatters three times as much as the others."""
+    for at in (0, 2, 4):
+        variation = SAME * np.where(np.arange(len(SAME)) == at, 3.0, 1.0)
+        for n in SPECIMENS:
+            row(f"{n} specimens, cv × 3 at {DIAMETERS[at]:g} mm", partial(_of_laboratory, n, variation, 0.0), studies)
 
 
 def rough_rows(studies: int) -> None:
@@ -210,33 +162,106 @@ def rough_rows(studies: int) -> None:
     for truth in (before, [-0.8, 0.7], [1.0, -0.9]):
         TRUTH[:] = truth
         for n in SPECIMENS:
-            row("pooled, surfaces 3 %, at " + ", ".join(f"{x:g}" for x in truth), n, SAME, 0.03, studies)
+            where = ", ".join(f"{x:g}" for x in truth)
+            row(f"{n} specimens, surfaces 3 %, at {where}", partial(_of_laboratory, n, SAME, 0.03), studies)
     TRUTH[:] = before
 
 
-def unequal_rows(studies: int) -> None:
-    """Print studies in which one diameter scatters three times as much as the others; `unequal` alone runs these."""
-    for at in (0, 2, 4):
-        variation = np.full(len(DIAMETERS), VARIATION)
-        variation[at] *= 3.0
-        for n in SPECIMENS:
-            row(f"pooled, cv × 3 at {DIAMETERS[at]:g} mm", n, variation, 0.0, studies)
+# ---- deterministic laws
 
 
-def laboratory_rows(studies: int) -> None:
-    """Print how the laboratory's standard deviations are treated."""
-    differing = VARIATION * np.array([0.7, 1.4, 0.8, 1.2, 1.0])
-    for way in reversed(WAYS):
-        for n in SPECIMENS:
-            row(way, n, SAME, 0.0, studies)
+def power_law(random: np.random.Generator) -> Law:
+    """F = 100·(d/8)^p·(1 + sa)^e·(1 + tb)^(f + g·ln(d/8)), constants drawn."""
+    s, t = random.uniform(0.12, 0.3, 2)
+    e, f, g, p = (
+        random.uniform(0.4, 1.6),
+        random.uniform(-1.2, -0.3),
+        random.uniform(-2.0, -1.0),
+        random.uniform(1.8, 2.6),
+    )
+    return lambda x, d: float(100 * (d / 8) ** p * (1 + s * x[0]) ** e * (1 + t * x[1]) ** (f + g * np.log(d / 8)))
+
+
+def saturating_law(random: np.random.Generator) -> Law:
+    """F = (d/8)^p·(100 + q·tanh(sa + 0.3) + r·tanh(tb − 0.2)·(1 + g·ln(d/8))), constants drawn."""
+    (s, t), g, p = random.uniform(0.4, 0.8, 2), random.uniform(0.8, 2.0), random.uniform(1.8, 2.6)
+    q, r = random.uniform(20.0, 35.0), random.uniform(10.0, 20.0)
+    return lambda x, d: float(
+        (d / 8) ** p * (100 + q * np.tanh(s * x[0] + 0.3) + r * np.tanh(t * x[1] - 0.2) * (1 + g * np.log(d / 8)))
+    )
+
+
+LAWS = {"power": power_law, "saturating": saturating_law}
+
+
+def _of_law(
+    kind: str, design: Callable[[np.random.Generator], Array], region: Region, random: np.random.Generator
+) -> Planted:
+    law, truth = LAWS[kind](random), random.uniform(-0.8, 0.8, 2)
+    while True:
+        try:
+            fitted = surfaces(0.0, random, law, design(random))
+        except StemcalError:  # these runs cannot estimate every term
+            continue
+        lab = laboratory(8, np.full(len(DIAMETERS), 0.015), 0.0, random, law, truth)
+        return Planted(observations(lab, fitted), truth, region)
+
+
+def _composite(failed: int, random: np.random.Generator) -> Array:
+    design = central_composite(2, 1, "rotatable")
+    return np.delete(design, random.choice(len(design), failed, replace=False), axis=0)
+
+
+def _hypercube(runs: int, random: np.random.Generator) -> Array:
+    return np.asarray(2.0 * LatinHypercube(2, rng=random).random(runs) - 1.0)
+
+
+def law_rows(failed: int, studies: int) -> None:
+    """Print studies of a deterministic solver whose composite design has lost some runs."""
+    for kind in LAWS:
+        row(f"{kind} law, {9 - failed} runs", partial(_of_law, kind, partial(_composite, failed), REGION), studies)
+
+
+def hypercube_rows(studies: int) -> None:
+    """Print studies of a deterministic solver and a small Latin hypercube."""
+    for kind in LAWS:
+        for runs in (6, 7):
+            row(f"{kind} law, hypercube of {runs}", partial(_of_law, kind, partial(_hypercube, runs), BOX), studies)
+
+
+# ---- a program with chance in it
+
+
+def _of_program(replicates: int, n: int, variation: float, random: np.random.Generator) -> Planted:
+    coded = np.repeat(central_composite(2, 3, "rotatable"), replicates, axis=0)
+    fitted = surfaces(VARIATION, random, force, coded)
+    return Planted(observations(laboratory(n, np.full(len(DIAMETERS), variation), 0.0, random), fitted), TRUTH)
+
+
+def replicate_rows(studies: int) -> None:
+    """Print studies of a program with a scatter of 5 %."""
+    for replicates in (1, 3):
+        row(f"program, {replicates} replicates", partial(_of_program, replicates, 30, KNOWN), studies)
+    row("program, 3 replicates, 6 specimens", partial(_of_program, 3, 6, VARIATION), studies)
+
+
+# ---- a material that is drawn from its priors
+
+
+def _of_priors(n: int, random: np.random.Generator) -> Planted:
+    a, b = Prior(0, "normal", 0.3, 0.35, 0.0, 1.0), Prior(1, "lognormal", 10.0, 2.0, 10.0, 4.0)
+    s = float(np.sqrt(np.log1p((b.sd / b.mean) ** 2)))
+    value = b.mean * np.exp(s * random.standard_normal() - 0.5 * s**2)
+    truth = np.array([a.mean + a.sd * random.standard_normal(), (value - b.centre) / b.half_step])
+    truth = np.clip(truth, -0.9 * SIDE, 0.9 * SIDE)
+    lab = laboratory(n, 2.0 * SAME, 0.0, random, force, truth)
+    return Planted(observations(lab, surfaces(0.0, random)), truth, REGION, (a, b))
+
+
+def prior_rows(studies: int) -> None:
+    """Print studies of a material that is drawn from its priors."""
     for n in SPECIMENS:
-        row("pooled, cv × 0.7 to 1.4", n, differing, 0.0, studies)
-
-
-def row(label: str, n: int, variation: Array, error: float, studies: int) -> None:
-    """Print one row; its label begins with the way."""
-    a, b, rejected = coverage(label.split(",")[0], n, variation, error, studies)
-    print(f"{n:3d}   {label:<36} {a:6.1f} {b:6.1f}   {rejected:6.1f}", flush=True)
+        row(f"{n} specimens and priors", partial(_of_priors, n), studies)
 
 
 # ---- deterministic surfaces
@@ -345,70 +370,18 @@ def _correlation(a: Array, b: Array, length: float) -> Array:
     return np.asarray(np.exp(-0.5 * np.sum((a[:, None] - b[None]) ** 2, axis=2) / length**2))
 
 
-# ---- a program with chance in it
-
-
-def noisy_surfaces(replicates: int, random: np.random.Generator) -> list[Surface]:
-    """Quadratics through runs made so many times over, each with its own scatter."""
-    coded = np.repeat(central_composite(2, 3, "rotatable"), replicates, axis=0)
-    found = []
-    for d in DIAMETERS:
-        runs = np.array([force(x, d) for x in coded])
-        found.append(fit_surface(coded, runs * (1.0 + VARIATION * random.standard_normal(len(runs))), ["a", "b"]))
-    return found
-
-
-def replicate_rows(studies: int) -> None:
-    """Print coverage and median width of the profile's intervals over the replicates."""
-    print("  r   holds a, b, %    width a, b")
-    for replicates in (1, 3, 10):
-        random = np.random.default_rng([SEED, replicates])
-        held, widths = np.zeros(2), []
-        for _ in range(studies):
-            fitted = noisy_surfaces(replicates, random)
-            lab = laboratory(30, np.full(len(DIAMETERS), KNOWN), 0.0, random)
-            misfit = misfit_of(observations(lab, fitted, told=True), REGION)
-            best = _least(misfit, [])
-            least, allowed = misfit.value(best), allowed_rises(misfit, best)
-            held += [_rise(misfit, least, j) <= allowed[j] for j in range(2)]
-            slopes = misfit.beta @ term_gradient(best)
-            spread = np.diag(np.linalg.inv(slopes.T @ (slopes / misfit.variance[:, None])))
-            widths.append(2.0 * np.sqrt(np.array(allowed) * spread))
-        (a, b), (wide_a, wide_b) = 100.0 * held / studies, np.median(widths, axis=0)
-        print(f"{replicates:3d}   {a:6.1f} {b:6.1f}    {wide_a:6.3f} {wide_b:6.3f}", flush=True)
-
-
-# ---- a material that is drawn from its priors
-
-
-def prior_rows(studies: int) -> None:
-    """Print coverage, width against that without priors, and how often the misfit test rejects true priors."""
-    a, b = Prior(0, "normal", 0.3, 0.35, 0.0, 1.0), Prior(1, "lognormal", 10.0, 2.0, 10.0, 4.0)
-    m, s = a.mean, float(np.sqrt(np.log1p((b.sd / b.mean) ** 2)))
-    exact = surfaces(0.0, np.random.default_rng(SEED))
-    print("  n   holds a, b, %   width over that without priors   misfit test rejects, %")
-    for n in SPECIMENS:
-        random = np.random.default_rng([SEED, n, 7])
-        held, rejected, widths = np.zeros(2), 0, []
-        for _ in range(studies):
-            value = b.mean * np.exp(s * random.standard_normal() - 0.5 * s**2)
-            truth = np.array([m + a.sd * random.standard_normal(), (value - b.centre) / b.half_step])
-            truth = np.clip(truth, -0.9 * SIDE, 0.9 * SIDE)
-            broken = np.array([force(truth, d) for d in DIAMETERS])[:, None]
-            broken = broken * (1.0 + 2.0 * VARIATION * random.standard_normal((len(DIAMETERS), n)))
-            lab = Laboratory(broken.mean(axis=1), broken.std(axis=1, ddof=1), n)
-            bare = misfit_of(observations(lab, exact, told=True), REGION)
-            known = bare.with_priors((a, b), REGION)
-            held += holds(known, REGION, truth)
-            rejected += int(chance_of(known, best_fit(known, REGION)) < 0.05)
-            widths.append([_width(known), _width(bare)])
-        share = np.median(np.array(widths)[:, 0] / np.array(widths)[:, 1], axis=0)
-        (a_held, b_held), off = 100.0 * held / studies, 100.0 * rejected / studies
-        print(f"{n:3d}   {a_held:6.1f} {b_held:6.1f}   {share[0]:8.2f} {share[1]:8.2f}   {off:8.1f}", flush=True)
-
-
-def _width(misfit: Misfit) -> list[float]:
-    return [p.high - p.low for p in profiles_of(misfit, REGION, best_fit(misfit, REGION))]
+ROWS: dict[str, Callable[[int], None]] = {
+    "laboratory": laboratory_rows,
+    "unequal": unequal_rows,
+    "rough": rough_rows,
+    "laws": partial(law_rows, 0),
+    "failed": partial(law_rows, 3),
+    "hypercube": hypercube_rows,
+    "replicates": replicate_rows,
+    "priors": prior_rows,
+    "surfaces": surface_rows,
+    "fields": lambda _: field_rows(),
+}
 
 
 if __name__ == "__main__":

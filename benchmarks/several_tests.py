@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.profile import holds, profiles_of
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.fit import Fit, Observation, fit
+from stemcal.doe.calibration.intervals import holds, profiles_of
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.folder.study_folder import StudyFolder
@@ -68,8 +68,8 @@ def main(laboratories: int, folder: Path) -> None:
         surfaces, kinds = [fitted[i] for i in chosen], [means[i].response for i in chosen]
         random = np.random.default_rng(SEED)
         drawn = [laboratory(surfaces, kinds, region, truth, random) for _ in range(laboratories)]
-        held = np.mean([holds(misfit, region, truth) for misfit in drawn], axis=0)
-        width = np.mean([widths(misfit, region) for misfit in drawn[: laboratories // 4]], axis=0) * half_steps
+        held = np.mean([holds(found, truth) for found in drawn], axis=0)
+        width = np.mean([widths(found) for found in drawn[: laboratories // 4]], axis=0) * half_steps
         print(told(tests, width, held), flush=True)
 
 
@@ -80,19 +80,19 @@ def spec_text() -> str:
 
 def laboratory(
     surfaces: Sequence[Surface], kinds: Sequence[str], region: Region, truth: Array, random: np.random.Generator
-) -> Misfit:
-    """Draw a laboratory and return its misfit."""
+) -> Fit:
+    """Draw a laboratory and return its fit."""
     observations = []
     for surface, kind in zip(surfaces, kinds, strict=True):
         true = float(surface.predict(truth[None])[0])
         broken = true * (1.0 + VARIATION * random.standard_normal(SPECIMENS))
         observations.append(Observation(surface, float(broken.mean()), float(broken.std(ddof=1)), SPECIMENS, kind))
-    return misfit_of(observations, region)
+    return fit(observations, region)
 
 
-def widths(misfit: Misfit, region: Region) -> Array:
+def widths(fitted: Fit) -> Array:
     """Return how wide the interval of each parameter is, coded."""
-    return np.array([found.high - found.low for found in profiles_of(misfit, region, best_fit(misfit, region))])
+    return np.array([found.high - found.low for found in profiles_of(fitted)])
 
 
 def told(tests: Sequence[str], width: Array, held: Array) -> str:

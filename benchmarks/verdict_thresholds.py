@@ -21,8 +21,8 @@ from objectivity import centre, mesh, of_size
 
 from stemcal import cutting
 from stemcal.cutting import CuttingResult, ShearTest
-from stemcal.doe.calibration.misfit import best_fit, misfit_of
-from stemcal.doe.calibration.profile import profiles_of
+from stemcal.doe.calibration.fit import fit
+from stemcal.doe.calibration.intervals import profiles_of
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.copies import same_points
 from stemcal.doe.regression.surface import fit_surface
@@ -50,8 +50,7 @@ def shares(n: int, random: np.random.Generator) -> np.ndarray:
     exact, found = ic.surfaces(0.0, random), []
     for _ in range(LABORATORIES):
         lab = ic.laboratory(n, ic.SAME, 0.0, random)
-        misfit = misfit_of(ic.observations(lab, exact, told=True), ic.REGION)
-        found.append([profile.share for profile in profiles_of(misfit, ic.REGION, best_fit(misfit, ic.REGION))])
+        found.append([profile.share for profile in profiles_of(fit(ic.observations(lab, exact), ic.REGION))])
     return np.array(found)
 
 

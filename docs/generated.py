@@ -122,9 +122,9 @@ def _default(node: Mapping[str, Any]) -> str:
 
 def glossary() -> str:
     """Return the terms that `stemcal explain` knows."""
-    from stemcal.cli.explain import GLOSSARY
+    from stemcal.cli.explain import glossary as terms
 
-    rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(GLOSSARY, key=lambda e: e.term.lower())]
+    rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(terms(), key=lambda e: e.term.lower())]
     return "\n\n".join(
         [
             "# Glossary",

@@ -5,7 +5,6 @@
     fit_surface   central composite rows → forces → regression, ANOVA      rsm.json
     invert        surface + target → parameters and how well known         invert.json
     refine        simulate at the solution, correct it, again              refine.json
-    mesh          the solution on other meshes, if the spec asks for it    mesh.json
     validate      every diameter → measured against simulated              validate.json
 
 A stage reads the file of the one before and leaves its own, so each can be run alone and again. Runs come

@@ -43,7 +43,7 @@ class Integration:
     outputs: int = 200
     threads: int = 1
     time_step: float | None = None
-    precision: Precision = "double"
+    precision: Precision = "mixed"
 
 
 @dataclass(frozen=True)

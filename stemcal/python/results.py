@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from stemcal.doe.calibration.misfit import Misfit
+from stemcal.doe.calibration.fit import Fit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
@@ -22,7 +22,7 @@ from stemcal.report.figures.validation import growth, validation
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.joint import misfit_of_study
+from stemcal.stages.invert.joint import fit_of_study
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult
@@ -162,8 +162,8 @@ class Inversion(InvertResult):
     _surface: SurfaceResult
 
     @cached_property
-    def _misfit(self) -> Misfit:
-        return misfit_of_study(self._study, self._surface)
+    def _fit(self) -> Fit:
+        return fit_of_study(self._study, self._surface)
 
     def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
         """Return the log-likelihood of what was measured, up to a constant, at levels in the units of the spec.
@@ -177,7 +177,7 @@ class Inversion(InvertResult):
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
         inside = self._surface.region(self._study).contains(points)
-        found = np.where(inside, self._misfit.log_likelihood(points), -np.inf).reshape(each[0].shape)
+        found = np.where(inside, self._fit.log_likelihood(points), -np.inf).reshape(each[0].shape)
         return found if found.ndim else float(found)
 
 

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
 from stemcal import workflow
+from stemcal.by_hand.awaited import awaited_runs, gone_on
+from stemcal.by_hand.entering import Correction, enter, require_sheet, user_name
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
-from stemcal.python.by_hand import ByHand
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.progress import notebook_watch
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
+from stemcal.solvers.sheet.columns import fields_of
+from stemcal.solvers.sheet.reading import told
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.frozen import Size
 from stemcal.study.reading import load_study as read_spec
@@ -205,3 +209,39 @@ def simulate(
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
     _warn_before(demand_of_one(study, [chosen]), 1)
     return Simulated(whole, chosen, shear_test(study, whole, chosen))
+
+
+@dataclass(frozen=True)
+class ByHand:
+    """Asks for results and records them, in the folder of a study."""
+
+    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
+        """Return the runs that are awaited."""
+        require_sheet(study)
+        with _folder(study, out) as folder:
+            waiting = gone_on(study, folder)
+            runs = [] if waiting is None else awaited_runs(study, folder, waiting)
+        fields = fields_of(study.by_hand)
+        empty = ("response", "said")
+        return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
+
+    def tell(
+        self,
+        study: Study,
+        rows: Sequence[Mapping[str, Any]],
+        out: str | Path | None,
+        *,
+        replace: str = "",
+        who: str = "",
+        sure: bool = False,
+    ) -> int:
+        """Record results; return how many were taken."""
+        require_sheet(study)
+        with _folder(study, out) as folder:
+            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name(), sure))
+        found.require_all()
+        return len(found.taken) + len(found.replaced)
+
+
+def _folder(study: Study, out: str | Path | None) -> StudyFolder:
+    return StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))

@@ -6,10 +6,8 @@ from typing import Any
 
 from stemcal.note import SEVERITIES, Note
 from stemcal.stages.base import stage_called
-from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.text.calibration import of_invert
 from stemcal.text.names import Names
 
 MOST = 5
@@ -18,7 +16,7 @@ _WORDS = {
     "screen": "stemcal.stages.screen",
     "climb": "stemcal.stages.climb",
     "rsm": "stemcal.stages.surface.words",
-    "invert": "stemcal.text.calibration",
+    "invert": "stemcal.stages.invert.words",
     "refine": "stemcal.stages.refine.words",
     "validate": "stemcal.stages.validate.words",
 }
@@ -49,7 +47,7 @@ def _sentences(what: str, result: StageResult, labels: Mapping[str, str] | None)
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:
     """Return a stage's notes; without those on intervals where the study is not calibrated."""
-    notes = of_invert(result) if isinstance(result, InvertResult) else list(result.notes)
+    notes = list(result.notes)
     if holds or all(note.kind != KNOWN for note in notes):
         return notes
     return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", WITHHELD)]

@@ -98,16 +98,19 @@ class Lines(Watcher):
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
         self.console, self.clock, self.naming = console, clock, naming
-        self.stage, self.done, self.last_line, self.last_time = "", 0, "", -SPARSE_SECONDS
+        self.stage, self.ended, self.last_line, self.last_time = "", "", "", -SPARSE_SECONDS
 
     def __call__(self, progress: Progress) -> None:
         """Print the line if it is new and due."""
         line = describe(progress, self.naming)
-        edge = progress.stage != self.stage or progress.done >= progress.total or progress.preparing != 0.0
+        complete = progress.done >= progress.total and self.ended != progress.stage  # its first round
+        edge = progress.stage != self.stage or complete or progress.preparing != 0.0
         due = self.clock() - self.last_time >= SPARSE_SECONDS
+        if complete:
+            self.ended = progress.stage
         if line != self.last_line and (edge or due):
             self.console.print(line, soft_wrap=True)
-            self.stage, self.done, self.last_line, self.last_time = progress.stage, progress.done, line, self.clock()
+            self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()
 
 
 class Bar(Watcher):

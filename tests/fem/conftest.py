@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from double_precision import warm_double
+
+from stemcal.fem.warm import warm
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _kernels() -> None:
-    warm_double()
+    warm()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 import oracle
 import pytest
+from exact import EXACT
 
 from stemcal.fem.kernels import block as rows
 from stemcal.fem.kernels.block import LANES
@@ -38,7 +39,8 @@ def distorted(counts: tuple[int, int, int], by: float, seed: int) -> Mesh:
 def random_state(material: Material) -> State:
     """27 distorted elements, 5 of them dead (and lanes left empty), in the middle of something violent."""
     random = np.random.default_rng(7)
-    model = Model(distorted((3, 3, 3), 0.2, 1), material, hourglass=0.05, viscosity=BulkViscosity(0.1, 1.5))
+    viscosity = BulkViscosity(0.1, 1.5)
+    model = Model(distorted((3, 3, 3), 0.2, 1), material, hourglass=0.05, viscosity=viscosity, integration=EXACT)
     state = start(model)
     state.body.v[:] = random.uniform(-30.0, 30.0, state.body.v.shape)
     block = state.body.state

@@ -21,7 +21,7 @@ def wide(results: Any) -> ValidateResult:
     row, rows = results.validation.rows[0], []
     for place in PLACES:
         error = 9.0 if place == 60 else 1.0
-        compared = replace(row.compared, condition=float(place), error_percent=error, role="validation")
+        compared = replace(row.compared, condition=float(place), error_percent=error, role="held_out")
         others = [(name, 30.0 if (name, place) == ("r9", 77) else 0.1 * n) for n, name in enumerate(NAMES[1:], 1)]
         further = Rows(FurtherRow(name, "N", 10.0, None, 10.0, error, judged=True) for name, error in others)
         rows.append(replace(row, compared=compared, further=further))

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from stemcal.cli.explain import GLOSSARY, look_up
+from stemcal.cli.explain import glossary, look_up
 from stemcal.errors import UsageError
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.contour import contours, relief, solutions
@@ -103,7 +103,7 @@ def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
     for word in (*PARAMETERS, *words, "hourglass_ratio_percent", "kinetic_ratio_percent", "Lenth", "shapiro-wilk test"):
         entry = look_up(word)[0]
         assert entry.meaning.endswith(".") and entry.source
-    names = [name.lower() for entry in GLOSSARY for name in (entry.term, *entry.aliases)]
+    names = [name.lower() for entry in glossary() for name in (entry.term, *entry.aliases)]
     assert len(names) == len(set(names))
 
 

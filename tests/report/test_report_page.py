@@ -57,8 +57,8 @@ def page(replayed: tuple[Any, Any]) -> str:
 
 def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
-    assert text.index("Which parameters make a simulated stem") < text.index("What came out")
-    assert text.index("What came out") < text.index("How sure it is") < text.index("Effects on the maximum")
+    assert text.index("Which parameters make a simulated stem") < text.index("Outcome")
+    assert text.index("Outcome") < text.index("Confidence") < text.index("Effects on the maximum")
     assert "The surface meets the measured 159.2 N at Yield stress = 18.37" in text
     assert "Confirmed by the other method (F test): Yield stress and Failure strain." in text
     assert "other combinations meet it as well" in text
@@ -66,7 +66,7 @@ def test_words_come_first(page: str) -> None:
 
 
 def test_the_first_screen_shows_verdict_parameters_and_what_was_measured(page: str) -> None:
-    first = page[page.index('<div class="first">') : page.index("What came out")]
+    first = page[page.index('<div class="first">') : page.index("Outcome")]
     assert first.index("Calibrated, with reservations") < first.index("<span>95 % range</span><span>16.52 to 19.47 MPa")
     assert first.index('class="reason"') < first.index("<svg") < first.index("Which parameters make a simulated stem")
     assert "Measured and simulated maximum force" in first
@@ -166,7 +166,7 @@ def test_failed_runs_are_told_on_top(replayed: tuple[Any, Any], tmp_path: Path) 
     stage["rows"][0] |= {"simulated": None, "error_percent": None, "status": "failed", "message": "too soft"}
     StudyFolder(tmp_path).write_stage("validate", stage)
     text = render(study, StudyFolder(tmp_path))
-    assert text.index("Validation, run 7 mm failed: too soft") < text.index("What came out")
+    assert text.index("Validation, run 7 mm failed: too soft") < text.index("Outcome")
 
 
 def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.profile import allowed_rise, holds
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.intervals import holds
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
 from stemcal.solvers.protocol import Answer, Immediate, Request
-from stemcal.stages.invert.certainty import measured_of, misfit_over
+from stemcal.stages.invert.certainty import fit_over, measured_of
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.stages.surface.stage import fit_response_surface
 from stemcal.study.model import Study
@@ -121,8 +121,8 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
     """Each with seeds of its own, and five heaps of a laboratory of its own; 95 are expected, give or take 2.2.
 
     The angle alone fixes a surface in the space of three factors. Whether the truth lies in it is told by the misfit
-    there: at the true factors it rises by no more than F(1, df; 95 %). The factors' own intervals, the shadows of
-    that set, hold the truth more often.
+    there: at the true factors it rises by no more than is allowed along its slope. The factors' own intervals, the
+    shadows of that set, hold the truth more often.
     """
     study, random, true = study_of(tmp_path), np.random.default_rng(17), float(SPACE["angle"](**TRUTH))
     held, whole, scatter = [], [], []
@@ -136,9 +136,10 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
         coding: Coding = surface.scales
         point = coding.to_coded([TRUTH[name] for name in coding.names])
         region = Region(*box_of(drawn, coding), surface.radius)
-        misfit = misfit_over(measured_of(drawn.calibration_target, [FIRST]), [surface.fitted], region)
-        held.append(misfit.value(point) <= allowed_rise(misfit, 0.0))
-        whole.append(all(holds(misfit, region, point)))
+        found = fit_over(measured_of(drawn.calibration_target, [FIRST]), [surface.fitted], region)
+        slope = found.tangents.slopes[0]
+        held.append(found.value(point) <= found.tangents.allowed(slope / np.linalg.norm(slope)))
+        whole.append(all(holds(found, point)))
     print(f"set {sum(held)}, factors {sum(whole)}, pure error {float(np.mean(scatter)) ** 0.5:.4f}")
     assert sum(held) >= 93
     assert sum(whole) >= 93

@@ -8,6 +8,7 @@ import numpy as np
 import oracle
 import pytest
 from driven import NO_VISCOSITY, advance, distorted, row, stresses
+from exact import EXACT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -113,7 +114,7 @@ def test_pressure_does_not_make_a_cube_lose_its_patterns(pressure: float) -> Non
     wave_modulus = 1000.0 * 0.7 / (1.3 * 0.4)
     mesh = brick((h, h, h), (1, 1, 1))
     state = start(Model(mesh, Material(1e-9, 1000.0, 0.3), hourglass=coefficient,
-                        viscosity=NO_VISCOSITY))  # fmt: skip
+                        viscosity=NO_VISCOSITY, integration=EXACT))  # fmt: skip
     state.body.state[:, STRESS : STRESS + 3] = -pressure
     x, pattern = mesh.nodes.copy(), np.zeros((8, 3))
     pattern[:, 0], pattern[:, 1] = oracle.GAMMA[1], oracle.GAMMA[0]
@@ -155,7 +156,7 @@ def shifted(x: np.ndarray) -> np.ndarray:
 def test_uniform_motions_meet_no_hourglass_force(move: Callable[[np.ndarray], np.ndarray]) -> None:
     """γ = Γ − (Γ·x) B is orthogonal to every linear field, on any shape. Tolerance: round-off of E h."""
     mesh = distorted((2, 2, 2), 0.25, seed=8)
-    state = start(Model(mesh, ELASTIC, viscosity=NO_VISCOSITY, hourglass=0.1))
+    state = start(Model(mesh, ELASTIC, viscosity=NO_VISCOSITY, hourglass=0.1, integration=EXACT))
     advance(state, move(mesh.nodes))
     assert np.abs(row(state, slice(HOURGLASS_FORCE, HOURGLASS_FORCE + 12))).max() < 1e-12
 
@@ -166,7 +167,7 @@ def test_forces_of_an_element_balance(seed: int) -> None:
     """Σf = 0 and Σ x×f = 0 for any shape, stress and hourglass force: nothing pulls or turns itself."""
     random = np.random.default_rng(seed)
     mesh = distorted((1, 1, 1), 0.2, seed)
-    state = start(Model(mesh, ELASTIC, hourglass=0.1))
+    state = start(Model(mesh, ELASTIC, hourglass=0.1, integration=EXACT))
     for _ in range(2):
         f = advance(state, state.body.x + random.uniform(-0.05, 0.05, (8, 3)))
     scale = np.abs(f).max()

@@ -8,6 +8,7 @@ import numpy as np
 import oracle
 import pytest
 from driven import NO_VISCOSITY, advance, distorted, stresses
+from exact import EXACT
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
@@ -25,7 +26,8 @@ def rotation(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def model() -> Model:
-    return Model(distorted((2, 2, 2), 0.2, seed=2), ELASTIC, viscosity=NO_VISCOSITY, hourglass=0.1)
+    mesh = distorted((2, 2, 2), 0.2, seed=2)
+    return Model(mesh, ELASTIC, viscosity=NO_VISCOSITY, hourglass=0.1, integration=EXACT)
 
 
 def turned(state: State, x: np.ndarray, angle: float, steps: int) -> np.ndarray:

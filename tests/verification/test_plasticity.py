@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from called import called
 from driven import NO_VISCOSITY, advance, row, stresses, stretched
+from exact import EXACT
 
 from stemcal.fem.kernels.block import INTERNAL_ENERGY, PLASTIC_STRAIN
 from stemcal.fem.kernels.plasticity import rate_factor, smoothed
@@ -75,7 +76,7 @@ def test_cyclic_tension(beta: float) -> None:
     axial, plastic = bilinear(path, beta)
     np.testing.assert_allclose(axial[299::300], corner_stresses, rtol=1e-10)  # the two closed forms agree
     lateral = -NU * axial / E - 0.5 * (path - axial / E)
-    model = Model(CUBE, material(beta), viscosity=NO_VISCOSITY, hourglass=0.1)
+    model = Model(CUBE, material(beta), viscosity=NO_VISCOSITY, hourglass=0.1, integration=EXACT)
     state, found = stretched(model, np.stack([path, lateral, lateral], axis=1))
     np.testing.assert_allclose(found[:, 0], axial, atol=3e-5)
     np.testing.assert_allclose(found[:, 1:], 0.0, atol=3e-5)
@@ -213,7 +214,8 @@ def test_isotropic_hardening_is_scaled_by_the_rate_and_kinematic_is_not() -> Non
         mat = Material(1e-9, E, NU, YIELD, TANGENT, beta, 2.0, 1.0)
         axial = np.linspace(0.0, 0.2, 401)[1:]
         path = np.stack([axial, -0.5 * axial, -0.5 * axial], axis=1)
-        state, found = stretched(Model(CUBE, mat, viscosity=NO_VISCOSITY), path, (axial[1] - axial[0]) / 1.0)
+        model = Model(CUBE, mat, viscosity=NO_VISCOSITY, integration=EXACT)
+        state, found = stretched(model, path, (axial[1] - axial[0]) / 1.0)
         s = 1.0 + sqrt(1.5) / 2.0
         plastic = row(state, PLASTIC_STRAIN)[0]
         hard = PLASTIC_MODULUS * plastic

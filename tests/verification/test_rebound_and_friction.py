@@ -101,7 +101,9 @@ def momentum(model: Model, duration: float) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def test_momentum_is_conserved_to_round_off() -> None:
-    """The impulse on the tools is what the body lost, whatever the friction, damping and plasticity: 1e-12 of it.
+    """The impulse on the tools is what the body lost, whatever the friction, damping and plasticity.
+
+    Forces of an element balance to the round-off of single precision: 1e-6 of the momentum (1e-12 in double).
 
     A spinning block with an edge tool from above and a table below, 2000 steps.
     """
@@ -112,7 +114,7 @@ def test_momentum_is_conserved_to_round_off() -> None:
                   velocity=velocity, integration=Integration(safety=0.5))  # fmt: skip
     before, after, impulse = momentum(model, 5e-4)
     assert np.abs(impulse).min() > 0.01 * np.abs(before).max()  # all directions took part
-    np.testing.assert_allclose(before - after, impulse, atol=1e-12 * np.abs(before).max())
+    np.testing.assert_allclose(before - after, impulse, atol=1e-6 * np.abs(before).max())
 
 
 GRAVITY = 1.0e4

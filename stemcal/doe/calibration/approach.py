@@ -18,9 +18,9 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.misfit import Misfit
-from stemcal.doe.calibration.ridge import settled
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.fit import Fit
+from stemcal.doe.calibration.intervals import settled
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 
@@ -122,23 +122,25 @@ class JointTrial:
     responses: Array
 
 
-def missed(misfit: Misfit, trial: JointTrial) -> float:
-    """Return the misfit of what was simulated: rᵀV⁻¹r, r = measured − simulated."""
-    gap = misfit.measured - trial.responses
-    return float(gap @ misfit.weighed(gap))
+def missed(fit: Fit, trial: JointTrial) -> float:
+    """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
+    gap = fit.measured - trial.responses
+    m = len(gap)
+    return float(gap @ fit.precision[:m, :m] @ gap)
 
 
-def through(misfit: Misfit, surfaces: Sequence[Surface], trial: JointTrial) -> Misfit:
+def through(fit: Fit, surfaces: Sequence[Surface], trial: JointTrial) -> Fit:
     """Take these surfaces, each moved up or down to pass through a trial; the weights stay."""
     moved = []
-    for surface, observation, response in zip(surfaces, misfit.observations, trial.responses, strict=True):
+    for surface, observation, response in zip(surfaces, fit.observations, trial.responses, strict=True):
         beta = surface.beta.copy()
         beta[0] += response - float(surface.predict(trial.coded)[0])
         moved.append(replace(observation, surface=replace(surface, beta=beta)))
-    return replace(misfit, observations=tuple(moved))
+    return replace(fit, observations=tuple(moved))
 
 
-def next_joint_point(misfit: Misfit, region: Region, start: Array, reach: float) -> Array:
+def next_joint_point(fit: Fit, start: Array, reach: float) -> Array:
     """Return the point that fits best within `reach` of `start`, factor by factor, and inside the region."""
+    region = fit.region
     near = replace(region, low=np.maximum(region.low, start - reach), high=np.minimum(region.high, start + reach))
-    return near.nearest(settled(misfit, region, near)[0])
+    return near.nearest(settled(fit, near)[0].best)

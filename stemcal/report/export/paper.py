@@ -14,11 +14,11 @@ from stemcal.report.tables.of_designs import anova_table, design_table, effects_
 from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table
 from stemcal.report.tables.of_responses import errors_in_short, runs
 from stemcal.report.tables.stages import visible
+from stemcal.stages.invert.words import assumptions, valid_for
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.study.model import Factor, Study
-from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
 from stemcal.words import series
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, legend_above, new_figure
 from stemcal.stages.invert.result import Certainty, InvertResult
-from stemcal.text.calibration import source
+from stemcal.stages.invert.words import source
 from stemcal.text.names import Names
 
 

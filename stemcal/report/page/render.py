@@ -25,13 +25,13 @@ from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.report.tables.stages import tables_of, visible
 from stemcal.stages.base import stage_called, stages_of
+from stemcal.stages.invert.words import assumptions, valid_for
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
-from stemcal.text.calibration import assumptions, valid_for
 from stemcal.text.names import Names
 from stemcal.words import counted
 

@@ -9,7 +9,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.numbers import MISSING, interval, significant
 from stemcal.report.tables.columns import ERROR, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
-from stemcal.text.calibration import assumption, range_to_cite, source, valid_for
+from stemcal.stages.invert.words import assumption, range_to_cite, source, valid_for
 from stemcal.text.names import Names
 
 if TYPE_CHECKING:

@@ -63,17 +63,16 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     """Return what was measured beside the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others), values)
-    error, best = joint.max_abs_error_percent, joint.best_worst_error_percent
-    left_out, rows = joint.max_abs_left_out_error_percent, from_means(map(to_json, joint.rows), names)
+    error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
+    rows = from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
-    better = f"no parameters in the region do better than {fixed(best)} %"
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error {fixed(error)} %; {better}.", *_scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest error {fixed(error)} %.", *_scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
-    largest = f"Largest error {fixed(error)} %, left out {fixed(left_out)} %; {better}."
+    largest = f"Largest error {fixed(error)} %, left out {fixed(left_out)} %."
     others = "other tests. Others allow: where these put the mean, with 95 %." if tests else "others."
     foot = largest, f"Left out: predicted from a fit to the {others}", *_scores(names)
     return Table.of(columns, rows, _JOINT, foot)

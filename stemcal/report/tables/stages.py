@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from stemcal.files.rows import Table
+from stemcal.files.rows import MOST_ROWS, Table
 from stemcal.files.typed import to_json
 from stemcal.numbers import significant
 from stemcal.report.tables.of_designs import effects_table, surface_tables
@@ -36,11 +36,11 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     return [shortened(stage, table) for table in _whole(stage, labels, judged)]
 
 
-def shortened(stage: StageResult, table: Table) -> Table:
-    """Return a table of a stage with at most as many rows as are read, and the file that has all of them."""
+def shortened(stage: StageResult, table: Table, most: int = MOST_ROWS) -> Table:
+    """Return a table of a stage with at most so many rows, and the file that has all of them."""
     keys = {column.key for column in table.columns}
     many = {"invert": "measured", "validate": "response"}.get(stage.name) in keys
-    return table.shortened(f"`{stage.name}_responses.csv`" if many else f"`{stage.name}.csv`")
+    return table.shortened(f"`{stage.name}_responses.csv`" if many else f"`{stage.name}.csv`", most)
 
 
 def _whole(stage: StageResult, labels: Mapping[str, str] | None, judged: bool) -> list[Table]:

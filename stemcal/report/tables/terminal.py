@@ -19,16 +19,14 @@ from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant, unit_written
 from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
-from stemcal.report.tables.stages import shortened as with_file
-from stemcal.report.tables.stages import tables_of, visible
+from stemcal.report.tables.stages import shortened, tables_of, visible
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.words import known, unseen_changes
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
 from stemcal.study.model.measured_targets import Mean
-from stemcal.text.calibration import known, unseen_changes
 from stemcal.text.names import Names
 
 if TYPE_CHECKING:
@@ -56,7 +54,7 @@ def spoken(stage: StageResult) -> list[RenderableType]:
     names = Names(stage.naming)
     each = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]
     lines = [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
-    return _lines("What the measurements fix", lines)
+    return _lines("Identifiability", lines)
 
 
 def _lines(title: str, lines: Sequence[str]) -> list[RenderableType]:
@@ -120,9 +118,9 @@ def final_tables(study: Study, results: Results, holds: bool, left: int | None) 
     tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
     if results.validation is not None:
         first, *others = validation_tables(results.validation, Names(study.naming))
-        most = MOST_ROWS if left is None else left - _AROUND - sum(len(table.rows) for table in tables)
-        tables.append(shortened(first, results.validation, most))
-        tables += [with_file(results.validation, one) for one in others] if study.naming.others else []
+        most = MOST_ROWS if left is None else max(left - _AROUND - sum(len(table.rows) for table in tables), 4)
+        tables.append(shortened(results.validation, replace(first, foot=first.foot[:1]), most))
+        tables += [shortened(results.validation, one) for one in others] if study.naming.others else []
     return tables
 
 
@@ -137,21 +135,6 @@ def _parameters(study: Study, results: Results) -> Table:
         table, columns=(replace(name, label="Parameter"), value, unit, *others), rows=rows, foot=(), claimed=()
     )
     return whole.only(column.key for column in whole.columns if column.key not in ("share", "coded"))
-
-
-def shortened(table: Table, validation: ValidateResult, most: int) -> Table:
-    """Return measured against simulated in so many rows at most: those fitted, and the largest errors."""
-    table, most = replace(table, foot=table.foot[:1]), max(most, 3)
-    if len(table.rows) <= most:
-        return table
-    ranked = sorted(
-        range(len(table.rows)),
-        key=lambda i: (validation.compared[i].role != "held_out", -abs(validation.compared[i].error_percent or 1e9)),
-    )
-    kept = sorted(ranked[: most - 1])
-    rows = tuple(table.rows[i] for i in kept)
-    smaller = f"Not shown, of smaller error: {len(table.rows) - len(kept)}; see the report."
-    return replace(table, rows=rows, foot=(*table.foot, smaller))
 
 
 def simulation_table(

@@ -1,14 +1,19 @@
 """How well the measured means fix the parameters: profiles and intervals."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from math import hypot, isfinite
+from dataclasses import dataclass, field
+from math import hypot
 from typing import Literal
 
-from stemcal.doe.calibration.misfit import Misfit, Observation, best_fit, misfit_of
-from stemcal.doe.calibration.prior import Prior
-from stemcal.doe.calibration.profile import Profile, loosest_direction, moved_together, profiles_of, unseen_directions
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.fit import Fit, Observation, Prior, fit
+from stemcal.doe.calibration.intervals import (
+    Profile,
+    loosest_direction,
+    moved_together,
+    profiles_of,
+    unseen_directions,
+)
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
@@ -66,21 +71,15 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     return found
 
 
-def misfit_over(measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region) -> Misfit:
-    """Return the misfit of measured means, each with its surface, within a region."""
+def fit_over(
+    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, priors: Sequence[Prior] = ()
+) -> Fit:
+    """Fit measured means, each with its surface, and priors within a region."""
     observations = [
-        Observation(
-            surface,
-            mean.value,
-            mean.sd,
-            mean.n,
-            mean.response,
-            mean.specimens,
-            mean.systematic,
-        )
-        for mean, surface in zip(measured, surfaces, strict=True)
+        Observation(s, mean.value, mean.sd, mean.n, mean.response, mean.specimens, mean.systematic)
+        for mean, s in zip(measured, surfaces, strict=True)
     ]
-    return misfit_of(observations, region)
+    return fit(observations, region, priors)
 
 
 def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
@@ -103,30 +102,17 @@ def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
     )
 
 
-def certainty_of(
-    study: Study, coding: Coding, misfit: Misfit, region: Region, source: Literal["joint", "single"], point: Array
-) -> Certainty:
-    """Return what the data of `misfit` leave possible: all measured means, or the calibration target alone.
-
-    Directions that change nothing are those at `point`, the solution.
-    """
-    best = best_fit(misfit, region)
-    directions = unseen_directions(misfit, point), loosest_direction(misfit, point)
-    found = _told(study, coding, misfit, profiles_of(misfit, region, best), *directions)
-    return replace(found, source=source)
-
-
-def _told(
-    study: Study, coding: Coding, misfit: Misfit, profiles: Sequence[Profile], unseen: Array, loosest: Array
-) -> Certainty:
-    """Return what profiles tell: intervals, what is free, along which (coded) directions nothing is known."""
+def certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
+    """Return what a fit leaves possible: of all measured means, or of the calibration target alone."""
+    profiles, unseen = profiles_of(known), unseen_directions(known)
     changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
     moved = {name for row in unseen for name in _movers(coding.names, row)}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
+    loosest = changes_along(coding, loosest_direction(known)) if not_identified and not changes else {}
     return Certainty(
-        source="single",
-        scatter=misfit.scatter,
+        source=source,
+        scatter=known.errors.scatter,
         level=0.95,
         intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
@@ -134,11 +120,12 @@ def _told(
         share={p.factor: p.share for p in profiles},
         free=free,
         not_identified=not_identified,
-        loosest=changes[0] if changes else changes_along(coding, loosest) if not_identified else {},
+        loosest=changes[0] if changes else loosest,
         profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
         directions=tuple(coding.by_name(row) for row in unseen),
         unseen_changes=changes,
-        df=misfit.scale_df if isfinite(misfit.scale_df) else None,
+        known_sd=known.errors.scatter == "measured" and all((o.n or 1) == 1 for o in known.observations),
+        surface_error_known=known.errors.surface_error_known,
         units={name: study.factor(name).unit for name in coding.names},
     )
 

@@ -4,36 +4,37 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
-from stemcal.doe.calibration.contradiction import LEVEL, allowed_by_others, contradiction, out_of_reach
-from stemcal.doe.calibration.joint_fit import JointFit, best_worst_error, fit_jointly, leave_one_out
-from stemcal.doe.calibration.misfit import Misfit, best_fit
-from stemcal.doe.calibration.profile import chance_of_rise
-from stemcal.doe.calibration.ridge import presses_outwards
-from stemcal.doe.calibration.search_region import Region
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.calibration.fit import LEVEL, Fit
+from stemcal.doe.calibration.intervals import (
+    contradiction,
+    left_out,
+    out_of_reach,
+    presses_outwards,
+    settled,
+)
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
+from stemcal.note import Note
+from stemcal.stages.invert import words
 from stemcal.stages.invert.certainty import (
     Measured,
     certainty_of,
     changes_along,
+    fit_over,
     measured_of,
-    misfit_over,
     prior_rows,
     priors_of,
 )
 from stemcal.stages.invert.result import (
     Contradicted,
-    FlatDirection,
     InvertResult,
     JointFitted,
     JointRow,
-    MachineContradicted,
-    MachineFound,
     Mean,
     Point,
 )
@@ -61,58 +62,57 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
     ]
 
 
-def misfit_of_study(study: Study, surface: SurfaceResult) -> Misfit:
-    """Return the misfit of everything that the parameters are fitted to, priors among it."""
-    region, jointly = surface.region(study), bool(study.joint_targets)
+def fit_of_study(study: Study, surface: SurfaceResult) -> Fit:
+    """Return the fit of everything that the parameters are fitted to, priors among it."""
+    jointly = bool(study.joint_targets)
     means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
     surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
-    return misfit_over(means, surfaces, region).with_priors(priors_of(study, surface.scales), region)
+    return fit_over(means, surfaces, surface.region(study), priors_of(study, surface.scales))
 
 
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
-    region = surface.region(study)
-    priors = priors_of(study, coding)
-    misfit = misfit_of_study(study, surface)
-    fit = fit_jointly(misfit, region)
+    whole = fit_of_study(study, surface)
+    found, flat = settled(whole)
     first = measured_of(target, [FIRST], study.naming)
     if first[0] in means:
-        single = misfit.alone(means.index(first[0]), fit.misfit)
+        single = whole.only([means.index(first[0])])
     else:  # a joint fit may leave the force at the calibration diameter out
-        single = misfit_over(first, [surface.fitted], region).with_priors(priors, region)
-    point = Point.of(surface.assess(study, fit.coded), coding)
-    known = certainty_of(study, coding, misfit, region, "joint", fit.coded)
+        single = fit_over(first, [surface.fitted], whole.region, whole.priors)
+    units = {name: study.factor(name).unit for name in coding.names}
     return InvertResult.of(
         study,
         head,
         surface.radius,
-        point,
-        known,
+        Point.of(surface.assess(study, found.best), coding),
+        certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
-        joint=_fitted(study, means, misfit, region, fit, coding),
-        certainty_alone=certainty_of(study, coding, single, region, "single", fit.coded),
+        joint=_fitted(study, means, found, bool(len(flat))),
+        certainty_alone=certainty_of(study, coding, single, "single"),
         priors=prior_rows(study, coding),
         notes=(
-            *(FlatDirection(changes_along(coding, row), known.units) for row in fit.flat),
-            *machine_found(study.machine, misfit, best_fit(misfit, region)),
+            *(words.flat_direction(changes_along(coding, row), units) for row in flat),
+            *machine_found(study.machine, whole),
         ),
     )
 
 
-def machine_found(machine: MachineSection, misfit: Misfit, x: Array) -> Iterator[MachineFound]:
-    """Yield what the fit tells of the machine: z deviations of its compliance or of the toe."""
-    known = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
-    for of, stated, sd in known:
-        if told := misfit.told_of(of, x):
+def machine_found(machine: MachineSection, known: Fit) -> Iterator[Note]:
+    """Yield what the fit shows of the machine: z deviations of its compliance or of the toe."""
+    from scipy.special import chdtrc
+
+    stated = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
+    for of, value, sd in stated:
+        if told := known.told_of(of):
             z, spread = told
             scatter = max(1.0 - spread**2, _UNTOLD)
-            kind = MachineFound
-            if chance_of_rise(z**2 / scatter, misfit.scale_df) < LEVEL:  # then by the curves alone
-                kind, z, spread = MachineContradicted, z / scatter, spread / scatter**0.5
+            contradicted = chdtrc(1.0, z**2 / scatter) < LEVEL
+            if contradicted:  # then by the curves alone
+                z, spread = z / scatter, spread / scatter**0.5
             ends = [z - _NORMAL * spread, z + _NORMAL * spread]
-            low, high = (_stiffness(stated, sd, end) if stated else sd * end for end in ends)
-            yield kind(of, stated, sd, low, high)
+            low, high = (_stiffness(value, sd, end) if value else sd * end for end in ends)
+            yield words.machine(of, value, sd, (low, high), contradicted)
 
 
 def _stiffness(stated: float, sd: float, z: float) -> float | None:
@@ -121,43 +121,38 @@ def _stiffness(stated: float, sd: float, z: float) -> float | None:
     return 1.0 / compliance if compliance > 0.0 else None
 
 
-def _fitted(
-    study: Study, means: Sequence[Measured], misfit: Misfit, region: Region, fit: JointFit, coding: Coding
-) -> JointFitted:
+def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> JointFitted:
     conditions, naming = [mean.condition for mean in means], study.naming
     several, own = len(set(conditions)) > 1, not naming.is_cutting
     tests = [study.test_of(mean.response) for mean in means]
     apart = len(set(tests)) > 1  # then a test is held out, at all its conditions
-    groups = tests if apart else conditions if several else None
-    left_out = leave_one_out(misfit, region, groups) if apart or several or not own else []
-    intervals = allowed_by_others(misfit, region, tests) if apart else [None] * len(means)
-    responses = [i for i, mean in enumerate(means) if mean.leads]
-    worst, where = best_worst_error(misfit.only(responses), region)
-    every = _rows(means, fit, left_out, intervals)
-    rows = Rows(every[i] for i in responses)
+    groups: Sequence[object] = tests if apart else conditions if several else [] if own else range(len(means))
+    errors, ends = left_out(found, groups)
+    every = _rows(means, found, errors, ends if apart else [None] * len(means))
+    rows = Rows(row for mean, row in zip(means, every, strict=True) if mean.leads)
     first = [row for mean, row in zip(means, every, strict=True) if mean.response == FIRST]
-    measured = [row.condition for row in first], [row.measured for row in first]
+    tests_scatter = found.p_value is not None
     return JointFitted(
         rows=rows,
-        further=Rows(row for i, row in enumerate(every) if i not in responses),
-        scatter="misfit" if misfit.scatter == "joint" else misfit.scatter,
-        misfit=fit.misfit if misfit.scatter not in ("misfit", "joint") or misfit.tests_priors else None,
-        df=fit.df,
-        p=fit.p_value,
+        further=Rows(row for mean, row in zip(means, every, strict=True) if not mean.leads),
+        scatter=found.errors.scatter,
+        misfit=found.least if tests_scatter else None,
+        df=found.df,
+        p=found.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),
-        max_abs_left_out_error_percent=max((abs(left_out[i]) for i in responses), default=None) if left_out else None,
-        best_worst_error_percent=worst,
-        best_worst_solution=coding.by_name(coding.to_natural(where)),
-        null=null_model(*measured) if naming.is_force_on_stems else None,
-        contradiction=_contradiction(means, misfit, region),
-        out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(misfit, region)),
-        separated=not len(fit.flat),
-        presses_outwards=presses_outwards(misfit, region, fit.coded),
+        max_abs_left_out_error_percent=max(abs(row.left_out_error_percent or 0.0) for row in rows) if errors else None,
+        null=null_model([r.condition for r in first], [r.measured for r in first])
+        if naming.is_force_on_stems
+        else None,
+        contradiction=_contradiction(means, found),
+        out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(found)),
+        separated=not flat,
+        presses_outwards=presses_outwards(found),
     )
 
 
-def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region) -> Contradicted | None:
-    found = contradiction(misfit, region)
+def _contradiction(means: Sequence[Measured], known: Fit) -> Contradicted | None:
+    found = contradiction(known)
     if found is None:
         return None
     mean, (low, high) = means[found.index], found.allowed
@@ -165,23 +160,11 @@ def _contradiction(means: Sequence[Measured], misfit: Misfit, region: Region) ->
 
 
 def _rows(
-    means: Sequence[Measured], fit: JointFit, left_out: Sequence[float], intervals: Sequence[Interval | None]
+    means: Sequence[Measured], known: Fit, left_out: Sequence[float], intervals: Sequence[Interval | None]
 ) -> list[JointRow]:
     without: Sequence[float | None] = left_out or [None] * len(means)
+    predicted, errors = known.predict(known.best)[0].tolist(), known.errors_percent(known.best).tolist()
     return [
-        JointRow(
-            mean.condition,
-            mean.named.name,
-            mean.named.unit,
-            mean.value,
-            mean.sd,
-            mean.n,
-            float(predicted),
-            float(error),
-            apart,
-            interval,
-        )
-        for mean, predicted, error, apart, interval in zip(
-            means, fit.predicted, fit.errors_percent, without, intervals, strict=True
-        )
+        JointRow(mean.condition, mean.named.name, mean.named.unit, mean.value, mean.sd, mean.n, *values)
+        for mean, *values in zip(means, predicted, errors, without, intervals, strict=True)
     ]

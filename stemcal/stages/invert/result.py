@@ -6,49 +6,15 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.calibration.inversion import Assessment
-from stemcal.doe.calibration.misfit import Scatter
+from stemcal.doe.calibration.fit import Scatter
+from stemcal.doe.calibration.level_set import Assessment
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
-from stemcal.notes import Note, Weight
+from stemcal.note import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
-
-
-class MachineFound(Note, weight=Weight.ASIDE):
-    """What the fit tells of the testing machine: its stiffness (N/mm) or where its curves begin (toe, mm).
-
-    `stated` ± `sd` is what the spec says, `low` to `high` the 95 % interval of what that and the curves say together.
-    A stiffness without an upper end may be any above `low`; without both, no machine is stiff enough.
-    """
-
-    of: str
-    stated: float
-    sd: float
-    low: float | None
-    high: float | None
-
-
-class MachineContradicted(MachineFound, weight=Weight.USE):
-    """Were the spec right, fewer than 5 % of studies had curves as far from it; the interval is of these alone."""
-
-
-class FlatDirection(Note, weight=Weight.USE):
-    """The measured values do not separate parameters that change together so; the point nearest to the centre is taken.
-
-    `changes` is by factor, in its unit, the largest by one half step of the design.
-    """
-
-    changes: dict[str, float]
-    units: dict[str, str]
-
-
-class PriorUnused(Note):
-    """Factors with a prior that the surface does not vary: they stay at mid-level."""
-
-    factors: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -104,8 +70,9 @@ class Certainty:
 
     `free` factors are those whose interval holds most of their range; along `directions` (coded) nothing measured
     changes, for example by `unseen_changes` (in the factors' `units`). `not_identified` are those and the factors
-    that move along such a direction; `loosest` are changes along which the measured values change least. `df` are the
-    degrees of freedom behind the variances, None where they are treated as known.
+    that move along such a direction; `loosest` are changes along which the measured values change least. `known_sd`
+    tells whether standard deviations are treated as known; without `surface_error_known` no run is left over to show
+    the error of the surfaces.
     """
 
     source: Literal["joint", "single"]
@@ -121,15 +88,9 @@ class Certainty:
     loosest: dict[str, float] = field(default_factory=dict)
     directions: tuple[dict[str, float], ...] = ()
     unseen_changes: tuple[dict[str, float], ...] = ()
-    df: float | None = None
+    known_sd: bool = False
+    surface_error_known: bool = True
     units: dict[str, str]
-
-    @property
-    def assumption(self) -> Literal["exact", "known_sd"] | None:
-        """What the intervals assume of the measured values; None where their scatter is estimated."""
-        if self.scatter == "surface":
-            return "exact"
-        return "known_sd" if self.scatter in ("measured", "pooled") and self.df is None else None
 
 
 @dataclass(frozen=True)
@@ -189,8 +150,6 @@ class JointFitted:
     p: float | None
     max_abs_error_percent: float
     max_abs_left_out_error_percent: float | None
-    best_worst_error_percent: float
-    best_worst_solution: dict[str, float]
     null: NullModel | None = None
     contradiction: Contradicted | None = absent()
     out_of_reach: Rows[Mean] = absent(Rows())

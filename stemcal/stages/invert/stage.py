@@ -5,16 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.calibration.inversion import solve_target
+from stemcal.doe.calibration.level_set import solve_target
 from stemcal.doe.regression.coding import Coding
 from stemcal.solvers.protocol import Belonging
-from stemcal.stages.invert import certainty
-from stemcal.stages.invert.joint import misfit_of_study, solve_jointly
-from stemcal.stages.invert.result import (
-    InvertResult,
-    Point,
-    PriorUnused,
-)
+from stemcal.stages.invert import certainty, words
+from stemcal.stages.invert.joint import fit_of_study, solve_jointly
+from stemcal.stages.invert.result import InvertResult, Point
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
@@ -31,7 +27,7 @@ def invert(work: Work, head: Head) -> InvertResult:
     seen = work.solver
     belongs_to = seen.belongings(solved.condition) if isinstance(seen, Belonging) else None
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
-    notes = (*solved.notes, *([PriorUnused(idle)] if idle else []))
+    notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
     return replace(solved, belongs_to=belongs_to, notes=notes)
 
 
@@ -39,10 +35,10 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region(study), study.naming.response.unit_suffix
-    misfit = misfit_of_study(study, surface)
     ends, rule = (region.low, region.high, region.radius), study.invert.rule
     found = solve_target(surface.fitted, target.response, *ends, rule, unit)
-    known = certainty.certainty_of(study, coding, misfit, region, "single", np.array(found.point.coded))
+    whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
+    known = certainty.certainty_of(study, coding, whole, "single")
     point = Point.of(found.point, coding)
     return InvertResult.of(
         study,
@@ -53,7 +49,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
         ranges=_by_factor(coding, found.ranges),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         rule=found.rule,
-        notes=found.notes,
+        notes=tuple(words.of_level_set(found.free, found.second)),
     )
 
 

@@ -21,7 +21,7 @@ from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.invert.certainty import measured_of, misfit_over, priors_of
+from stemcal.stages.invert.certainty import fit_over, measured_of, priors_of
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import How, RefineRun, Stopped
@@ -169,8 +169,7 @@ class SurfaceSteps:
         self.visited: list[Array] = []
         self.trials: list[approach.JointTrial] = []
         self.surfaces = self._refitted()
-        misfit = misfit_over(self.means, self.surfaces, self.region)
-        self.misfit = misfit.with_priors(priors_of(study, self.coding), self.region)
+        self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
         self.reach = approach.FIRST_RADIUS
 
     def first(self) -> Point:
@@ -234,7 +233,7 @@ class SurfaceSteps:
         return approach.best_of(trials, self.solution.target).coded
 
     def _missed(self, trial: approach.JointTrial) -> float:
-        return approach.missed(self.misfit, trial)
+        return approach.missed(self.fit, trial)
 
     def _to_one(self) -> tuple[Array, How]:
         trials = [approach.Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
@@ -246,8 +245,8 @@ class SurfaceSteps:
         best, before = min(self.trials, key=self._missed), [self._missed(trial) for trial in self.trials[:-1]]
         if best is not self.trials[-1] or (before and self._missed(best) > approach.SHRINK * min(before)):
             self.reach *= approach.SHRINK
-        moved = approach.through(self.misfit, self.surfaces, best)
-        return approach.next_joint_point(moved, self.region, best.coded, self.reach), "surface"
+        moved = approach.through(self.fit, self.surfaces, best)
+        return approach.next_joint_point(moved, best.coded, self.reach), "surface"
 
 
 class PathSteps:

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stemcal.doe.calibration.inversion import Assessment, assess_point
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.level_set import Assessment, assess_point
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.anova import AnovaRow
 from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.coding import Coding

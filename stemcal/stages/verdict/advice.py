@@ -28,7 +28,7 @@ _MOST_TIMES = 12.0
 
 def reach(surface: SurfaceResult, study: Study) -> tuple[float, float]:
     """Return the least and the greatest response of a surface within ranges, design region and constraints."""
-    from stemcal.doe.calibration.levelset import extremes
+    from stemcal.doe.calibration.region import extremes
 
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region(study)))
     return float(low[0]), float(high[0])
@@ -40,7 +40,7 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
-    from stemcal.doe.calibration.levelset import extremes
+    from stemcal.doe.calibration.region import extremes
 
     end = extremes(surface.fitted, surface.region(study))[0 if target < reach(surface, study)[0] else 1]
     found = [

@@ -203,27 +203,27 @@ def _standard_error(row: JointRow | ValidationRow) -> float | None:
 
 
 def _conflict(evidence: Evidence) -> Iterator[Note]:
+    """Yield which measured mean the others contradict, or that the fit misses one where no scatter is known."""
     found = evidence.results.inversion
     joint = found.joint if found is not None else None
-    if joint is None:
+    if found is None or joint is None or found.priors:
         return
-    apart = joint.contradiction
-    if joint.best_worst_error_percent <= evidence.equivalent_percent and apart is None:
-        return
-    beyond = joint.best_worst_error_percent > evidence.equivalent_percent or (
-        apart is not None and apart.p < _BEYOND_DOUBT
-    )
-    least = f"No parameters within the ranges bring all errors below {joint.best_worst_error_percent:.0f} %."
-    text = least if apart is None else words.contradiction(apart, evidence.names)
-    yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
+    apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
+    if apart is not None:
+        beyond = missed or (joint.df < 1 and apart.p < _BEYOND_DOUBT)
+        text = words.contradiction(apart, joint, evidence.names)
+        yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
+    elif missed and joint.p is None:
+        text = f"The joint fit misses a measured value by {joint.max_abs_error_percent:.0f} %."
+        yield Note("conflict", "error", text, _of_conflict(evidence, joint))
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
-    surface, place = evidence.results.surface, joint.best_worst_solution
-    assert surface is not None
-    coded = [(place[name] - scale.center) / scale.half_step for name, scale in surface.coding.items()]
-    if joint.out_of_reach and joint.contradiction is None and _on_edge(evidence, coded):
+    surface = evidence.results.surface
+    assert surface is not None and evidence.results.inversion is not None
+    coded = list(evidence.results.inversion.point.coded.values())
+    if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
     return _fit_fewer(evidence, joint)
 
@@ -306,6 +306,8 @@ def _misfit(evidence: Evidence) -> Iterator[Note]:
     joint = found.joint if found is not None else None
     if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
+    if joint.contradiction is not None and not found.priors:
+        return  # the conflict names it
     beyond = bool(found.priors) and joint.p < _BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."

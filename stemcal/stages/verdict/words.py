@@ -5,7 +5,7 @@ from typing import Any
 
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.names import Names
-from stemcal.numbers import change, fixed
+from stemcal.numbers import change, fixed, minus
 from stemcal.stages.invert.result import Certainty, Contradicted, JointFitted
 from stemcal.stages.verdict.physics import Doubt, DoubtAt
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
@@ -150,15 +150,20 @@ def left_out_by_formula(joint: JointFitted) -> str:
     )
 
 
-def contradiction(found: Contradicted, names: Names) -> str:
-    """Return that a measured mean contradicts the others of a joint fit."""
+def contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
+    """Return which measured mean the others contradict, and how far it and they are from the joint fit."""
     named = names.naming.named(found.response)
     measured, low, high = (
         names.beside_mean(named, value, found.measured) for value in (found.measured, found.low, found.high)
     )
-    return (
+    place = found.response, found.condition
+    errors = {(row.response, row.condition): row.error_percent for row in (*joint.rows, *joint.further)}
+    rest = [error for at, error in errors.items() if at != place]
+    others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
+    return minus(
         f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away)."
+        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away). It is {errors[place]:+.0f} % from "
+        f"the joint fit, the others {others} %."
     )
 
 

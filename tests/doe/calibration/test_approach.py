@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step, toward
-from stemcal.doe.calibration.inversion import solve_target
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.level_set import solve_target
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface

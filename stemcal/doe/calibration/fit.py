@@ -1,0 +1,497 @@
+"""One fit: the parameters at which surfaces predict what was measured, and how far these may be off.
+
+Every measured mean is an observation, ȳ = ŷ(x) + errors: of its specimens, of its surface, of the testing machine,
+which moves several means together. A prior is one more observation, of variance 1: z = (v − μ)/σ of the value v, or
+of a lognormal one z = (ln v − m)/s with s² = ln(1 + (sd/mean)²), m = ln(mean) − s²/2. The covariance V of the errors
+is not known; `scatter` draws it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
+
+    L(x) = mean of |V|^(−1/2) exp(−rᵀV⁻¹r/2)
+
+which for one mean of n specimens is Student's t, and for a known standard deviation the normal density. Draws count by
+their evidence, the integral of this over x on the tangents at the solution, unless the data contradict all of them.
+Their mean precision W = E[V⁻¹] gives
+
+    solution     the least D(x) = rᵀWr, of one force the points where it is 0
+    interval     of factor j: all v with min D(x: xⱼ = v) − min D ≤ c, a profile likelihood
+    c            such that for straight surfaces the interval has 95 % of the mixture of normal distributions of xⱼ
+                 that the draws give: 1.96² of a known scatter, t² of an estimated one
+    misfit       p = the mean over the draws of P(χ²(df) > min D)
+
+A rise of D counts by the error of the surfaces where it is: a quadratic is less certain away from its runs. Sources:
+D. J. Venzon and S. H. Moolgavkar, Applied Statistics 37 (1988) 87; A. Gelman and others, Bayesian Data Analysis, 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.doe.calibration.region import Objective, Region, optimise
+from stemcal.doe.calibration.scatter import FINEST, Contrasts, Uniforms, chi_squared, variances
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.terms import term_columns, term_gradient
+from stemcal.errors import UsageError
+from stemcal.naming import FIRST
+
+Scatter = Literal["measured", "pooled", "misfit", "surface"]
+LEVEL = 0.05
+_CLOUD, _SETTLED = 11, 3
+_NOTHING = 1e-9  # of the largest certainty of a direction: below it nothing is known along it
+_WIDEST = 1.0  # relative scatter above which a laboratory measures nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """A measured mean with the surface that predicts it; `kind` is what was measured.
+
+    Without `n` the standard deviation `sd` counts as known. Observations of the same `specimens`, by their name, have
+    one covariance matrix, in which they are uncorrelated. `systematic` has, by its name, by how much one standard
+    deviation of what moves all specimens alike moves the mean, of other conditions too.
+    """
+
+    surface: Surface
+    measured: float
+    sd: float | None = None
+    n: int | None = None
+    kind: str = FIRST
+    specimens: str = ""
+    systematic: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """The prior of the factor at place `j`, whose value is centre + half_step·xⱼ; `mean` and `sd` in its unit."""
+
+    j: int
+    kind: Literal["normal", "lognormal"]
+    mean: float
+    sd: float
+    centre: float
+    half_step: float
+
+    def z(self, points: Array) -> Array:
+        """Return z at (m, k) coded points."""
+        if self.kind == "normal":
+            return np.asarray((self._value(points) - self.mean) / self.sd)
+        s = self._log_sd
+        return np.asarray((np.log(self._value(points) / self.mean) + 0.5 * s**2) / s)
+
+    def slope(self, points: Array) -> Array:
+        """Return ∂z/∂xⱼ at (m, k) coded points."""
+        scale = self.sd if self.kind == "normal" else self._log_sd * self._value(points)
+        return np.asarray(self.half_step / scale * np.ones(len(points)))
+
+    def log_density(self, points: Array) -> Array:
+        """Return the log density at (m, k) coded points, up to a constant."""
+        jacobian = np.log(self._value(points)) if self.kind == "lognormal" else 0.0
+        return np.asarray(-0.5 * self.z(points) ** 2 - jacobian)
+
+    @property
+    def _log_sd(self) -> float:
+        return float(np.sqrt(np.log1p((self.sd / self.mean) ** 2)))
+
+    def _value(self, points: Array) -> Array:
+        """Return the value; of a lognormal prior one above 0 also where a region is continued below it."""
+        value = self.centre + self.half_step * points[:, self.j]
+        return np.asarray(np.maximum(value, 1e-12 * self.mean) if self.kind == "lognormal" else value)
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Draws of the errors: `laboratory` (draws, m, m), and those of the surfaces of each kind with their contrasts."""
+
+    laboratory: Array
+    surfaces: tuple[tuple[NDArray[np.intp], Contrasts, Array, Array, Array], ...]
+    scatter: Scatter
+
+    @property
+    def surface_error_known(self) -> bool:
+        """Whether the surfaces of every kind have residual degrees of freedom, or were shown exact by none."""
+        return all(told.df > 0 for _, told, *_ in self.surfaces)
+
+    def at(self, x: Array) -> Array:
+        """Return draws of V at a point, (draws, m, m)."""
+        found = self.laboratory.copy()
+        for mine, told, common, separate, chance in self.surfaces:
+            k, n = told.leverages(x)
+            part = common[:, None, None] * k
+            diagonal = np.arange(len(mine))
+            part[:, diagonal, diagonal] += separate[:, None] * np.diag(k) + chance * n
+            found[:, mine[:, None], mine] += part * np.outer(told.scale, told.scale)
+        return found
+
+
+def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
+    """Draw the errors of observations; with `spare` more of them than factors they can tell an unknown scatter."""
+    uniform, m = Uniforms(), len(observations)
+    measured = np.array([o.measured for o in observations])
+    n = np.array([o.n or 1 for o in observations])
+    cv2 = np.array([np.nan if o.sd is None else (o.sd / o.measured) ** 2 for o in observations])
+    df = np.where(n > 1, n - 1.0, np.inf)
+    known = np.isfinite(cv2)
+    scatter: Scatter = "measured" if known.all() else "pooled" if known.any() else "misfit" if spare > 0 else "surface"
+    kinds = np.array([o.kind for o in observations])
+    if scatter == "misfit":
+        even = np.exp(np.log(FINEST) + (np.log(_WIDEST) - np.log(FINEST)) * uniform())
+        relative = np.repeat(even[:, None] ** 2, m, axis=1)
+    elif scatter == "surface":
+        relative = np.full((uniform.draws, m), FINEST**2)
+    else:
+        whole = all(known[kinds == kind].any() for kind in set(kinds.tolist()))
+        relative = np.empty((uniform.draws, m))
+        for group in dict.fromkeys(kinds.tolist()) if whole else [""]:
+            mine = kinds == group if whole else np.full(m, True)
+            relative[:, mine] = variances(cv2[mine], df[mine], uniform) / n[mine]
+    laboratory = np.zeros((uniform.draws, m, m))
+    laboratory[:, np.arange(m), np.arange(m)] = relative * measured**2
+    groups = list(dict.fromkeys(o.specimens for o in observations if o.specimens))
+    for group in groups:
+        mine = np.flatnonzero([o.specimens == group for o in observations])
+        factors = len(observations[0].surface.names) / len(groups)
+        laboratory[:, mine[:, None], mine] = _of_specimens([observations[i] for i in mine.tolist()], factors, uniform)
+    for u in loadings(observations).values():
+        laboratory += np.outer(u, u)
+    surfaces = []
+    for kind in dict.fromkeys(kinds.tolist()):
+        mine = np.flatnonzero(kinds == kind)
+        told = Contrasts.of([observations[i].surface for i in mine.tolist()])
+        chance = told.by_chance(uniform)
+        surfaces.append((mine, told, *told.missed(chance, uniform), chance))
+    return Errors(laboratory, tuple(surfaces), scatter)
+
+
+def loadings(observations: Sequence[Observation]) -> dict[str, Array]:
+    """Return by how much one standard deviation of each shared error moves every observation, (m,)."""
+    names = dict.fromkeys(name for o in observations for name in o.systematic)
+    return {name: np.array([o.systematic.get(name, 0.0) for o in observations]) for name in names}
+
+
+def _of_specimens(observations: Sequence[Observation], factors: float, uniform: Uniforms) -> Array:
+    """Return draws of the covariance matrix of the means of p responses of the same n specimens, (draws, p, p).
+
+    Σ⁻¹ has a Wishart distribution about S⁻¹ of n − 2 − p + 2k degrees of freedom, k ≤ p the factors that the means
+    determine: then their intervals are those of C. R. Rao, Proc. Fifth Berkeley Symp. 1 (1967) 355, with Student's t of
+    n − 1 − p + k. By M. S. Bartlett (Proc. R. Soc. Edinb. 53 (1933) 260) it is S^(−1/2) A Aᵀ S^(−1/2), A triangular.
+    """
+    from scipy.special import ndtri
+
+    p, n = len(observations), min(o.n or 1 for o in observations)
+    if n <= p:
+        raise UsageError(f"joint fit: {n} specimens do not tell how {p} responses vary together; {p + 1} do")
+    df = max(n - 2.0 - p + 2.0 * min(factors, p), float(p))
+    a = np.zeros((uniform.draws, p, p))
+    for i in range(p):
+        a[:, i, i] = np.sqrt(chi_squared(uniform(), df - i))
+        for j in range(i):
+            a[:, i, j] = ndtri(uniform())
+    root = np.array([max(o.sd or 0.0, FINEST * o.measured) for o in observations]) * ((n - 1.0) / n) ** 0.5
+    found = np.linalg.inv(a @ a.transpose(0, 2, 1)) * np.outer(root, root)
+    return np.asarray(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fit of observations and priors within a region; made by `fit`.
+
+    `best` is the solution, coded; `draws` are those of V there, priors at its end, `weights` their evidence and
+    `precision` their mean inverse W.
+    """
+
+    observations: tuple[Observation, ...]
+    priors: tuple[Prior, ...]
+    region: Region
+    errors: Errors
+    draws: Array
+    weights: Array
+    precision: Array
+    best: Array
+
+    # ---- residuals and their slopes
+
+    @cached_property
+    def measured(self) -> Array:
+        """The measured means."""
+        return np.array([o.measured for o in self.observations])
+
+    @cached_property
+    def beta(self) -> Array:
+        """Coefficients of the surfaces, a row per observation."""
+        return np.array([o.surface.beta for o in self.observations])
+
+    @property
+    def df(self) -> int:
+        """Observations and priors beyond those that fix the factors."""
+        return len(self.observations) + len(self.priors) - self.region.k
+
+    def predict(self, points: Array) -> Array:
+        """Return ŷ, (points, observations)."""
+        return np.asarray(term_columns(points) @ self.beta.T)
+
+    def errors_percent(self, x: Array) -> Array:
+        """Return 100·(measured − ŷ)/measured at one point."""
+        return np.asarray(100.0 * (self.measured - self.predict(x)[0]) / self.measured)
+
+    def gaps(self, points: Array) -> Array:
+        """Return r at (points, k), with −z of the priors behind it."""
+        return np.column_stack([self.measured - self.predict(points), *(-prior.z(points) for prior in self.priors)])
+
+    def slopes(self, x: Array) -> Array:
+        """Return −∂r/∂x at one point, (observations and priors, factors)."""
+        rows = np.zeros((len(self.priors), self.region.k))
+        for row, prior in zip(rows, self.priors, strict=True):
+            row[prior.j] = prior.slope(x[None])[0]
+        return np.vstack([self.beta @ term_gradient(x), rows])
+
+    # ---- the misfit
+
+    def many(self, points: Array) -> Array:
+        """Return D at (points, k)."""
+        gaps = self.gaps(points)
+        return np.asarray(((gaps @ self.precision) * gaps).sum(axis=1))
+
+    def value(self, x: Array) -> float:
+        """Return D at one point."""
+        return float(self.many(x[None])[0])
+
+    def gradient(self, x: Array) -> Array:
+        """Return ∂D/∂x."""
+        return np.asarray(-2.0 * self.gaps(x[None])[0] @ self.precision @ self.slopes(x))
+
+    @cached_property
+    def least(self) -> float:
+        """D at the solution."""
+        return self.value(self.best)
+
+    @cached_property
+    def objective(self) -> Objective:
+        """D, brought to order one, as something to make small."""
+        scale = max(float(np.median(self.many(self.region.cloud(9)))), 1e-300)
+        return Objective(
+            lambda x: self.value(x) / scale,
+            lambda x: self.gradient(x) / scale,
+            lambda points: self.many(points) / scale,
+        )
+
+    def rise(self, x: Array) -> float:
+        """Return how far D is above its least, that of the observations by the error of the surfaces at x."""
+        here, best = self.gaps(x[None])[0], self.gaps(self.best[None])[0]
+        m = len(self.observations)
+        of_data, of_priors = (
+            float(
+                here[part] @ self.precision[part, part] @ here[part]
+                - best[part] @ self.precision[part, part] @ best[part]
+            )
+            for part in (slice(m), slice(m, None))
+        )
+        return max(of_data / self.looseness(x) + of_priors, 0.0)
+
+    def looseness(self, x: Array) -> float:
+        """Return the variance of the observations at x over that at the solution, their mean: at least 0.1."""
+        return max(float(np.mean(1.0 + self._share * (self._spread(x) / self._spread(self.best) - 1.0))), 0.1)
+
+    @cached_property
+    def _share(self) -> Array:
+        """The part of the surface in the variance of each observation."""
+        m = len(self.observations)
+        whole = np.diagonal(self.draws, axis1=1, axis2=2)[:, :m]
+        own = np.diagonal(self.errors.laboratory, axis1=1, axis2=2)
+        return np.asarray(self.weights @ (1.0 - own / whole))
+
+    def _spread(self, x: Array) -> Array:
+        found = np.ones(len(self.observations))
+        for mine, told, common, separate, chance in self.errors.surfaces:
+            k, n = told.leverages(x)
+            found[mine] = np.median(common + separate) * np.diag(k) + np.median(chance, axis=0) * n
+        return found
+
+    def log_likelihood(self, points: Array) -> Array:
+        """Return the log of the likelihood at (points, k), up to a constant, with the density of the priors."""
+        gaps, m = self.gaps(points)[:, : len(self.observations)], len(self.observations)
+        draws = self.draws[:, :m, :m]
+        squares = np.einsum("pi,sij,pj->ps", gaps, np.linalg.inv(draws), gaps, optimize=True)
+        at_best = squares.min(axis=0)
+        loose = np.array([self.looseness(x) for x in points])[:, None]
+        found = -0.5 * ((squares - at_best) / loose + at_best + np.linalg.slogdet(draws)[1])
+        top = found.max(axis=1)
+        found = top + np.log(np.exp(found - top[:, None]).mean(axis=1))
+        return np.asarray(found + sum(prior.log_density(points) for prior in self.priors))
+
+    # ---- what is known
+
+    @cached_property
+    def tangents(self) -> Tangents:
+        """The fit on the tangents at the solution."""
+        return Tangents(self.slopes(self.best), self.gaps(self.best[None])[0], self.draws, self.precision, self.weights)
+
+    @cached_property
+    def p_value(self) -> float | None:
+        """Probability of a misfit as large; None where the misfit tells the scatter, or nothing is left to test."""
+        from scipy.special import chdtrc
+
+        if self.errors.scatter == "misfit":
+            return self._p_of_priors() if self.priors else None
+        if self.df < 1:
+            return None
+        return float(np.mean(chdtrc(self.df, self.tangents.misfits)))
+
+    @property
+    def evidence(self) -> Array:
+        """Weights of the draws by the gaps; equal where these contradict them: a wrong model is no sign of scatter."""
+        from scipy.special import chdtrc
+
+        p = float(np.mean(chdtrc(max(self.df, 1), self.tangents.misfits)))
+        if self.errors.scatter == "misfit" or p >= LEVEL:
+            return self.tangents.evidence
+        return np.full(len(self.draws), 1.0 / len(self.draws))
+
+    def _p_of_priors(self) -> float:
+        """Return the probability of the rise by the priors, where the data alone tell the scatter."""
+        from scipy.special import chdtrc
+
+        data = fit(self.observations, self.region)
+        rise = self.tangents.misfits - data.tangents.misfits
+        return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
+
+    def told_of(self, name: str) -> tuple[float, float] | None:
+        """Return mean and standard deviation of a shared error after the fit; before it they are 0 and 1.
+
+        The residuals r tell uᵀWr ± √(1 − uᵀQu) of it, Q = W − WJ(JᵀWJ)⁻¹JᵀW. None where there is no such error.
+        """
+        u = loadings(self.observations).get(name)
+        if u is None:
+            return None
+        whole = np.append(u, np.zeros(len(self.priors)))
+        told = float(whole @ self.precision @ self.tangents.gaps)
+        return told, max(1.0 - float(whole @ self.tangents.unfitted @ whole), 0.0) ** 0.5
+
+    def only(self, kept: Sequence[int]) -> Fit:
+        """Return the fit to some of the observations, by the same draws."""
+        rows = [*kept, *range(len(self.observations), len(self.draws[0]))]
+        place = {i: new for new, i in enumerate(kept)}
+        surfaces = []
+        for mine, told, common, separate, chance in self.errors.surfaces:
+            here = [a for a, i in enumerate(mine.tolist()) if i in place]
+            if here:
+                fewer = replace(told, maps=told.maps[here], runs=told.runs[here], scale=told.scale[here])
+                there = np.array([place[int(mine[a])] for a in here])
+                surfaces.append((there, fewer, common, separate, chance[:, here]))
+        laboratory = self.errors.laboratory[:, np.array(kept)[:, None], kept]
+        errors = replace(self.errors, laboratory=laboratory, surfaces=tuple(surfaces))
+        draws = self.draws[:, np.array(rows)[:, None], rows]
+        observations = tuple(self.observations[i] for i in kept)
+        precision = np.tensordot(self.weights, np.linalg.inv(draws), axes=1)
+        found = Fit(observations, self.priors, self.region, errors, draws, self.weights, precision, self.best)
+        return replace(found, best=optimise(found.objective, self.region.cloud(_CLOUD), self.region)[0])
+
+    def without(self, *left_out: int) -> Fit:
+        """Return the fit to the other observations."""
+        return self.only([i for i in range(len(self.observations)) if i not in left_out])
+
+
+@dataclass(frozen=True, eq=False)
+class Tangents:
+    """A fit with straight surfaces: slopes J, gaps r, draws of V with weights, mean precision W."""
+
+    slopes: Array
+    gaps: Array
+    draws: Array
+    precision: Array
+    weights: Array
+
+    @cached_property
+    def basis(self) -> Array:
+        """Unit vectors along which something is known, (factors, directions)."""
+        values, vectors = np.linalg.eigh(self.information)
+        return np.asarray(vectors[:, values > _NOTHING * max(values.max(initial=0.0), 1e-300)])
+
+    @property
+    def information(self) -> Array:
+        """JᵀWJ."""
+        return np.asarray(self.slopes.T @ self.precision @ self.slopes)
+
+    @cached_property
+    def _each(self) -> tuple[Array, Array, Array, Array]:
+        """Of each draw: covariance and step of the estimate along the basis, D there, log of the evidence."""
+        j, inverse = self.slopes @ self.basis, np.linalg.inv(self.draws)
+        info = j.T @ inverse @ j
+        covariance = np.linalg.inv(info)
+        b = np.einsum("ad,sab,b->sd", j, inverse, self.gaps)
+        step = np.einsum("sde,se->sd", covariance, b)
+        d = np.einsum("a,sab,b->s", self.gaps, inverse, self.gaps) - (step * b).sum(axis=1)
+        logs = np.linalg.slogdet(self.draws)[1] + np.linalg.slogdet(info)[1]
+        return np.asarray(covariance), np.asarray(step), np.asarray(d), np.asarray(-0.5 * (logs + d))
+
+    @property
+    def evidence(self) -> Array:
+        """Weights of the draws by what the gaps say of them, sum 1."""
+        log = self._each[3]
+        found = np.exp(log - log.max())
+        return np.asarray(found / found.sum())
+
+    @cached_property
+    def misfits(self) -> Array:
+        """D of each draw at the solution; on the edge of a region it is not the least of the straight surfaces."""
+        b = self.basis.T @ self.slopes.T @ self.precision @ self.gaps
+        beyond = float(b @ np.linalg.solve(self.basis.T @ self.information @ self.basis, b))
+        return np.asarray(np.maximum(self._each[2] + beyond, 0.0))
+
+    @cached_property
+    def unfitted(self) -> Array:
+        """Q = W − WJ(JᵀWJ)⁻¹JᵀW: what the fit leaves of the residuals."""
+        w = self.precision @ self.slopes @ self.basis
+        inverse = np.linalg.inv(self.basis.T @ self.information @ self.basis)
+        return np.asarray(self.precision - w @ inverse @ w.T)
+
+    def allowed(self, direction: Array, level: float = 0.95) -> float:
+        """Return c: the rise of D at the ends of what the mixture of the draws allows along a direction."""
+        from scipy.optimize import brentq
+        from scipy.special import ndtr, ndtri
+
+        a = self.basis.T @ direction
+        if not a.any():
+            return float(ndtri(0.5 + 0.5 * level) ** 2)
+        covariance, step, *_ = self._each
+        middle, sd = step @ a, np.sqrt(np.einsum("d,sde,e->s", a, covariance, a))
+        centre = float(self.weights @ middle)
+
+        def outside(half: float) -> float:
+            ends = ndtr((centre + half - middle) / sd) - ndtr((centre - half - middle) / sd)
+            return float(self.weights @ ends) - level
+
+        typical = float(a @ np.linalg.solve(self.basis.T @ self.information @ self.basis, a)) ** 0.5
+        most = 2.0 * typical
+        while outside(most) < 0.0:
+            most *= 2.0
+        return float((brentq(outside, 0.0, most) / typical) ** 2)
+
+
+def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Prior] = ()) -> Fit:
+    """Fit observations, each with its surface, and priors within a region.
+
+    Raises
+    ------
+    UsageError
+        If the surfaces are not over the same factors.
+    """
+    if len({o.surface.names for o in observations}) != 1:
+        raise UsageError("joint fit: needs one or more surfaces, all over the same factors in the same order")
+    errors = errors_of(observations, len(observations) - region.k)
+    m, q = len(observations), len(priors)
+    seeds, found = region.cloud(_CLOUD), None
+    for _ in range(_SETTLED):
+        x = region.middle if found is None else found.best
+        draws = np.zeros((len(errors.laboratory), m + q, m + q))
+        draws[:, :m, :m], draws[:, m:, m:] = errors.at(x), np.eye(q)
+        weights = np.full(len(draws), 1.0 / len(draws)) if found is None else found.evidence
+        precision = np.tensordot(weights, np.linalg.inv(draws), axes=1)
+        found = Fit(tuple(observations), tuple(priors), region, errors, draws, weights, precision, x)
+        found = replace(found, best=optimise(found.objective, seeds, region)[0])
+        seeds = found.best[None]
+    assert found is not None
+    return found

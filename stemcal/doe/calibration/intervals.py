@@ -1,0 +1,325 @@
+"""What a fit leaves possible: intervals of the factors, directions that nothing fixes, and observations at odds.
+
+The profile of factor j is the least rise of D over the other factors with xⱼ = v; its 95 % interval has all v whose
+rise is at most `Tangents.allowed`. An end at the edge of the region is the region's, not what the data allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stemcal.doe.calibration.fit import LEVEL, Fit
+from stemcal.doe.calibration.region import (
+    Objective,
+    Region,
+    extremes,
+    height,
+    optimise,
+    search_from,
+    squared_distance,
+)
+from stemcal.doe.regression.least_squares import Array
+
+GRID, FREE = 25, 0.5
+"""`FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""
+_CLOUD, _SEEDS = 9, 3
+_SMALL_PART = 0.05
+_SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
+_FLAT = 0.75  # of the chord of the region that the interval along a direction fills
+_GOOD_TO = 0.03  # an exact mean would leave no direction flat: for this question alone it is good to so much
+_KEPT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """One factor's profile: `rise` over a grid of coded `values`; the interval from `low` to `high`.
+
+    `bounded` tells for each end whether the data set it (else the region).
+    """
+
+    factor: str
+    values: Array
+    rise: Array
+    allowed: float
+    low: float
+    high: float
+    bounded: tuple[bool, bool]
+    share: float
+
+    @property
+    def free(self) -> bool:
+        """Whether the data leave the factor free over most of the region."""
+        return self.share >= FREE
+
+
+def profiles_of(fit: Fit) -> list[Profile]:
+    """Return the profile of every factor."""
+    names = fit.observations[0].surface.names
+    return [_profile(fit, j, name) for j, name in enumerate(names)]
+
+
+def holds(fit: Fit, point: Array) -> list[bool]:
+    """Tell for each factor whether its interval holds the value at a point."""
+    cloud = fit.region.cloud(_CLOUD)
+    axes = np.eye(fit.region.k)
+    return [
+        fit.rise(_held_at(fit, j, float(v), fit.best, cloud)) <= fit.tangents.allowed(axes[j])
+        for j, v in enumerate(point)
+    ]
+
+
+def _profile(fit: Fit, j: int, name: str) -> Profile:
+    from scipy.optimize import brentq
+
+    allowed, cloud = fit.tangents.allowed(np.eye(fit.region.k)[j]), fit.region.cloud(_CLOUD)
+    low, high = (float(end[j]) for end in fit.region.bounds())
+    values = np.unique(np.append(np.linspace(low, high, GRID), fit.best[j]))
+    middle, rise = int(np.searchsorted(values, fit.best[j])), np.zeros(len(values))
+    for walk in (range(middle - 1, -1, -1), range(middle + 1, len(values))):
+        last = fit.best
+        for i in walk:
+            last = _held_at(fit, j, float(values[i]), last, cloud)
+            rise[i] = fit.rise(last)
+
+    def crossing(inside: int, outside: int) -> float:
+        def beyond(v: float) -> float:
+            return fit.rise(_held_at(fit, j, v, fit.best, cloud)) - allowed
+
+        return float(brentq(beyond, values[inside], values[outside], xtol=1e-6))
+
+    kept = np.flatnonzero(rise <= allowed)
+    first, final = int(kept[0]), int(kept[-1])
+    bounded = first > 0, final < len(values) - 1
+    bottom = crossing(first, first - 1) if bounded[0] else low
+    top = crossing(final, final + 1) if bounded[1] else high
+    return Profile(name, values, rise, allowed, bottom, top, bounded, (top - bottom) / (high - low))
+
+
+def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Array:
+    """Return the point of least D with xⱼ = value; `start` is the point of a neighbour."""
+    region = fit.region
+    if region.k == 1:
+        return np.array([value])
+    radius = None if region.radius is None else float(np.sqrt(max(region.radius**2 - value**2, 0.0))) + _SLACK
+    rest = Region(np.delete(region.low, j), np.delete(region.high, j), radius)
+    moved = cloud.copy()
+    moved[:, j] = value
+    moved = moved[region.contains(moved)]
+    near = moved[np.argsort(fit.many(moved), kind="stable")[:_SEEDS]]
+    seeds = np.array([rest.nearest(np.delete(x, j)) for x in [start, *near]])
+    whole = fit.objective
+    held = Objective(
+        lambda x: whole.value(np.insert(x, j, value)),
+        lambda x: np.delete(whole.gradient(np.insert(x, j, value)), j),
+        lambda points: whole.many(np.insert(points, j, value, axis=1)),
+    )
+    return np.insert(optimise(held, seeds, rest)[0], j, value)
+
+
+# ---- directions that the data leave free
+
+
+def unseen_directions(fit: Fit) -> Array:
+    """Return unit vectors (coded) along which nothing changes, to first order; (directions, factors)."""
+    return _in_errors(fit, unseen=True)
+
+
+def loosest_direction(fit: Fit) -> Array:
+    """Return the unit vector (coded) along which the responses change least, for their errors; (factors,)."""
+    return np.asarray(_in_errors(fit, unseen=False)[-1])
+
+
+def _in_errors(fit: Fit, unseen: bool) -> Array:
+    """Return directions by the singular values of the slopes in standard errors, the loosest last."""
+    scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
+    _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
+    return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :] if unseen else rows)
+
+
+def moved_together(direction: Array) -> list[float]:
+    """Scale a direction so that its largest part is 1, parts below a twentieth left out.
+
+    >>> moved_together(np.array([-0.2, 0.4, 0.01]))
+    [-0.5, 1.0, 0.0]
+    """
+    scaled = direction / direction[int(np.argmax(np.abs(direction)))]
+    return [float(part) if abs(part) >= _SMALL_PART else 0.0 for part in scaled]
+
+
+def flat_directions(fit: Fit) -> Array:
+    """Return unit vectors (coded) along which the data leave the solution free over the region, (directions, factors).
+
+    Near the solution D rises by λ t² over a step t along an eigenvector of JᵀWJ: its interval is 2√(c/λ) long.
+    """
+    certainty, vectors = np.linalg.eigh(_scattered(fit).tangents.information)
+    allowed = np.array([fit.tangents.allowed(v) for v in vectors.T])
+    length = np.array([_chord(fit.region, v) for v in vectors.T])
+    return np.asarray(vectors.T[np.maximum(certainty, 0.0) * (_FLAT * length) ** 2 <= 4.0 * allowed])
+
+
+def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
+    """Return the fit with its solution, and the directions that it leaves flat.
+
+    In a flat valley the solution is the point nearest to the centre among those that the data cannot tell from the
+    least misfit, moved across the flat directions to the floor of the valley: the least misfit is an accident there.
+    `within` is a part of the region that the solution is sought in.
+    """
+    region = within or fit.region
+    if within is not None:
+        fit = replace(fit, best=optimise(fit.objective, within.cloud(_CLOUD), within)[0])
+    flat = flat_directions(fit)
+    if not len(flat):
+        return fit, flat
+    known, distance, cloud = _scattered(fit), squared_distance(), region.cloud(_CLOUD)
+    most = known.least + max(fit.tangents.allowed(v) for v in flat)
+    held = cloud[known.many(cloud) <= most]
+    starts = [fit.best, *held[np.argsort(distance.many(held), kind="stable")[:_SEEDS]]]
+    nearest = min((least_under(distance, x, region, below(known, most)) for x in starts), key=distance.value)
+    along = {"type": "eq", "fun": lambda z: flat @ (z - nearest), "jac": lambda z: flat}
+    floor = replace(fit, best=least_under(known.objective, nearest, region, along))
+    there = flat_directions(floor)  # the valley may be bent
+    return floor, there if len(there) == len(flat) else flat
+
+
+def _scattered(fit: Fit) -> Fit:
+    """Return the fit, of exact means with a standard deviation of 3 % each."""
+    if fit.errors.scatter != "surface":
+        return fit
+    more = np.append((_GOOD_TO * fit.measured) ** 2, np.zeros(len(fit.priors)))
+    return replace(fit, precision=np.linalg.inv(np.linalg.inv(fit.precision) + np.diag(more)))
+
+
+def presses_outwards(fit: Fit) -> bool:
+    """Tell whether a region twice as wide has a point of less misfit, by more than chance."""
+    region = fit.region
+    low, high = region.bounds()
+    more, radius = 0.5 * (high - low), None if region.radius is None else 2.0 * region.radius
+    wider = replace(region, low=low - more, high=high + more, radius=radius)
+    known = _scattered(fit)
+    there = optimise(known.objective, wider.cloud(_CLOUD), wider)[0]
+    way = there - fit.best
+    if not np.linalg.norm(way) > _SLACK:
+        return False
+    return known.value(fit.best) - known.value(there) > fit.tangents.allowed(way / np.linalg.norm(way))
+
+
+def _chord(region: Region, direction: Array) -> float:
+    """Return the length of the chord of a region through its point nearest to the centre."""
+    rise = np.concatenate([direction, -direction])
+    room = np.maximum(np.concatenate([region.high - region.middle, region.middle - region.low]), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        forward, backward = (np.where(sign * rise > 1e-12, room / (sign * rise), np.inf).min() for sign in (1.0, -1.0))
+    longest = np.inf if region.radius is None else 2.0 * region.radius
+    return float(min(sum(part for part in (forward, backward) if np.isfinite(part)), longest))
+
+
+def below(fit: Fit, most: float) -> dict[str, Any]:
+    """Return D ≤ most as SLSQP takes it, of order one."""
+    scale = max(most, 1e-300)
+    return {
+        "type": "ineq",
+        "fun": lambda z: 1.0 - fit.value(z) / scale,
+        "jac": lambda z: -fit.gradient(z) / scale,
+    }
+
+
+def least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:
+    """Return where SLSQP ends under a rule, from a point that keeps it; its start where that is outside or worse."""
+    z = search_from(start, objective, region, rule, _KEPT)
+    return start if z is None or objective.value(z) > objective.value(start) else z
+
+
+# ---- observations at odds
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Observation `index` lies so many standard errors from what the others allow it, which has probability p."""
+
+    index: int
+    standard_errors: float
+    p: float
+    allowed: tuple[float, float]
+
+
+def contradiction(fit: Fit) -> Contradiction | None:
+    """Return the observation that the others contradict most; None where they agree at `LEVEL`.
+
+    With degrees of freedom left the misfit decides whether they agree. Without any each mean is judged by itself: to
+    leave it out lowers D by T, for values that agree χ²(1). A mean beyond what its own surface reaches counts as the
+    nearest value within reach.
+    """
+    from scipy.special import chdtrc
+
+    m = len(fit.observations)
+    if m < 2 or fit.errors.scatter == "surface" or (fit.df > 0 and (fit.p_value is None or fit.p_value >= LEVEL)):
+        return None
+    near = fit if fit.df > 0 else _within_reach(fit)
+    rest = [near.without(i) for i in range(m)]
+    excess = np.array([max(near.least - others.least, 0.0) for others in rest])
+    i = max(range(m), key=lambda j: (round(float(excess[j]), 6), j))
+    ratio = (1.0 / fit.draws[:, i, i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))
+    p = float(np.mean(chdtrc(1.0, excess[i] * ratio)))
+    if fit.df < 1 and p >= LEVEL:
+        return None
+    return Contradiction(i, float(excess[i] ** 0.5), p, _allowed(near, rest[i], i))
+
+
+def left_out(fit: Fit, groups: Sequence[object]) -> tuple[list[float], list[tuple[float, float]]]:
+    """Return the error (%) of each observation, predicted by the fit to the other groups, and its 95 % interval.
+
+    The interval has what the others leave to ŷᵢ and the error of the mean, added as squares. Empty with one group.
+    """
+    labels = list(groups)
+    if len(set(labels)) < 2:
+        return [], []
+    errors, ends = np.zeros(len(labels)), np.zeros((len(labels), 2))
+    for group in dict.fromkeys(labels):
+        members = [i for i, label in enumerate(labels) if label == group]
+        others = fit.without(*members)
+        errors[members] = fit.errors_percent(others.best)[members]
+        for i in members:
+            middle = float(fit.predict(others.best)[0, i])
+            own = (
+                others.tangents.allowed(fit.slopes(others.best)[i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))
+            ) ** 0.5
+            low, high = _allowed(fit, others, i)
+            ends[i] = middle - np.hypot(middle - low, own), middle + np.hypot(high - middle, own)
+    return errors.tolist(), [(low, high) for low, high in ends.tolist()]
+
+
+def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
+    """Return the least and greatest ŷᵢ over the points that the other observations allow."""
+    surface, slope = fit.observations[i].surface, fit.slopes(others.best)[i]
+    rule = below(others, most := others.least + others.tangents.allowed(slope))
+    cloud = fit.region.cloud(_CLOUD)
+    held = np.vstack([others.best, cloud[others.many(cloud) <= most]])
+    ends = []
+    for sign in (1.0, -1.0):
+        objective = height(surface, sign)
+        start = held[int(np.argmin(objective.many(held)))]
+        ends.append(float(surface.predict(least_under(objective, start, fit.region, rule))[0]))
+    return ends[0], ends[1]
+
+
+def out_of_reach(fit: Fit) -> list[int]:
+    """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
+    variance = 1.0 / np.array([fit.weights @ (1.0 / fit.draws[:, i, i]) for i in range(len(fit.observations))])
+    allowed = np.array([fit.tangents.allowed(slope) for slope in fit.tangents.slopes[: len(fit.observations)]])
+    return np.flatnonzero((fit.measured - _reached(fit)) ** 2 > allowed * variance).tolist()
+
+
+def _reached(fit: Fit) -> Array:
+    """Return the value nearest to each measured one that its own surface takes in the region."""
+    ends = [[float(o.surface.predict(end)[0]) for end in extremes(o.surface, fit.region)] for o in fit.observations]
+    return np.asarray(np.clip(fit.measured, *np.array(ends).T))
+
+
+def _within_reach(fit: Fit) -> Fit:
+    near = zip(fit.observations, _reached(fit).tolist(), strict=True)
+    moved = replace(fit, observations=tuple(replace(o, measured=value) for o, value in near))
+    return replace(moved, best=optimise(moved.objective, fit.region.cloud(_CLOUD), fit.region)[0])

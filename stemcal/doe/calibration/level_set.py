@@ -1,0 +1,261 @@
+"""Where one surface takes one measured value: all its points, the range of each factor over them, one chosen point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stemcal.doe.calibration.region import Objective, Region, coordinate, extremes, optimise, squared_distance
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.errors import TargetUnreachable, UsageError
+
+Interval = tuple[float, float]
+_CLOUD, _PARTNERS = 11, 4
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What the surface says about one point, in coded units."""
+
+    coded: tuple[float, ...]
+    coded_radius: float
+    predicted: float
+    mean_interval: Interval | None
+    prediction_interval: Interval | None
+    inside: bool
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The solution a rule selects, and the whole set it was selected from.
+
+    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target}; `free` are
+    the factors whose range is the region's. `second` tells whether another point is as near to the centre.
+    """
+
+    target: float
+    point: Assessment
+    ranges: tuple[Interval, ...]
+    reachable: Interval
+    rule: str
+    free: tuple[str, ...]
+    second: bool
+
+
+@dataclass(frozen=True, eq=False)
+class LevelSet:
+    """The points x of a region where the surface takes the target value, with some of them to start from, `seeds`."""
+
+    surface: Surface
+    target: float
+    region: Region
+    seeds: Array
+
+    def best(self, objective: Objective) -> list[Array]:
+        """Return local optima over the set, best first."""
+        return optimise(objective, self.seeds, self.region, _on_level(self.surface, self.target))
+
+    def coded_ranges(self) -> tuple[Interval, ...]:
+        """Return least and greatest value of each factor over the set."""
+        return tuple(map(self._coded_range, range(self.region.k)))
+
+    def _coded_range(self, j: int) -> Interval:
+        least, greatest = (self.best(coordinate(j, sign, self.region.k))[0][j] for sign in (1.0, -1.0))
+        return float(least), float(greatest)
+
+
+def solve_target(
+    surface: Surface,
+    target: float,
+    low: ArrayLike,
+    high: ArrayLike,
+    radius: float | None = None,
+    rule: str = "least_coded_distance",
+    unit: str = " N",
+) -> Calibration:
+    """Select one point of {x : ŷ(x) = target} and describe the whole set.
+
+    Parameters
+    ----------
+    low, high : array (k,)
+        Coded ends of the factor ranges.
+    radius : float, optional
+        Radius of the design sphere; beyond it the surface extrapolates.
+    rule : str
+        One of `RULES`.
+    unit : str
+        Of the target, as it stands behind a number.
+
+    Raises
+    ------
+    TargetUnreachable
+        If ŷ misses the target everywhere in the region.
+    """
+    if rule not in RULES:
+        raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
+    region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
+    ends = extremes(surface, region)
+    bottom, top = (float(surface.predict(end)[0]) for end in ends)
+    slack = 1e-9 * abs(target)
+    if not bottom - slack <= target <= top + slack:
+        raise TargetUnreachable(target, bottom, top, unit)
+    found = LevelSet(surface, target, region, level_points(surface, target, region, ends))
+    solutions, ranges = RULES[rule](found), found.coded_ranges()
+    limits = zip(surface.names, ranges, *region.bounds(), strict=True)
+    distances = [float(np.linalg.norm(x)) for x in solutions[:2]]
+    return Calibration(
+        target=float(target),
+        point=assess_point(surface, solutions[0], low, high, radius),
+        ranges=ranges,
+        reachable=(bottom, top),
+        rule=rule,
+        free=tuple(name for name, (lo, hi), a, b in limits if lo <= a + 1e-6 and hi >= b - 1e-6),
+        second=len(distances) > 1 and bool(np.isclose(distances[0], distances[1], rtol=1e-5)),
+    )
+
+
+def assess_point(
+    surface: Surface,
+    coded: ArrayLike,
+    low: ArrayLike | None = None,
+    high: ArrayLike | None = None,
+    radius: float | None = None,
+) -> Assessment:
+    """Predict at one coded point, for instance a published solution.
+
+    `inside` is False outside the box or the sphere; without a radius, beyond the outermost run of the design.
+    """
+    x = np.asarray(coded, dtype=float)
+    distance = float(np.linalg.norm(x))
+    reach = float(np.linalg.norm(surface.design, axis=1).max()) if radius is None else radius
+    inside = distance <= reach + 1e-6
+    if low is not None and high is not None:
+        inside = inside and bool(np.all((x >= np.asarray(low) - 1e-6) & (x <= np.asarray(high) + 1e-6)))
+    return Assessment(
+        coded=tuple(map(float, x)),
+        coded_radius=distance,
+        predicted=float(surface.predict(x)[0]),
+        mean_interval=_interval(surface.mean_interval(x)[0]),
+        prediction_interval=_interval(surface.prediction_interval(x)[0]),
+        inside=inside,
+    )
+
+
+def _interval(ends: Array) -> Interval | None:
+    return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
+
+
+def level_points(surface: Surface, target: float, region: Region, ends: tuple[Array, Array]) -> Array:
+    """Scatter points over {x in region : ŷ(x) = target}.
+
+    Between two points of the region with ŷ on either side of the target there is one where ŷ, a quadratic
+    along the way, equals it; the region is convex, so that point is inside.
+    """
+    cloud = np.vstack([*ends, region.cloud(_CLOUD)])
+    gap = surface.predict(cloud) - target
+    below, above = cloud[gap <= 0.0], cloud[gap > 0.0]
+    if len(below) == 0 or len(above) == 0:  # the target is an extreme of the surface itself
+        return cloud[[int(np.argmin(np.abs(gap)))]]
+    starts, stops = _pairs(below, above)
+    return _crossings(surface, target, starts, stops)
+
+
+def _pairs(below: Array, above: Array) -> tuple[Array, Array]:
+    """Pair each point with its nearest on the other side, and with a few far away."""
+    near = neighbours_across(below, above)
+    starts, stops = [near[0]], [near[1]]
+    longest = max(len(below), len(above))
+    for shift in range(_PARTNERS):
+        starts.append(below[np.arange(longest) % len(below)])
+        stops.append(above[(np.arange(longest) * (2 * shift + 1) + shift) % len(above)])
+    return np.vstack(starts), np.vstack(stops)
+
+
+def neighbours_across(below: Array, above: Array) -> tuple[Array, Array]:
+    """Pair each point with its nearest on the other side: starts and stops, (m, k) each."""
+    from scipy.spatial import cKDTree
+
+    stops = above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]
+    return np.vstack([below, above]), np.vstack(stops)
+
+
+def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> Array:
+    """Solve ŷ(a + s·(b − a)) = target for s in [0, 1]: q₂s² + q₁s + q₀ = 0 from its values at 0, ½, 1."""
+    y0 = surface.predict(starts) - target
+    y1 = surface.predict(stops) - target
+    half = surface.predict(0.5 * (starts + stops)) - target
+    q2, q1, q0 = 2.0 * (y0 + y1 - 2.0 * half), 4.0 * half - 3.0 * y0 - y1, y0
+    # Stable root formula; y0 and y1 differ in sign, so exactly one root lies between.
+    root = np.sqrt(np.maximum(q1**2 - 4.0 * q2 * q0, 0.0))
+    w = -0.5 * (q1 + np.where(q1 >= 0.0, root, -root))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        candidates = np.column_stack([w / q2, q0 / w])
+    candidates = np.where(np.isfinite(candidates), candidates, np.inf)
+    nearest = np.argmin(np.abs(candidates - 0.5), axis=1)
+    s = np.clip(candidates[np.arange(len(w)), nearest], 0.0, 1.0)
+    return np.asarray(starts + s[:, None] * (stops - starts))
+
+
+def _on_level(surface: Surface, target: float) -> dict[str, Any]:
+    """Return ŷ(x) = target as SLSQP takes it, of order one by the size of the surface's variation."""
+    scale = max(float(np.abs(surface.beta[1:]).max(initial=0.0)), 1e-300)
+    return {
+        "type": "eq",
+        "fun": lambda x: (surface.predict(x)[0] - target) / scale,
+        "jac": lambda x: surface.gradient(x) / scale,
+    }
+
+
+# ---- rules that pick one point
+
+
+def least_coded_distance(solutions: LevelSet) -> list[Array]:
+    """Stay as near the centre of the design as the target allows."""
+    return solutions.best(squared_distance())
+
+
+def others_at_centre(solutions: LevelSet) -> list[Array]:
+    """Hold every factor but the leading one at 0 and solve the quadratic that is left.
+
+    The result stays in the box and keeps the constraints, but may leave the sphere.
+    """
+    surface, region, j = solutions.surface, solutions.region, solutions.surface.leading
+    line = np.zeros((3, region.k))
+    line[:, j] = (-1.0, 0.0, 1.0)
+    minus, middle, plus = surface.predict(line)
+    # ŷ − target = q₂x² + q₁x + q₀ along the leading factor
+    roots = _real_roots(0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - solutions.target)
+    inside = sorted((r for r in roots if region.low[j] <= r <= region.high[j]), key=lambda r: (abs(r), -r))
+    points = [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
+    points = [x for x in points if replace(region, radius=None).contains(x[None])[0]]
+    if not points:
+        raise UsageError(
+            f"invert.rule others_at_centre: with the other factors at their centres no {surface.names[j]} "
+            f"within its range gives the target {solutions.target:g}; choose least_coded_distance"
+        )
+    return points
+
+
+def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
+    size = max(abs(q2), abs(q1))
+    if size == 0.0:
+        return []
+    if abs(q2) <= 1e-12 * size:
+        return [-q0 / q1]
+    square = q1**2 - 4.0 * q2 * q0
+    if square < 0.0:
+        return []
+    # w has the sign that avoids cancellation; the roots are w/q₂ and q₀/w
+    w = -0.5 * (q1 + float(np.copysign(np.sqrt(square), q1)))
+    return [w / q2, q0 / w] if w else [0.0]
+
+
+RULES: dict[str, Callable[[LevelSet], list[Array]]] = {
+    "least_coded_distance": least_coded_distance,
+    "others_at_centre": others_at_centre,
+}

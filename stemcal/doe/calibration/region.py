@@ -1,0 +1,189 @@
+"""The region a solution may come from, a coded box, cut by a sphere if there is one; and searches in it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.errors import UsageError
+
+_ROUNDING = 1e-9
+# Corners of a box double with each factor; beyond this many they add nothing to the spread points.
+_MOST_CORNERS = 256
+# 2^11 points fill a region of up to five factors closely enough to find every branch of a quadratic.
+_CLOUD = 11
+# Local searches start from this many of the best points, no two closer than the spacing (coded units).
+_STARTS, _SPACING = 8, 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """All x with low ≤ x ≤ high, and ‖x‖ ≤ radius if one is given. It is convex."""
+
+    low: Array
+    high: Array
+    radius: float | None
+
+    def __post_init__(self) -> None:
+        if self.low.shape != self.high.shape or np.any(self.low >= self.high):
+            raise UsageError("invert: the lower end of a factor's range is not below its upper end")
+        if self.radius is not None and not np.linalg.norm(np.clip(0.0, self.low, self.high)) < self.radius:
+            raise UsageError("invert: the factor ranges and the design sphere have no common point")
+
+    @property
+    def k(self) -> int:
+        """Number of factors."""
+        return int(self.low.size)
+
+    @property
+    def middle(self) -> Array:
+        """The point of the region nearest to the centre."""
+        return np.asarray(np.clip(0.0, self.low, self.high))
+
+    def contains(self, points: Array, tolerance: float = _ROUNDING) -> NDArray[np.bool_]:
+        """Tell for each of (m, k) points whether it lies inside."""
+        inside = np.all((points >= self.low - tolerance) & (points <= self.high + tolerance), axis=1)
+        if self.radius is not None:
+            inside &= np.linalg.norm(points, axis=1) <= self.radius + tolerance
+        return np.asarray(inside)
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the smallest box around the region's reach along each axis."""
+        reach = np.inf if self.radius is None else self.radius
+        return np.maximum(self.low, -reach), np.minimum(self.high, reach)
+
+    def rules(self, more: int = 0) -> list[dict[str, Any]]:
+        """Return |x| ≤ radius, if there is one, as SLSQP takes it; x precedes further variables."""
+        if (radius := self.radius) is None:
+            return []
+        k, rest = self.k, np.zeros(more)
+        inside = {
+            "type": "ineq",
+            "fun": lambda z: radius**2 - z[:k] @ z[:k],
+            "jac": lambda z: np.concatenate([-2.0 * z[:k], rest]),
+        }
+        return [inside]
+
+    def nearest(self, point: Array) -> Array:
+        """Draw a point into the region: into the box, then along the ray to the point nearest the centre."""
+        inside = np.clip(point, self.low, self.high)
+        if self.radius is None or np.linalg.norm(inside) <= self.radius:
+            return np.asarray(inside)
+        anchor = self.middle
+        way = inside - anchor
+        # |anchor + s·way| = radius: a quadratic in s with one root between 0 and 1
+        a, b, c = float(way @ way), float(anchor @ way), float(anchor @ anchor) - self.radius**2
+        return np.asarray(anchor + (-b + np.sqrt(b * b - a * c)) / a * way)
+
+    def cloud(self, log2_points: int) -> Array:
+        """Fill the region and its boundary: spread points, corners, axes, drawn in to the sphere."""
+        from scipy.stats.qmc import Sobol
+
+        low, high = self.bounds()
+        nearest = self.middle
+        axes = np.vstack([np.where(np.eye(self.k, dtype=bool), end, nearest) for end in (low, high)])
+        corners = list(product(*zip(low, high, strict=True))) if 2**self.k <= _MOST_CORNERS else []
+        filling = low + (high - low) * Sobol(self.k, scramble=False).random_base2(log2_points)
+        points = np.vstack([nearest, axes, *corners, filling])
+        if self.radius is not None:
+            length = np.linalg.norm(points, axis=1)
+            points *= np.minimum(1.0, self.radius / np.maximum(length, 1e-300))[:, None]
+        return np.asarray(points[self.contains(points)])
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """What to make small, for one point of (k,), and its gradient; `many` is the same for (m, k) points."""
+
+    value: Callable[[Array], float]
+    gradient: Callable[[Array], Array]
+    many: Callable[[Array], Array]
+
+
+def coordinate(j: int, sign: float, k: int) -> Objective:
+    """Make sign·xⱼ small."""
+    direction = np.zeros(k)
+    direction[j] = sign
+    return Objective(lambda x: sign * float(x[j]), lambda x: direction, lambda points: sign * points[:, j])
+
+
+def height(surface: Surface, sign: float) -> Objective:
+    """Make sign·ŷ small."""
+    return Objective(
+        lambda x: sign * float(surface.predict(x)[0]),
+        lambda x: sign * surface.gradient(x),
+        lambda points: sign * surface.predict(points),
+    )
+
+
+def squared_distance() -> Objective:
+    """Make the squared coded distance to the centre small."""
+    return Objective(lambda x: float(x @ x), lambda x: 2.0 * x, lambda points: np.sum(points**2, axis=1))
+
+
+def extremes(surface: Surface, region: Region) -> tuple[Array, Array]:
+    """Return the points of the region where ŷ is least and greatest."""
+    cloud = region.cloud(_CLOUD)
+    lowest = optimise(height(surface, 1.0), cloud, region)[0]
+    return lowest, optimise(height(surface, -1.0), cloud, region)[0]
+
+
+def optimise(
+    objective: Objective,
+    seeds: Array,
+    region: Region,
+    rule: dict[str, Any] | None = None,
+) -> list[Array]:
+    """Search from several seeds; return the distinct local optima, best first.
+
+    Parameters
+    ----------
+    seeds : array (m, k)
+        Points that meet the constraints.
+    rule
+        A constraint, as SLSQP takes it.
+    """
+    starts = _distinct(seeds[np.argsort(objective.many(seeds), kind="stable")], _SPACING)[:_STARTS]
+    ends = [search_from(start, objective, region, rule) for start in starts]
+    found = [*starts[:1], *(point for point in ends if point is not None)]
+    values = [round(objective.value(x), 10) for x in found]
+    order = sorted(range(len(found)), key=lambda i: (values[i], tuple(-np.round(found[i], 6))))
+    return list(_distinct(np.array([found[i] for i in order]), 1e-3))
+
+
+def _distinct(points: Array, spacing: float) -> Array:
+    """Keep the first of every bunch of points, in order."""
+    kept: list[Array] = []
+    left = points
+    while len(left) and len(kept) < _STARTS:
+        kept.append(left[0])
+        left = left[np.linalg.norm(left - left[0], axis=1) > spacing]
+    return np.array(kept)
+
+
+def search_from(
+    start: Array, objective: Objective, region: Region, rule: dict[str, Any] | None = None, kept: float = 1e-7
+) -> Array | None:
+    """Run SLSQP from a point; None if it ends outside the region, or breaks a rule by more than `kept`."""
+    from scipy.optimize import minimize
+
+    low, high = region.bounds()
+    result = minimize(
+        objective.value,
+        start,
+        jac=objective.gradient,
+        method="SLSQP",
+        bounds=list(zip(low, high, strict=True)),
+        constraints=[*([rule] if rule else []), *region.rules()],
+        options={"maxiter": 300, "ftol": 1e-14},
+    )
+    point: Array = np.clip(np.asarray(result.x, dtype=float), low, high)
+    if not np.all(np.isfinite(point)) or not region.contains(point[None, :], 1e-7)[0]:
+        return None
+    room = np.atleast_1d(rule["fun"](point)) if rule else np.zeros(1)
+    return point if np.all((-np.abs(room) if rule and rule["type"] == "eq" else room) >= -kept) else None

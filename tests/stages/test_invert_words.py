@@ -1,0 +1,80 @@
+"""The sentences of a calibration: of the paper's one force, and of a joint fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from stemcal.doe.validation.null_model import NullModel
+from stemcal.files.rows import Rows
+from stemcal.names import Names
+from stemcal.stages.invert import words
+from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
+
+LABELLED = Names(labels={"yield_stress": "Yield stress"})
+NULL = NullModel(5, 2.6, 3.0, 5.0, 3.8, 4.7)
+
+
+def row(condition: float, response: str, measured: float, error: float) -> JointRow:
+    return JointRow(condition, response, "N", measured, None, None, measured * (1 - error / 100), error, None)
+
+
+JOINT = JointFitted(
+    rows=Rows([row(8.0, "force", 159.2, 4.6), row(10.0, "force", 300.0, -2.0)]),
+    further=Rows([row(8.0, "work", 700.0, 1.5)]),
+    scatter="pooled",
+    misfit=30.0,
+    df=2,
+    p=3e-4,
+    max_abs_error_percent=4.6,
+    max_abs_left_out_error_percent=6.0,
+    null=NULL,
+)
+
+
+@pytest.fixture
+def joint(results: Any) -> InvertResult:
+    one = results.inversion
+    both = replace(one.certainty, source="joint", free=(), scatter="pooled")
+    return replace(one, joint=JOINT, certainty=both, certainty_alone=one.certainty)
+
+
+def kinds(stage: InvertResult) -> dict[str, str]:
+    return {note.kind: note.severity for note in words.notes_of(stage)}
+
+
+def test_one_force_does_not_determine_two_factors(results: Any) -> None:
+    stage = results.inversion
+    assert words.outcome(stage, LABELLED)[0].startswith(
+        "The surface meets the measured 159.2 N at Yield stress = 18.37"
+    )
+    kept, free, assumed = words.known(stage.certainty, stage, LABELLED)
+    assert kept.startswith("The maximum force at 8 mm alone determines Yield stress between 15.")
+    assert free == "It does not determine failure_strain and strain_rate_c."
+    assert assumed == "The measured value is treated as exact because no SD was given."
+    assert kinds(stage)["one_of_many"] == "caution"
+    point = replace(stage.point, inside=False, coded_radius=2.0)
+    assert kinds(replace(stage, point=point))["solution_outside"] == "warning"
+
+
+def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
+    assert words.certainty(joint, LABELLED)[-1].endswith("predicts the diameters no better than a formula.")
+    found = kinds(joint)
+    assert found["without_mechanics"] == found["misfit_too_large"] == "warning" and "one_of_many" not in found
+    better = replace(joint, joint=replace(JOINT, max_abs_left_out_error_percent=4.0))
+    assert kinds(better)["without_mechanics"] == "info"
+
+
+def test_an_unknown_error_of_the_surface_is_a_warning_with_more_runs(joint: InvertResult) -> None:
+    unknown = replace(joint, certainty=replace(joint.certainty, surface_error_known=False))
+    (note,) = (note for note in words.notes_of(unknown) if note.kind == "surface_error_unknown")
+    assert note.severity == "warning" and note.remedy.edit == "rsm: {extra_runs: 4}" and "10 %" in note.text
+
+
+def test_what_the_curves_show_of_the_machine() -> None:
+    found = words.machine("stiffness", 1500.0, 60.0, (1474.3, 1638.2), False)
+    assert found.kind == "machine_found" and "1474 to 1638 N/mm (95 %)" in found.text
+    rigid = words.machine("stiffness", 1500.0, 60.0, (None, None), True)
+    assert rigid.kind == "machine_contradicted" and rigid.remedy is not None
