@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of, trend_of
 

@@ -181,7 +181,7 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
     else:
         return
     law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
-    if law is None or not isinstance(study.solver, EmbeddedSolver):
+    if law is None or not isinstance(study.solver, EmbeddedSolver) or evidence.physics.share > MAJORITY:
         return
     severity: Severity = "error" if joint is not None and worst > evidence.equivalent_percent else "warning"
     how = "faster" if law.exponent > 0.0 else "more slowly"

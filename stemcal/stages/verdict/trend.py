@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.calibration.search_region import Region
+from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
