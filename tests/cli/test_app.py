@@ -158,7 +158,7 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
         assert done.exit_code == 2
         assert done.stdout == ""
         assert "6 problems in the spec" in done.stderr
-        assert "many-at-once.yaml:24:9: blade.lenght: unknown key 'lenght'" in done.stderr
+        assert "many-at-once.yaml:21:9: blade.widht: unknown key 'widht'" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 

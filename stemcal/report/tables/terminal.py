@@ -25,8 +25,7 @@ from stemcal.stages.invert.words import known, unseen_changes
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
-from stemcal.study.model.measured_targets import Mean
+from stemcal.study.model.measured_targets import BEFORE_MAXIMUM, RESPONSES, Mean
 from stemcal.text.names import Names
 
 if TYPE_CHECKING:

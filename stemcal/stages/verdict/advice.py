@@ -1,12 +1,13 @@
 """Remedies with numbers: ranges that contain the target, settings that bring doubtful physics below its limits."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import floor, log10
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.naming import FIRST
+from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Remedy
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import Certainty
@@ -146,7 +147,7 @@ def for_trend(study: Study, surface: SurfaceResult, solution: Mapping[str, float
         np.array([mean.value for _, mean in means]),
         [every[i] for i, _ in means],
         surface.scales,
-        surface.region(study),
+        replace(surface.region(study), radius=None),  # levels inside the ranges, corners included
         study.calibration_target.condition,
         np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
     )
@@ -187,7 +188,8 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
     key = "responses" if over == "responses" else study.naming.fitted_at.partition(".")[2]
     edit = f"invert: {{{key}: all}}"
-    return Remedy(f"`{edit}` fits all measured {key} together. {then}".rstrip(), edit)
+    many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
+    return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
 
 
 def fit_fewer(study: Study, over: str) -> Remedy:

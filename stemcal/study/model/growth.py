@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, WithJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from stemcal.errors import UsageError
-from stemcal.study.model.frozen import Frozen, Size
+from stemcal.study.model.factor import Frozen, Size
 from stemcal.study.types.field_types import Quantity, complain
 
 MOST_EXPONENT: Final = 20.0

@@ -121,9 +121,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
 
 def _as_spelled(finding: Finding, data: Any) -> Finding:
     """Return a finding with the path that the spec writes."""
-    path, invert = finding.path, data.get("invert") if isinstance(data, dict) else None
-    if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
-        path = ("invert", "conditions", *path[2:])
+    path = finding.path
     above = zip(("", *path), path, strict=False)
     return finding._replace(path=tuple("result" if pair == ("solver", "results") else pair[1] for pair in above))
 

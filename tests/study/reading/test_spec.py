@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from stemcal.errors import SpecError, UsageError
 from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, SheetSolver, Study, StudyForm
 from stemcal.study.reading import load_study, read_study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 ROOT = Path(__file__).parents[3]
 CASES = ROOT / "tests" / "cases"
@@ -136,7 +136,7 @@ def test_the_paper_study_is_the_paper() -> None:
     assert [factor.high for factor in study.factors] == highs
     assert [target.response for target in study.targets.means] == [120, 159.2, 213.8, 300, 378.2]
     assert study.calibration_target.response == 159.2
-    assert (study.blade.length, study.blade.width, study.blade.thickness) == (90, 28, 2.3)
+    assert (study.blade.width, study.blade.thickness) == (28, 2.3)
     replay = load_study(ROOT / "configs" / "paper-replay.yaml")
     assert study.rsm.coding == {}
     assert replay.rsm.coded("yield_stress") == (14.995, 2.975)
