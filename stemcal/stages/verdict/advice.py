@@ -158,29 +158,29 @@ def for_trend(study: Study, surface: SurfaceResult, solution: Mapping[str, float
             "No parameter of the surface removes it inside its range. Check wall thickness, gap and stroke; then vary "
             "a further parameter."
         )
-    text, edit = _for_trend(study, surface, found[0])
-    for other in found[1:]:
-        also, its = _for_trend(study, surface, other)
-        text += f" Or {also[0].lower()}{also[1:]}: `{its}`."
-    return Remedy(text, edit)
+    each = [_for_trend(study, surface, one) for one in found]
+    texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
+    second = [f"Or {text[:1].lower()}{text[1:]}" for text in texts[1:]]
+    return Remedy(" ".join([texts[0], *second]), "\n".join(each[0][1]))
 
 
-def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -> tuple[str, str]:
-    """Return a change in words and as YAML."""
+def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -> tuple[str, list[str]]:
+    """Return a change in words and as YAML, by section."""
     left = f"predicted largest error {found.worst_percent:.1f} %"
     if isinstance(found, Widened):
         factor, up = study.factor(found.factor), found.value > study.factor(found.factor).centre
         value, key = _outwards(found.value, up), "high" if up else "low"
         change = f"{'Raise' if up else 'Lower'} `{key}` of {found.factor} to {value:g} {factor.unit}".removesuffix(" 1")
-        return f"{change} ({left})", f"factors: [{{name: {found.factor}, {key}: {value:g}}}]"
+        return f"{change} ({left})", [f"factors: [{{name: {found.factor}, {key}: {value:g}}}]"]
     at, name = study.calibration_target.condition, f"{found.factor}_growth"
     half = max(0.5, abs(found.exponent))
     low, high = (round(found.exponent + side * half, 2) for side in (-1, 1))
-    edit = (
-        f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]\n"
-        f"material: {{{found.factor}: {{at: {at:g} mm, exponent: {name}}}}}\n"
-        f"screen: {{design: none}}\nrsm: {{factors: [{', '.join((*surface.names, name))}]}}"
-    )
+    edit = [
+        f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]",
+        f"material: {{{found.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
+        "screen: {design: none}",
+        f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
+    ]
     return f"Let {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
 
 
