@@ -15,6 +15,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError, TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.naming import Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
@@ -26,7 +27,6 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.text.names import Names
 
 STEM_WORDS = re.compile(r"\b(forces?|diameters?|stems?|blades?|cut|cutting|stroke|travel|N|mm|mJ)\b|N²")
 FACTORS = """\
