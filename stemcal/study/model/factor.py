@@ -97,8 +97,8 @@ class PriorKnowledge(Frozen):
     """Mean of its value, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]
     """Standard deviation of its value: of what the stems of this study may have, not of a mean elsewhere."""
-    source: Annotated[Title, Field(min_length=3)]
-    """Where it is from: a publication, a test; it is told beside the result."""
+    source: Annotated[Title, Field(min_length=3), Seen]
+    """Where it is from: a publication, a test; the report shows it with the result."""
 
 
 class Factor(Frozen):

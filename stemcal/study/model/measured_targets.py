@@ -31,7 +31,7 @@ Patterns = Annotated[
     Field(min_length=1, max_length=100),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
-_SCATTER = {"anyOf": [{"type": ["string", "number"]}, {"type": "object"}]}
+_SCATTER = {"anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}]}
 
 
 class TargetRow(Frozen):

@@ -157,7 +157,7 @@ class InvertOptions(Frozen):
     """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
     but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
-        default=None, validation_alias="diameters"
+        default=None, validation_alias="diameters", serialization_alias="diameters"
     )
     """The diameters, or other conditions, that are fitted: `all` or a list. With several the surface's design is run at
     each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
@@ -206,8 +206,11 @@ _RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type":
 
 def _by_name(given: Any) -> Any:
     """Accept a list of names as a mapping without ranges."""
-    names = isinstance(given, list) and all(isinstance(name, str) for name in given)
-    return dict.fromkeys(given) if names else given
+    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+        return given
+    if twice := [name for name in given if given.count(name) > 1]:
+        raise complain(f"{twice[0][:60]} is listed twice", "remove one")
+    return dict.fromkeys(given)
 
 
 class RefineOptions(Frozen):

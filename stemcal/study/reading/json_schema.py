@@ -21,7 +21,9 @@ def json_schema() -> dict[str, Any]:
     Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
     """
     schema = _form()
-    schema["$defs"]["TargetRow"]["additionalProperties"] = {"type": ["string", "number"]}  # a study's own names
+    schema["$defs"]["TargetRow"]["additionalProperties"] = {
+        "anyOf": [{"type": "string"}, {"type": "number"}]
+    }  # a study's own names
     command = schema["$defs"]["CommandSolver"]["properties"]
     command["result"]["anyOf"].append(
         {"type": "object", "additionalProperties": command.pop("results")["additionalProperties"]}

@@ -104,11 +104,17 @@ def _content(path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        meant = (
-            nearest(path.name, (beside.name for beside in path.parent.glob("*.y*ml"))) if not path.exists() else None
-        )
-        remedy = f"did you mean {path.with_name(meant)}?" if meant else "check the name of the spec"
-        raise SpecError([SpecProblem(str(path), 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
+        remedy = f"did you mean {path.with_name(meant)}?" if (meant := _meant(path)) else "check the name of the spec"
+        shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
+        raise SpecError([SpecProblem(shown, 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
+
+
+def _meant(path: Path) -> str | None:
+    """Return the name of the spec in the same folder that may be meant by one that does not exist."""
+    try:
+        return None if path.exists() else nearest(path.name, (one.name for one in path.parent.glob("*.y*ml")))
+    except (OSError, ValueError):
+        return None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:

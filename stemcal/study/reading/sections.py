@@ -231,7 +231,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
     """Return what pydantic finds wrong with a section, as findings; nothing at places that are `told` already."""
     found = []
     for entry in error.errors(include_url=False):
-        if entry["type"] == "too_short" and entry["input"]:
+        if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *entry["loc"])
         if shown in told:

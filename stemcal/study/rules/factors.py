@@ -328,7 +328,8 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
     for name in draft.growing if draft.stem_solver else ():
         parameter = PARAMETERS[name]
         for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
-            if wrong := parameter.outside(value):
+            wrong = parameter.outside(value) if value <= MOST else "is beyond what can be computed with"
+            if wrong:
                 unit = "" if parameter.unit == "1" else f" {parameter.unit}"
                 message = f"among the diameters of this study it becomes {value:.4g}{unit}, which {wrong}"
                 yield Finding(("material", name), message, "correct value, exponent or their ranges")

@@ -102,6 +102,9 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
         return
     measured = [target.condition for target in draft.targets.means]
     for index, condition in enumerate(draft.invert.conditions):
+        if any(math.isclose(condition, other, rel_tol=_CLOSE) for other in draft.invert.conditions[:index]):
+            message = f"{draft.naming.place(condition)} is listed twice"
+            yield Finding(("invert", "diameters", index), message, "remove one")
         if not any(math.isclose(condition, other, rel_tol=_CLOSE) for other in measured):
             named = draft.naming
             message = f"no {named.response.noun} is given for {named.place(condition)}, only for "
