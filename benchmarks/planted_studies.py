@@ -339,7 +339,7 @@ def rough(seed: int) -> Row:
     """Answers that are rough by 8 % but repeatable show in the surface's misfit; a smooth solver mends it."""
     random, truth, law = drawn(seed, "rough")
     plant, uneven = Plant(law, truth, random), replace(law, rough=0.08)
-    spec = SPEC + plant.targets() + RSM + "runs: {quorum: 0}\n"
+    spec = SPEC + plant.targets() + RSM
     before, after = judged(uneven, spec), judged(law, spec)
     reason = before.reason("rough_response")
     return Row(

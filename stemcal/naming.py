@@ -239,7 +239,7 @@ class Naming:
     @property
     def fitted_at(self) -> str:
         """The key of a spec that chooses where the parameters are fitted together."""
-        return "invert.diameters" if self.condition == DIAMETER else "invert.conditions"
+        return "invert.diameters"
 
 
 CUTTING = Naming()

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from stemcal.cli.console import height, note, say, say_json, say_tables, say_whole, stdout, warn
+from stemcal.names import Names
 from stemcal.stages.verdict.result import Verdict
-from stemcal.text.names import Names
 from stemcal.words import counted
 
 if TYPE_CHECKING:

@@ -281,7 +281,7 @@ def one_test_run(
     from stemcal.report.tables.terminal import response_text
     from stemcal.solvers.laboratory_programs import program_of
     from stemcal.solvers.protocol import RESPONSES, Request
-    from stemcal.study.model.laboratory_tests import RESPONSES as KNOWN
+    from stemcal.study.model.measured_targets import RESPONSES as KNOWN
 
     program = program_of(study, section)
     program.prepare()

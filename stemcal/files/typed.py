@@ -10,10 +10,9 @@ import dataclasses
 import functools
 import itertools
 import json
-import re
 import typing
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -89,41 +88,6 @@ def _flat(thing: Any, handler: Any) -> dict[str, Any]:
     return content
 
 
-@typing.dataclass_transform(frozen_default=True)
-class Tagged:
-    """A frozen dataclass of which there are several kinds: in JSON `kind` names the one, before its fields."""
-
-    kind: ClassVar[str]
-    kinds: ClassVar[dict[str, type[Tagged]]] = {}
-    """Every kind of the modules that are imported, by its name."""
-
-    def __init_subclass__(cls, kind: str = "") -> None:
-        """Make a frozen dataclass of it, its kind named after its class if not otherwise: ``flat_response``."""
-        dataclasses.dataclass(frozen=True)(cls)
-        cls.kind = kind or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        Tagged.kinds[cls.kind] = cls
-
-    def tags(self) -> dict[str, str]:
-        """Return the keys that come before those of the fields."""
-        return {"kind": self.kind}
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
-        from pydantic_core import core_schema
-
-        written, (inner, ref) = core_schema.plain_serializer_function_ser_schema(to_json), _unnamed(source, handler)
-        return core_schema.no_info_wrap_validator_function(cls._read, inner, ref=ref, serialization=written)
-
-    @classmethod
-    def _read(cls, given: Any, handler: Any) -> Any:
-        """Read the kind that is named; modules declare their own, so it is looked up now."""
-        name = given.get("kind") if isinstance(given, Mapping) else None
-        found = Tagged.kinds.get(name) if isinstance(name, str) else None
-        if found is None or not issubclass(found, cls):
-            raise ValueError(f"kind is not a known one: {name!r:.60}")
-        return handler(_nested({}, given)) if found is cls else _adapter(found).validate_python(given, strict=False)
-
-
 def _adapter(kind: Any) -> TypeAdapter[Any]:
     """Return what reads and writes a type."""
     if kind not in _adapters:
@@ -135,9 +99,6 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 def to_json(thing: Any) -> Any:
     """Return dataclasses as dictionaries, tuples as lists, all the way down."""
-    if isinstance(thing, Tagged):
-        fields = dataclasses.fields(typing.cast(Any, thing))
-        return thing.tags() | {field.name: to_json(getattr(thing, field.name)) for field in fields}
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         return _adapter(type(thing)).dump_python(thing, mode="json", by_alias=True, warnings=False, fallback=_of_numpy)
     if isinstance(thing, Mapping):

@@ -18,8 +18,8 @@ from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.measured.target_entries import row_of
 from stemcal.note import Note
-from stemcal.study.model import EmbeddedSolver, LaboratorySection, Study
-from stemcal.study.model.laboratory_tests import RESPONSES
+from stemcal.study.model import BREAK_DROP, LaboratorySection, Study
+from stemcal.study.model.measured_targets import RESPONSES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,12 +73,11 @@ def measure_tests(
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
     files = {name: find_files(found) for name, found in own.items()}
     read = {name: measure_shear(found, how, None, left_out[name]) for name, found in files.items()}
-    drop = study.solver.break_drop if isinstance(study.solver, EmbeddedSolver) else 0.5
     taken = {path.name.casefold(): shown(path.name) for path in own.values()}
     unread = [path.name for path in folders if path not in own.values()]
     skipped = [_folder_skipped(shown(name), taken.get(name.casefold())) for name in unread]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
-    means = Rows(mean for test in there for mean in _means(test, read[test.name], drop))
+    means = Rows(mean for test in there for mean in _means(test, read[test.name], BREAK_DROP))
     return MeasuredTests(
         means,
         (*skipped, *notes),

@@ -13,6 +13,7 @@ from stemcal.doe.calibration.fit import Fit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.contour import contours, relief, solutions, with_unit
@@ -35,7 +36,6 @@ from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines
 from stemcal.study.model import Study
 from stemcal.study.reading.checked import checked_number
-from stemcal.text.names import Names
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:

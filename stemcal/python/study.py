@@ -28,7 +28,7 @@ from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.columns import fields_of
 from stemcal.solvers.sheet.reading import told
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.model.frozen import Size
+from stemcal.study.model.factor import Size
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels

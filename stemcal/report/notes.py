@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
+from stemcal.names import Names
 from stemcal.note import SEVERITIES, Note
 from stemcal.stages.base import stage_called
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.text.names import Names
 
 MOST = 5
 """The number of notes that are shown after a run."""

@@ -204,7 +204,7 @@ def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], polic
     failed = sum(not answer.ok for answer in answers)
     if len(answers) - failed >= needed:
         return
-    counts = f"{failed} of {len(answers)} runs failed, runs.quorum {policy.quorum:g} asks for {needed} that succeed"
+    counts = f"{failed} of {len(answers)} runs failed, {needed} must succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
 

@@ -39,8 +39,8 @@ from stemcal.solvers.laboratory_runs import (
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
 from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
-from stemcal.study.model import DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
-from stemcal.study.types.lengths import Length
+from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
+from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
@@ -367,8 +367,7 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symme
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
-        break_drop=solver.break_drop,
-        stop_after_peak=solver.stop_after_peak,
+        break_drop=BREAK_DROP,
     )
 
 

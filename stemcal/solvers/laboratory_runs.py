@@ -27,7 +27,7 @@ from stemcal.laboratory.build import integration
 from stemcal.note import Note
 from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM
+from stemcal.study.model.measured_targets import BEFORE_MAXIMUM
 
 # Of a virtual test: points of its history, elements through the wall of a ring, the share of the loading that force
 # and strain rate are smoothed over, how much wider a ring's elements are away from the plates, and how much longer

@@ -136,7 +136,7 @@ def design_radius(study: Study, k: int) -> float:
 def surface_options(study: Study) -> catalogue.SurfaceOptions:
     """Return what the spec chooses about the design of the surface."""
     rsm = study.rsm
-    return catalogue.SurfaceOptions(rsm.design, rsm.centre_points, rsm.alpha, rsm.core, rsm.runs, rsm.extra_runs)
+    return catalogue.SurfaceOptions(rsm.design, rsm.centre_points, rsm.alpha, rsm.runs, rsm.extra_runs)
 
 
 def surface_factors(study: Study, solver: Solver, screening: Screened | None) -> tuple[list[str], list[Note]]:

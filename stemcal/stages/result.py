@@ -15,6 +15,7 @@ from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder.record import is_key
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
+from stemcal.note import Note
 from stemcal.runs.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ class StageResult(Spread):
     shown: ClassVar[tuple[str, ...]] = ()
     """The attributes that a result is shown with."""
     head: Head
-    notes: tuple[Any, ...]  # of the kinds of `stemcal.notes`, or of the one class of `stemcal.note`
+    notes: tuple[Note, ...]
 
     @property
     def naming(self) -> Naming:

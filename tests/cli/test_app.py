@@ -157,8 +157,8 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
         done = command(name, BAD_SPEC)
         assert done.exit_code == 2
         assert done.stdout == ""
-        assert "6 problems in the spec" in done.stderr
-        assert "many-at-once.yaml:24:9: blade.lenght: unknown key 'lenght'" in done.stderr
+        assert "5 problems in the spec" in done.stderr
+        assert "many-at-once.yaml:21:9: blade.widht: unknown key 'widht'" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -247,7 +247,7 @@ def test_json_of_a_bad_spec() -> None:
     found = json.loads(result.stdout)["result"]
     assert result.exit_code == 2
     assert json.loads(result.stdout)["status"] == "wrong" and found["ok"] is False
-    assert [problem["line"] for problem in found["problems"]] == [7, 9, 13, 20, 22, 24]
+    assert [problem["line"] for problem in found["problems"]] == [6, 8, 12, 19, 21]
 
 
 def test_a_misspelled_spec_is_guessed(tmp_path: Path) -> None:

@@ -21,13 +21,13 @@ from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import export_tables
 from stemcal.report.export.paper import PaperTable
 from stemcal.report.tables.of_designs import runs_table
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import read_study
-from stemcal.text.names import Names
 
 TRIGGERS = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "−", "\t=", "\r=", " =", "\n+")
 BODIES = ("cmd|' /C calc'!A0", "2+3+cmd|'/C calc'!A0", 'HYPERLINK("http://x.y","z")', "SUM(1+1)*cmd|'a'!A", "1;=1+1")

@@ -67,7 +67,7 @@ def failed_in_a_design(folder: Path, _number: int, rng: random.Random) -> None:
     """Some of the twelve runs of a screening fail: refitted with the degrees of freedom left, or refused."""
     rows = rng.sample(range(12), rng.randint(1, 5))
     trouble = {row: rng.choice(TROUBLES) for row in rows}
-    study = make_study(folder, "runs: {quorum: 0.1}\n")
+    study = make_study(folder)
     found = StudyFolder(folder / "out")
     try:
         stage = workflow.screen(study, found, InlineExecutor(), solver=FakeSolver(trouble=trouble)).to_json()
@@ -166,7 +166,7 @@ def instant_limit(folder: Path, _number: int, rng: random.Random) -> None:
     from stemcal.executors.local import LocalExecutor
 
     row, witness = rng.randrange(12), folder / "witness"
-    study = make_study(folder, "runs: {time_limit: 1 s}\n")
+    study = make_study(folder, "solver: {kind: embedded, time_limit: 1 s}\n")
     solver = FakeSolver(witness, seconds=0.15, trouble={row: "hang"})
     with LocalExecutor(1, time_limit=1.0) as executor:
         stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
+from stemcal.names import Names
 from stemcal.report.figures.effects import diagnostics, half_normal, pareto, studentised
 from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
 from stemcal.report.tables.of_designs import canonical_table, checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.tables.stages import tables_of
-from stemcal.text.names import Names
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:

@@ -15,6 +15,7 @@ import pytest
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import document
@@ -33,7 +34,6 @@ from stemcal.report.tables.terminal import final_tables
 from stemcal.stages.results import Results, fresh_results
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.text.names import Names
 from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"

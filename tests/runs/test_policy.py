@@ -22,7 +22,7 @@ def folder(tmp_path: Path) -> StudyFolder:
 
 
 def screen(tmp_path: Path, folder: StudyFolder, solver: FakeSolver, runs: str = "", workers: int = 0) -> dict[str, Any]:
-    study = make_study(tmp_path, f"runs: {{{runs}}}\n" if runs else "")
+    study = make_study(tmp_path, f"solver: {{kind: embedded, {runs}}}\n" if runs else "")
     if not workers:
         return workflow.screen(study, folder, InlineExecutor(), solver=solver).to_json()
     with LocalExecutor(workers, study.runs.time_limit) as executor:
@@ -82,12 +82,9 @@ def test_a_longer_limit_gives_a_timed_out_run_another_chance(tmp_path: Path, fol
 # ---- quorum, stopping
 
 
-def test_quorum(tmp_path: Path, folder: StudyFolder) -> None:
-    """11 of 12 succeed: 0.91 is met, 0.92 is not."""
-    solver = FakeSolver(trouble={7: "nan"})
-    assert screen(tmp_path, folder, solver, "quorum: 0.91")["runs_failed"] == 1
-    with pytest.raises(RunsFailed, match=r"1 of 12 runs failed, runs.quorum 0.92 asks for 12[\s\S]*run 8: nan"):
-        screen(tmp_path, folder, solver, "quorum: 0.92")
+def test_half_of_the_runs_must_succeed(tmp_path: Path, folder: StudyFolder) -> None:
+    with pytest.raises(RunsFailed, match=r"7 of 12 runs failed, 6 must succeed[\s\S]*run 7: nan"):
+        screen(tmp_path, folder, FakeSolver(trouble=dict.fromkeys(range(7), "nan")))
 
 
 def test_a_validation_without_a_single_force_is_no_validation(tmp_path: Path, folder: StudyFolder) -> None:
@@ -118,7 +115,7 @@ def test_a_rising_force_is_marked_and_told_of(tmp_path: Path, folder: StudyFolde
 def test_what_determines_no_answer_recomputes_nothing(tmp_path: Path, folder: StudyFolder) -> None:
     witness = tmp_path / "witness"
     screen(tmp_path, folder, FakeSolver(witness))
-    screen(tmp_path, folder, FakeSolver(witness), "time_limit: 30 s, quorum: 1")
+    screen(tmp_path, folder, FakeSolver(witness), "time_limit: 30 s")
     assert len(lines(witness)) == 12
 
 

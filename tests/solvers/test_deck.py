@@ -32,7 +32,7 @@ from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import stem_material
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STUDY = load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml")

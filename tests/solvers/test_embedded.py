@@ -51,8 +51,8 @@ def test_levels_that_leave_no_bore_are_named() -> None:
 
 def test_a_stem_wider_than_the_blade_is_named() -> None:
     study = load_study(CONFIGS / "smoke.yaml")
-    wide = "diameter: the stem is 90.5 mm wide, the blade only 90 mm long; take at most that, or check its unit"
-    assert list(wrong_levels(study, study.midlevels(), 90.5)) == [wide]
+    wide = "diameter: 1000.5 mm is no stem; take at most 1000 mm, or check its unit"
+    assert list(wrong_levels(study, study.midlevels(), 1000.5)) == [wide]
     assert list(wrong_levels(study, study.midlevels(), 90.0)) == []
 
 

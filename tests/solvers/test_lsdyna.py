@@ -163,7 +163,7 @@ $#     src       srp        fs        vp\r
 
 
 def written(deck: bytes, number: int | None = None, **values: float) -> bytes:
-    return replaced(deck, find_material(deck, number), values)[0]
+    return replaced(deck, find_material(deck), values)[0]
 
 
 def test_only_the_fields_change() -> None:
@@ -206,12 +206,11 @@ def test_value_too_long_for_its_field_is_told_as_written() -> None:
     assert b"      0.3014.2044821      0.50" in deck
 
 
-def test_material_is_chosen_by_number() -> None:
+def test_a_deck_has_one_material_of_the_stem() -> None:
     two = OWN.replace(b"*END", b"*MAT_003\n        12\n      90.0\n*END")
-    with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); name it as solver.material")):
+    with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); put the others into a file")):
         find_material(two)
-    assert find_material(two, 12).number == 12
-    with pytest.raises(UsageError, match="not in a file it includes"):
+    with pytest.raises(UsageError, match="not into a file it includes"):
         find_material(b"*KEYWORD\n*INCLUDE\nmat.k\n*END\n")
 
 

@@ -45,7 +45,7 @@ material: {{density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, 
 solver:
   kind: deck
   program: openradioss
-  home: {home}
+  programs: {{home: {home}}}
   rate_law: cowper_symonds
   element_size: 2 mm
   environment: {environment}
@@ -168,7 +168,7 @@ def test_identity_follows_the_model_not_the_installation(tmp_path: Path) -> None
     first = identity("a")
     assert {**identity("b", mode="hang"), "environment": first["environment"]} == first
     assert identity("c", options="blade: {edge_angle: 30 deg}\n") != first
-    assert identity("d", options="  threads: 2\n") != first
+    assert identity("d", options="  mass_scaling: 2\n") != first
     json.dumps(first)
 
 
@@ -184,7 +184,7 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     make_solver(study).prepare()
     monkeypatch.delenv("RAD_CFG_PATH")
     (tmp_path / "openradioss" / "hm_cfg_files").mkdir()
-    bare = study.model_copy(update={"solver": study.solver.model_copy(update={"home": None})})
+    bare = study.model_copy(update={"solver": study.solver.model_copy(update={"programs": {}})})
     monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
     with pytest.raises(UsageError, match=r"solver\.programs: there is no starter on PATH, and OPENRADIOSS_PATH is not"):
         make_solver(bare).prepare()

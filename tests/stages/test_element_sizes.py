@@ -28,7 +28,7 @@ from stemcal.stages.work import Work
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.reading import load_study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 ROOT = Path(__file__).parents[2]
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

@@ -125,7 +125,6 @@ def test_every_section_of_the_spec_is_an_input_of_some_stage() -> None:
     no_inputs = {
         "name", "title",  # stand in the file, and are compared
         "responses", "conditions", "machine",  # under `named`, where they are not the shear test's
-        "runs",  # policy
         "source", "warnings",  # no part of a dump
     }  # fmt: skip
     assert set(Study.model_fields) == options | set(_TEST) | {"factors", "tests"} | no_inputs

@@ -234,7 +234,7 @@ def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path
     seen = []
     for number in range(12):
         change = ("low: 10, high: 20", f"low: 10, high: {20.0 + 0.01 * number}")
-        found, results = plant.judged(str(number), plant.measured() + RSM + "runs: {quorum: 0}\n", change)
+        found, results = plant.judged(str(number), plant.measured() + RSM, change)
         assert results.surface is not None and results.surface.fitted.df == 3
         seen += [reason for reason in found.reasons if reason.kind == "rough_response"]
     assert len(seen) >= 6 and all(reason.remedy.edit for reason in seen)

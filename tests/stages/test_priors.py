@@ -10,6 +10,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.report.notes import shown_notes
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.words import certainty
@@ -17,7 +18,6 @@ from stemcal.stages.results import Results
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.text.names import Names
 
 FORCES = """\
 targets:

@@ -266,7 +266,7 @@ def test_people_run_one_program_only(tmp_path: Path) -> None:
 def test_keys_that_are_left_out_are_the_studys(tmp_path: Path) -> None:
     text = (CONFIGS / "smoke.yaml").read_text("utf-8")
     path = tmp_path / "study.yaml"
-    there = "refine: {in: {kind: embedded, element_size: 1 mm}, test: {internal_length: 0 mm, duration: 1.5 s}}\n"
+    there = "refine: {in: {kind: embedded, element_size: 1 mm}, internal_length: 0 mm, duration: 1.5 s}\n"
     path.write_text(text + there, encoding="utf-8")
     study = load_study(path)
     seen, own = study.there, study.solver

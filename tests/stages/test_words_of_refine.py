@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Rows
+from stemcal.names import Names
 from stemcal.naming import Named, Naming
 from stemcal.report.tables.of_responses import refine_tables
 from stemcal.runs.outcome import Outcome
@@ -22,7 +23,6 @@ from stemcal.stages.refine.result import (
 )
 from stemcal.stages.refine.words import certainty, notes_of, outcome, program, shortfall
 from stemcal.stages.result import Head
-from stemcal.text.names import Names
 
 STEM = Names()
 HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))

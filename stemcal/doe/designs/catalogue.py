@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from stemcal.doe.designs.box_behnken import box_behnken
-from stemcal.doe.designs.composite import Core, axial_distance, central_composite
+from stemcal.doe.designs.composite import axial_distance, central_composite
 from stemcal.doe.designs.extra_runs import extra_runs
 from stemcal.doe.designs.factorial import fraction, full_factorial
 from stemcal.doe.designs.latin_hypercube import latin_hypercube
@@ -61,7 +61,6 @@ class SurfaceOptions:
     design: str = "central-composite"
     centre_points: int = 6
     alpha: str | float = "rotatable"
-    core: Core = "full"
     runs: int | None = None
     extra_runs: int = 0
 
@@ -71,7 +70,7 @@ class SurfaceOptions:
 
 
 SURFACES: dict[str, Callable[[int, SurfaceOptions], Array]] = {
-    "central-composite": lambda k, o: central_composite(k, o.centre_points, o.alpha, o.core),
+    "central-composite": lambda k, o: central_composite(k, o.centre_points, o.alpha, "fractional"),
     "box-behnken": lambda k, o: box_behnken(k, o.centre_points),
     "full-factorial": lambda k, _o: full_factorial(k, 3),
     "latin-hypercube": lambda k, o: latin_hypercube(k, o.size(k)),
@@ -104,7 +103,7 @@ def surface_reach(k: int, options: SurfaceOptions) -> float:
 
 
 def _alpha(k: int, options: SurfaceOptions) -> float:
-    return axial_distance(k, options.alpha, options.centre_points, options.core)
+    return axial_distance(k, options.alpha, options.centre_points, "fractional")
 
 
 def surface_radius(k: int, options: SurfaceOptions) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import in_a_line
+from stemcal.names import Names
 from stemcal.naming import FIRST, FORCE, Named, capital
 from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
@@ -19,7 +20,6 @@ from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.study.model import Factor, Study
-from stemcal.text.names import Names
 from stemcal.words import series
 
 NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
+from stemcal.names import Names
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, legend_above, new_figure
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.invert.words import source
-from stemcal.text.names import Names
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:

@@ -14,6 +14,7 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
 from stemcal.naming import small
 from stemcal.numbers import short
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
@@ -32,7 +33,6 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
-from stemcal.text.names import Names
 from stemcal.words import counted
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import Column, Table
+from stemcal.names import Names
 from stemcal.numbers import MISSING, interval, significant
 from stemcal.report.tables.columns import ERROR, factor, levels, simulated, to_decimals
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.invert.words import assumption, range_to_cite, source, valid_for
-from stemcal.text.names import Names
 
 if TYPE_CHECKING:
     from stemcal.stages.climb import ClimbResult

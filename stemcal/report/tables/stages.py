@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.files.rows import MOST_ROWS, Table
 from stemcal.files.typed import to_json
+from stemcal.names import Names
 from stemcal.numbers import significant
 from stemcal.report.tables.of_designs import effects_table, surface_tables
 from stemcal.report.tables.of_parameters import (
@@ -19,7 +20,6 @@ from stemcal.report.tables.of_responses import further_table, joint_table, refin
 from stemcal.stages.result import StageResult
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.text.names import Names
 
 if TYPE_CHECKING:
     from stemcal.stages.invert.result import InvertResult

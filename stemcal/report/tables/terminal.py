@@ -15,6 +15,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from stemcal.files.rows import MOST_ROWS, Column, Table
+from stemcal.names import Names
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant, unit_written
 from stemcal.report.tables.of_parameters import calibration_table
@@ -25,9 +26,7 @@ from stemcal.stages.invert.words import known, unseen_changes
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_tests import BEFORE_MAXIMUM, RESPONSES
-from stemcal.study.model.measured_targets import Mean
-from stemcal.text.names import Names
+from stemcal.study.model.measured_targets import BEFORE_MAXIMUM, RESPONSES, Mean
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult

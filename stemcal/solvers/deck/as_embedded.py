@@ -1,8 +1,8 @@
 """What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
 
-from stemcal.solvers.deck.model import Deck
+from stemcal.solvers.deck.model import HOURGLASS, Deck
 from stemcal.study.model import PARAMETERS, EmbeddedSolver, Study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 
 def as_embedded(deck: Deck) -> Study:
@@ -29,9 +29,7 @@ def _solver(deck: Deck, rate_law: str) -> EmbeddedSolver:
     given, same = deck.solver, {"rate_law": rate_law}
     if isinstance(given, EmbeddedSolver):
         return given.model_copy(update={**same, "replicates": None})
-    names = (
-        *("element_size", "elements_through_wall", "edge_over", "coarsening", "coarsening_around"),
-        *("hourglass", "mass_scaling", "time_step_safety", "outputs", "filter_window", "break_drop"),
-    )
+    names = "element_size", "elements_through_wall", "mass_scaling", "time_step_safety", "outputs", "filter_window"
     taken = {name: getattr(given, name) for name in names}
-    return EmbeddedSolver().model_copy(update={**same, **taken, "time_step": None})
+    local = {"edge_over": "elements", "coarsening": 1.0, "coarsening_around": 1.0, "hourglass": HOURGLASS}
+    return EmbeddedSolver().model_copy(update={**same, **taken, **local, "time_step": None})

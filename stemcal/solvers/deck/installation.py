@@ -46,13 +46,13 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
     UsageError
         If one of them is nowhere, or the definitions of keywords that the starter reads.
     """
-    named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
+    named = options.programs.get("home") or options.environment.get(HOME) or os.environ.get(HOME)
     home = None if named is None else folder / named
     if home is not None and not home.is_dir():
-        raise UsageError(f"solver.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
+        raise UsageError(f"solver.programs.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
     given: Mapping[str, str] = {str(name): program for name, program in options.programs.items()}
     programs = {name: _program(name, given.get(name), home, folder) for name in _BEGINNINGS}
-    environment = {**_variables(options, home or _home_of(programs["starter"])), **options.environment}
+    environment = {**_variables(home or _home_of(programs["starter"])), **options.environment}
     _require_definitions(environment)
     return Installation(**programs, environment=environment)
 
@@ -80,8 +80,8 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
         return
     where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
     raise UsageError(
-        f"solver.home: {where}, without whose definitions of keywords the starter ends every run with 'Check and set "
-        f"{DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
+        f"solver.programs.home: {where}, without whose definitions of keywords the starter ends every run with 'Check "
+        f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
     )
 
 
@@ -106,9 +106,9 @@ def _in_home(name: str, home: Path | None) -> list[Path]:
     return [path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK)]
 
 
-def _variables(options: DeckSolver, home: Path | None) -> dict[str, str]:
-    """Return what OpenRadioss asks for, but for what the environment has already."""
-    threads = {"OMP_NUM_THREADS": str(options.threads)}
+def _variables(home: Path | None) -> dict[str, str]:
+    """Return what OpenRadioss asks for, but for what the environment has already; a run has one thread."""
+    threads = {"OMP_NUM_THREADS": "1"}
     if home is None:
         return threads
     at = home.absolute()

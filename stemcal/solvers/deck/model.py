@@ -39,6 +39,9 @@ _RESOLVED = 0.6
 # What the stem's card calls the parameters, in their order.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
+# Coefficient QH of type 4 against hourglass modes, in decks of coarse local elements.
+HOURGLASS = 0.05
+
 
 @dataclass(frozen=True)
 class Parts:
@@ -189,7 +192,7 @@ class Deck:
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
         rests_at = 0.5 * supports.clearance + supports.fillet_radius
-        length, stroke = min(b.length, _BLADE_OVER_STEM * diameter), study.loading.stroke
+        length, stroke = _BLADE_OVER_STEM * diameter, study.loading.stroke
         edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
         if not self.is_sharp:
             edge = edge.moved(edge.nodes + np.array([_NOSE_BESIDE * size, 0.0, 0.0]))
@@ -207,12 +210,11 @@ class Deck:
         kept = {
             "edge_spread": self.edge_spread,
             "edge_radius": study.blade.edge_radius,
-            "blade_length": study.blade.length,
             "density_factor": self.density_factor,
             **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
             "rate_law": self._rate_law,
             **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window")},
-            "break_drop": getattr(solver, "break_drop", BREAK_DROP),
+            "break_drop": BREAK_DROP,
         }
         kept["internal_length"] = self.internal_length
         kept |= {"speed": study.loading.speed, "gap": GAP}
@@ -220,7 +222,7 @@ class Deck:
             kept["force_to_give"] = self.force_to_give
         if not isinstance(solver, EmbeddedSolver):
             return kept
-        names = ("time_step", "stop_after_peak")
+        names = ("time_step",)
         return {**kept, **{name: getattr(solver, name) for name in names}}
 
     @property

@@ -76,10 +76,9 @@ def run_programs(
     its input.
     """
     options = options.model_copy(update={"environment": there.environment})
-    several = ["-nt", str(options.threads)] if options.threads > 1 else []
     *first, last = (
-        _Step("starter", [there.starter, "-i", given, "-np", "1", *several], starter_ran),
-        _Step("engine", [there.engine, "-i", ENGINE_INPUT, *several], partial(_engine_ran, folder)),
+        _Step("starter", [there.starter, "-i", given, "-np", "1"], starter_ran),
+        _Step("engine", [there.engine, "-i", ENGINE_INPUT], partial(_engine_ran, folder)),
         _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
     )
     seconds: dict[str, float] = {}

@@ -34,22 +34,16 @@ class Material003:
     width: int
 
 
-def find_material(deck: bytes, number: int | None = None) -> Material003:
-    """Return the *MAT_003 of a deck: the only one, or that of the given number.
-
-    Raises
-    ------
-    UsageError
-        If there is none, or more than one and no number is given.
-    """
+def find_material(deck: bytes) -> Material003:
+    """Return the only *MAT_003 of a deck; raise `UsageError` if there is none, or more than one."""
     found = list(_materials(deck))
-    chosen = [material for material in found if number in (None, material.number)]
-    if len(chosen) == 1:
-        return chosen[0]
+    if len(found) == 1:
+        return found[0]
     there = ", ".join(str(material.number) for material in found) or "none"
-    wanted = "*MAT_PLASTIC_KINEMATIC" + ("" if number is None else f" number {number}")
-    remedy = "name it as solver.material" if found else "it must stand in solver.deck itself, not in a file it includes"
-    raise UsageError(f"solver.deck: {len(chosen)} {wanted} where one is needed (there are: {there}); {remedy}")
+    put = "put it into the deck itself, not into a file it includes"
+    remedy = "put the others into a file that the deck includes" if found else put
+    counted = f"{len(found)} *MAT_PLASTIC_KINEMATIC where one is needed"
+    raise UsageError(f"solver.decks: {counted} (there are: {there}); {remedy}")
 
 
 def replaced(deck: bytes, material: Material003, values: Mapping[str, float]) -> tuple[bytes, dict[str, str]]:

@@ -24,15 +24,14 @@ from stemcal.study.types.placeholders import template_bytes
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
 # Options that change no answer, or whose files are known by their content.
-_APART = {"environment", "time_limit", "deck", "decks", "files", "version", "keep"}
-_APART |= {"home", "starter", "engine", "th_to_csv"}
+_APART = {"environment", "time_limit", "decks", "files", "programs"}
 
 
 @dataclass(frozen=True)
 class DeckProgram(Program):
     """Answers requests by the program of a `DeckSolver`."""
 
-    revision: ClassVar[int] = 7
+    revision: ClassVar[int] = 8
 
     @property
     def options(self) -> DeckSolver:
@@ -50,7 +49,7 @@ class DeckProgram(Program):
 
     def _inputs(self) -> Inputs:
         for deck in self._own().values():
-            find_material(template_bytes(deck), self.options.material)
+            find_material(template_bytes(deck))
         return Inputs.of([], [*self._own().values(), *self.options.files])
 
     def _determining(self, request: Request) -> dict[str, Any]:
@@ -68,7 +67,7 @@ class DeckProgram(Program):
         if own := self._own():
             text = template_bytes(_at(own, request.condition))
             values = self.study.parameters(request.levels, request.condition)
-            deck, written = replaced(text, find_material(text, self.options.material), values)
+            deck, written = replaced(text, find_material(text), values)
             write_output(folder / DECK, deck)
             return {"written": written}
         written_deck = self._deck(request)

@@ -13,11 +13,9 @@ from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
-from stemcal.solvers.deck.model import Deck, Parts
+from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
 from stemcal.study.model import DAMPING, DeckSolver, EmbeddedSolver, Study
 
-# Coefficient QH of type 4 against hourglass modes, in decks of coarse local elements.
-_HOURGLASS = 0.05
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
@@ -69,7 +67,7 @@ def _control(deck: Deck) -> Iterator[str]:
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
     )
-    yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": getattr(solver, "hourglass", _HOURGLASS)})
+    yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": getattr(solver, "hourglass", HOURGLASS)})
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
     # the contacts' own factors are then all there is, in OpenRadioss too, which does not read this one
     checks = dict.fromkeys(("rwpnal", "islchk", "shlthk", "penopt", "thkchg", "orien", "enmass"), 0)

@@ -21,7 +21,7 @@ from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
 from stemcal.study.model import EmbeddedSolver, Study
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 
 STAGE, STRAIN = "material", "failure_strain"
 TOLERANCE, VALID = 0.02, 0.05  # of the force: where the search ends, and up to where a size is valid

@@ -126,7 +126,7 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
     if censored := sum(run.outcome.censored for run in stage.made):
         bounds = "it is a lower bound" if censored == 1 else "they are lower bounds"
         text = f"In {counted(censored, 'run')} the {names.response.long} still rose at the end of the stroke: {bounds}."
-        yield Note("still_rose", "warning", text, Remedy("Increase refine.test.duration."))
+        yield Note("still_rose", "warning", text, Remedy("Increase refine.duration."))
     after = {run.condition: run.outcome for run in stage.made if run.levels == stage.parameters}
     if left := [row.condition for row in stage.rows if row.condition not in after]:
         why = "the budget is spent" if stage.converged else "the target at the calibration was not reached"

@@ -1,17 +1,21 @@
 """Remedies with numbers: ranges that contain the target, settings that bring doubtful physics below its limits."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import floor, log10
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
 from stemcal.names import Names
+from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Remedy
+from stemcal.stages.invert.joint import joint_surfaces, measured_means
 from stemcal.stages.invert.result import Certainty, JointFitted
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
-from stemcal.study.model import EmbeddedSolver, Factor, Study
+from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of
+from stemcal.study.model import PARAMETERS, EmbeddedSolver, Factor, Study
 from stemcal.words import series
 
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
@@ -135,11 +139,58 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
     return Remedy(measure[:1].upper() + measure[1:])
 
 
+def for_trend(study: Study, surface: SurfaceResult, solution: Mapping[str, float]) -> Remedy:
+    """Return the two changes that remove an error that follows the diameter best, with their predicted errors."""
+    means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
+    every = joint_surfaces(study, surface)
+    fitted = Fitted(
+        np.array([mean.condition for _, mean in means]),
+        np.array([mean.value for _, mean in means]),
+        [every[i] for i, _ in means],
+        surface.scales,
+        replace(surface.region(study), radius=None),  # levels inside the ranges, corners included
+        study.calibration_target.condition,
+        np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
+    )
+    may_grow = [name for name in surface.names if name in PARAMETERS and name not in study.material.growing()]
+    found = remedies_of(fitted, may_grow)
+    if not found:
+        return Remedy(
+            "No parameter of the surface removes it inside its range. Check wall thickness, gap and stroke; then vary "
+            "a further parameter."
+        )
+    each = [_for_trend(study, surface, one) for one in found]
+    texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
+    second = [f"Or {text[:1].lower()}{text[1:]}" for text in texts[1:]]
+    return Remedy(" ".join([texts[0], *second]), "\n".join(each[0][1]))
+
+
+def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -> tuple[str, list[str]]:
+    """Return a change in words and as YAML, by section."""
+    left = f"predicted largest error {found.worst_percent:.1f} %"
+    if isinstance(found, Widened):
+        factor, up = study.factor(found.factor), found.value > study.factor(found.factor).centre
+        value, key = _outwards(found.value, up), "high" if up else "low"
+        change = f"{'Raise' if up else 'Lower'} `{key}` of {found.factor} to {value:g} {factor.unit}".removesuffix(" 1")
+        return f"{change} ({left})", [f"factors: [{{name: {found.factor}, {key}: {value:g}}}]"]
+    at, name = study.calibration_target.condition, f"{found.factor}_growth"
+    half = max(0.5, abs(found.exponent))
+    low, high = (round(found.exponent + side * half, 2) for side in (-1, 1))
+    edit = [
+        f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]",
+        f"material: {{{found.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
+        "screen: {design: none}",
+        f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
+    ]
+    return f"Let {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
+
+
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
     key = "responses" if over == "responses" else study.naming.fitted_at.partition(".")[2]
     edit = f"invert: {{{key}: all}}"
-    return Remedy(f"`{edit}` fits all measured {key} together. {then}".rstrip(), edit)
+    many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
+    return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
 
 
 def chose_conditions(study: Study) -> bool:

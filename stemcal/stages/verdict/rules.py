@@ -8,18 +8,21 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from stemcal.doe.regression.surface import ROUGH_PERCENT
+from stemcal.doe.validation.comparison import ValidationRow
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.naming import FORCE
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import signed_probability
 from stemcal.stages.base import stages_of
-from stemcal.stages.invert.result import InvertResult, JointFitted
+from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EQUAL_REPEATS
 from stemcal.stages.verdict import advice, data, words
 from stemcal.stages.verdict.data import Evidence
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
-from stemcal.study.model import Study
+from stemcal.stages.verdict.trend import trend_of
+from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.words import series
 
 MAJORITY, SOME = 0.5, 0.1
@@ -111,6 +114,50 @@ def _reach(evidence: Evidence) -> Iterator[Note]:
     if not low <= target <= high:
         text = words.out_of_reach(target, low, high, evidence.names)
         yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
+
+
+def _trend(evidence: Evidence) -> Iterator[Note]:
+    """Yield first of all that the error follows the diameter: no other remedy helps against that."""
+    study, surface, found = evidence.study, evidence.results.surface, evidence.results.inversion
+    if surface is None or found is None or not (study.naming.is_force_on_stems and study.naming.is_cutting):
+        return
+    joint, checked = found.joint, evidence.results.validation
+    if joint is not None:
+        rows = [
+            (row.condition, row.measured, row.predicted, _standard_error(row))
+            for row in joint.rows
+            if row.response == FORCE.name
+        ]
+        worst = joint.max_abs_error_percent
+    elif checked is not None and not evidence.is_given:
+        rows = [
+            (row.condition, row.measured, row.simulated, _standard_error(row))
+            for row in checked.compared
+            if row.simulated
+        ]
+        worst = checked.worst_percent or 0.0
+    else:
+        return
+    law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
+    if law is None or not isinstance(study.solver, EmbeddedSolver) or evidence.physics.share > MAJORITY:
+        return
+    severity: Severity = "error" if joint is not None and worst > evidence.equivalent_percent else "warning"
+    how = "faster" if law.exponent > 0.0 else "more slowly"
+    text = (
+        f"The error follows the diameter: the measured force grows {how} than the simulated, by "
+        f"d^{abs(law.exponent):.2f} (largest error {worst:.1f} %)."
+    )
+    if joint is not None:
+        remedy = advice.for_trend(study, surface, found.point.solution)
+    else:
+        then = "What removes the trend is computed from the surfaces of all of them."
+        remedy = advice.fit_all(study, "conditions", then)
+    yield Note("trend", severity, text, remedy)
+
+
+def _standard_error(row: JointRow | ValidationRow) -> float | None:
+    """Return the standard error of a measured mean as a part of it, None where it is unknown."""
+    return None if row.sd is None or row.n is None else row.sd / row.n**0.5 / row.measured
 
 
 def _conflict(evidence: Evidence) -> Iterator[Note]:
@@ -375,6 +422,7 @@ RULES: tuple[Rule, ...] = (
     data.failed_runs,
     _physics,
     _solution_physics,
+    _trend,
     _reach,
     _signs,
     _rough,

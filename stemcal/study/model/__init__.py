@@ -4,27 +4,9 @@ A key of a spec is a field, and what it means stands below it: the JSON schema, 
 `stemcal init` writes, `check` and `explain` all take it from there.
 """
 
-from stemcal.study.model.design_options import (
-    RsmOptions,
-    ScreenOptions,
-    factors_taken,
-    strongest_asked,
-)
-from stemcal.study.model.factor import MOST_FACTORS, Factor, OwnQuantity
+from stemcal.study.model.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
-from stemcal.study.model.laboratory_tests import LaboratoryMeans, LaboratorySection
-from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets
-from stemcal.study.model.parameters import AROUND, EMBEDDED, PARAMETERS, Parameter
-from stemcal.study.model.program_options import (
-    OF_LSDYNA,
-    OF_OPENRADIOSS,
-    CommandSolver,
-    DeckSolver,
-    ProgramOptions,
-    program_of,
-)
-from stemcal.study.model.refine_options import Elsewhere, RefineOptions, RefineTest
-from stemcal.study.model.result_readers import ResultReader
+from stemcal.study.model.measured_targets import LaboratoryMeans, LaboratorySection, Mean, Target, TargetRow, Targets
 from stemcal.study.model.shear_test import (
     DAMPING,
     GAP,
@@ -36,9 +18,30 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.sheet_options import SheetSolver
-from stemcal.study.model.solver_options import BREAK_DROP, EmbeddedSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions, ValidateOptions
+from stemcal.study.model.solver_options import (
+    BREAK_DROP,
+    OF_LSDYNA,
+    OF_OPENRADIOSS,
+    CommandSolver,
+    DeckSolver,
+    EmbeddedSolver,
+    ProgramOptions,
+    ResultReader,
+    SheetSolver,
+    program_of,
+)
+from stemcal.study.model.stage_options import (
+    ClimbOptions,
+    Elsewhere,
+    InvertOptions,
+    RefineOptions,
+    RsmOptions,
+    RunsOptions,
+    ScreenOptions,
+    ValidateOptions,
+    factors_taken,
+    strongest_asked,
+)
 from stemcal.study.model.whole_study import AnySolver, Study, StudyForm
 
 # fmt: off
@@ -75,7 +78,6 @@ __all__ = [
     "Parameter",
     "ProgramOptions",
     "RefineOptions",
-    "RefineTest",
     "ResultReader",
     "RsmOptions",
     "RunsOptions",

@@ -1,5 +1,6 @@
 """Material parameters that follow the stem: a power of its diameter, or a table by grade."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,7 +10,7 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, WithJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from stemcal.errors import UsageError
-from stemcal.study.model.frozen import Frozen, Size
+from stemcal.study.model.factor import Frozen, Size
 from stemcal.study.types.field_types import Quantity, complain
 
 MOST_EXPONENT: Final = 20.0
@@ -42,7 +43,10 @@ class Growth(Frozen):
         """Return value·(d/at)^exponent; `level` is the value of a parameter that is a factor."""
         value = self.value if level is None else level
         exponent = factors[self.exponent] if isinstance(self.exponent, str) else self.exponent
-        return float(value * (diameter / self.at) ** exponent)
+        try:
+            return float(value * (diameter / self.at) ** exponent)
+        except OverflowError:
+            return math.inf
 
     @property
     def known_between(self) -> tuple[float, float]:

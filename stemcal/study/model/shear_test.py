@@ -5,11 +5,9 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from stemcal.measured.curve_modes import Machine
-from stemcal.study.model.frozen import Frozen, Size, SizeOrZero, Time
+from stemcal.study.model.factor import PARAMETERS, Frozen, Size, SizeOrZero, Time
 from stemcal.study.model.growth import Grades, Growth, MayGrow
-from stemcal.study.model.parameters import PARAMETERS
-from stemcal.study.types.field_types import Number, Quantity
-from stemcal.study.types.lengths import Length, StemLengthOrZero
+from stemcal.study.types.field_types import Length, Number, Quantity, StemLengthOrZero
 
 Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
@@ -29,10 +27,8 @@ class SpecimenSection(Frozen):
 
 
 class BladeSection(Frozen):
-    """A wedge behind its edge, rigid."""
+    """A wedge behind its edge, rigid, longer than the stem is wide."""
 
-    length: Size = 90.0
-    """Length along the edge; for the record, it is longer than any stem."""
     width: Size = 28.0
     """Height from edge to back."""
     thickness: Size = 2.3

@@ -1,15 +1,99 @@
-"""The solvers that come with stemcal, as a spec describes them."""
+"""Solvers as a spec describes them: the embedded one, any program, decks, a sheet."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import re
+from pathlib import Path
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    StringConstraints,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
-from stemcal.study.model.frozen import Flag, Frozen, Share, Time
-from stemcal.study.types.field_types import Number, Quantity, Whole
-from stemcal.study.types.lengths import Length, StemLength
+from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.study.model.factor import Flag, Frozen, Time
+from stemcal.study.types.field_types import Length, Number, Quantity, SpecFile, StemLength, Whole, complain
 
+
+def _inside_run_folder(given: object) -> object:
+    """Refuse names that leave the run folder, on any system."""
+    if not isinstance(given, str):
+        return given
+    parts = given.replace("\\", "/").split("/")
+    if not given.strip() or "\0" in given or ":" in given or given[0] in "/\\" or ".." in parts or len(given) > 255:
+        raise complain(f"{given[:60]!r} is not a file in the run folder", "write its name, such as out.csv")
+    return given
+
+
+def _pattern(given: object, info: ValidationInfo) -> object:
+    if not isinstance(given, str):
+        return given
+    try:
+        groups = re.compile(given).groups
+    except (re.error, OverflowError, RecursionError) as error:
+        raise complain(f"is no regular expression: {error}", "correct it") from None
+    if groups == 0:
+        raise complain("has no group around the number", f"write it like '{_first(info)} = (\\S+)'")
+    return given
+
+
+def _first(info: ValidationInfo) -> str:
+    """Return the name of the first response."""
+    naming: Naming = (info.context or {}).get("naming", CUTTING)
+    return naming.response.name
+
+
+RunFile = Annotated[
+    str,
+    StringConstraints(strict=True),
+    BeforeValidator(_inside_run_folder),
+    Field(description="The file in the run folder that the program leaves."),
+]
+Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
+Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
+
+
+class ResultReader(Frozen):
+    """A file in the run folder, and how the series of numbers in it becomes one number.
+
+    One of `column` (of a CSV file with a header), `path` (in a JSON file) and `pattern` (in a text file) names the
+    numbers.
+    """
+
+    file: RunFile
+    column: Text | None = None
+    """Name of a column of a CSV file with a header."""
+    path: Text | None = None
+    """Keys and indices in a JSON file, joined by points: `history.force` or `rows.0.force`."""
+    pattern: Pattern | None = None
+    """Regular expression, searched line by line; the group called y, or the first, is the number, a group x the travel
+    of a curve."""
+    along: Text | None = None
+    """Column or path of the travel of a curve (`curves` of `targets`)."""
+    reduction: Literal["max", "min", "first", "last"] = "last"
+    """How a series of numbers becomes one: its largest, smallest, first or last."""
+    scale: Number = 1.0
+    """The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."""
+
+    @model_validator(mode="after")
+    def _names_numbers_once(self) -> Self:
+        given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = f"has {' and '.join(given)}" if given else "does not name the numbers"
+            raise complain(found, "write one of column: … (CSV), path: … (JSON) and pattern: … (text)")
+        if self.pattern is not None and self.along is not None:
+            raise complain("has along and pattern", "call the group of the travel x in the pattern: (?P<x>…)")
+        return self
+
+
+# The stem counts as broken once elements have failed and the force has dropped by this share of it.
 BREAK_DROP = 0.5
 # Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
 _SLOW = 100.0 / 60.0
@@ -40,13 +124,6 @@ FilterWindow = Annotated[
     float,
     Quantity("time", at_least=0),
     Field(description="Window of the low-pass filter of the force; 0 s for none."),
-]
-BreakDrop = Annotated[
-    Share,
-    Field(
-        description="The stem counts as broken, and the maximum as passed, once elements have failed and the force has "
-        "dropped by this share of it."
-    ),
 ]
 EdgeOver = Annotated[
     Literal["elements", "nodes"],
@@ -88,9 +165,8 @@ class EmbeddedSolver(Frozen):
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
-    break_drop: BreakDrop = BREAK_DROP
-    stop_after_peak: Flag = True
-    """End a simulation there; `false` computes the whole stroke."""
+    time_limit: Time | None = None
+    """How long one run may take, counted from its start; as long as it needs by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
 
@@ -109,3 +185,179 @@ class EmbeddedSolver(Frozen):
                 "filter_window": self.filter_window * slower,
             }
         )
+
+
+MOST_FILES = 100
+
+
+def _argument(given: object) -> object:
+    if isinstance(given, str) and ("\0" in given or len(given) > 4000):
+        raise complain("is not usable as an argument", "shorten it")
+    return given
+
+
+Argument = Annotated[str, StringConstraints(strict=True, min_length=1), BeforeValidator(_argument)]
+Command = Annotated[tuple[Argument, ...], Field(min_length=1, max_length=200)]
+Variable = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
+Value = Annotated[str, StringConstraints(strict=True), BeforeValidator(_argument)]
+Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
+TimeLimit = Annotated[
+    float,
+    Quantity("time", above=0),
+    Field(description="How long a run may take before it is ended with all its processes."),
+]
+
+
+def _diameters(given: dict[str, Path]) -> dict[str, Path]:
+    for text in given:
+        try:
+            Quantity("length", above=0).checked(text, from_yaml=True)
+        except PydanticCustomError as error:
+            raise complain(f"{text[:60]!r} is no diameter: {error.message()}", "write 8 mm: own.k") from None
+    return given
+
+
+class ProgramOptions(Frozen):
+    """What is said of every program that answers in place of the embedded solver."""
+
+    environment: Environment = {}
+    """Further variables of the environment, by name. They are inputs: another `VERSION: …` computes all runs anew."""
+    time_limit: TimeLimit = 3600.0
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Files put beside each run under their own names."""
+
+
+class CommandSolver(ProgramOptions):
+    """Any program that reads text files and leaves its result in one.
+
+    In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
+    the spec and ``{{diameter}}`` for the stem's outer diameter in mm, or the condition that the spec declares in its
+    place by its name; nothing else is replaced but, in a program with chance in it, ``{{seed}}`` and ``{{replicate}}``.
+    Each run has a folder of its own, in which templates and `files` lie under their own names. The number that `result`
+    reads is the response: the maximum force in N, or what the spec declares under ``responses``.
+    ``targets`` hold the values it is calibrated to.
+    """
+
+    kind: Literal["command"] = "command"
+    """Any program that reads text and leaves a number."""
+    command: Command
+    """The program and its arguments, as a list; it never passes through a shell."""
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
+    program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
+    result: ResultReader | None = None
+    """Where the program leaves its number; of several responses a mapping of such readers by their names."""
+    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
+    """The same by the names of the responses."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """Simulations of each point, each with another `{{seed}}`, for a program whose equal inputs give different answers;
+    `1` simulates each run of the design once, repeated centre points too. Without the key the program must give equal
+    answers: its first run is repeated at the start to check this."""
+
+    @property
+    def readers(self) -> dict[str, ResultReader]:
+        """How each response is read; the one of a single reader is called `FIRST`."""
+        return dict(self.results) if self.result is None else {FIRST: self.result}
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether equal inputs may give different answers."""
+        return self.replicates is not None
+
+
+class DeckSolver(ProgramOptions):
+    """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
+
+    The force is that of contact `interface`, times `scale` (4 for a quarter model), filtered, and its peak found like
+    that of the embedded solver.
+
+    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. It can also
+    run your own `decks` with the stem's MAT_003 replaced. OpenRadioss needs starter, engine and ``th_to_csv``: those
+    of `programs`, else those of the installation in its `home` or in the environment variable
+    ``OPENRADIOSS_PATH``, else those on PATH.
+    """
+
+    kind: Literal["deck"] = "deck"
+    """A program that runs a keyword deck of the shear test."""
+    program: Literal["lsdyna", "openradioss"]
+    """The program that runs the deck."""
+    time_limit: TimeLimit = 86400.0
+    interface: Annotated[Whole, Field(ge=1)] = 1
+    """Number of the contact whose force is read."""
+    scale: Number = 1.0
+    """The force is multiplied by it: 4 for a quarter model."""
+    filter_window: FilterWindow = 0.010
+    rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
+    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all. By default `cowper_symonds` for LS-DYNA, `paper` for
+    OpenRadioss."""
+    nonlocal_failure: Flag = False
+    """Whether the deck that stemcal writes carries the lengths of the study: failure by a nonlocal strain over an
+    equivalent of `material.internal_length`, and a nose of radius `blade.edge_spread`. `false`: elements fail by their
+    own strain and the edge is sharp, so that what is calibrated belongs to this mesh."""
+    element_size: StemLength = Length(1.0)
+    """Length of the elements under the edge of the deck that stemcal writes: a length, or a share of the diameter."""
+    elements_through_wall: ThroughWall = None
+    mass_scaling: MassScaling = 1e4
+    command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
+    """LS-DYNA: the program and its arguments, as a list; `{{deck}}` stands for the deck."""
+    decks: Annotated[dict[str, SpecFile], Field(max_length=MOST_FILES), AfterValidator(_diameters)] = {}
+    """LS-DYNA: your own decks by the diameter of the stem, as in `8 mm: own.k`; without them stemcal writes one."""
+    component: Literal["x", "y", "z"] = "z"
+    """LS-DYNA: direction of the force."""
+    programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
+    """OpenRadioss: `home`, the folder of the installation with `exec` and `hm_cfg_files` in it, by default what the
+    environment variable `OPENRADIOSS_PATH` names; names or paths of `starter`, `engine` and `th_to_csv` where `home`
+    has none of the usual name."""
+
+    def own_decks(self) -> dict[float, Path]:
+        """Return the user's own decks by the diameter of the stem, mm."""
+        diameter = Quantity("length", above=0)
+        return {diameter.checked(text, from_yaml=True): path for text, path in self.decks.items()}
+
+    @property
+    def time_step_safety(self) -> float:
+        """Share of the stable time step that is taken."""
+        return 0.8 if self.program == "lsdyna" else 0.9
+
+    @property
+    def outputs(self) -> int:
+        """Points of the force history."""
+        return 500
+
+    @property
+    def law(self) -> str:
+        """The rate law, chosen or by default."""
+        return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
+
+
+OF_LSDYNA = ("command", "decks", "component")
+OF_OPENRADIOSS = ("programs",)
+
+
+def program_of(solver: object) -> str:
+    """Return the program that answers: that of a deck, else the kind of the solver."""
+    return solver.program if isinstance(solver, DeckSolver) else str(getattr(solver, "kind", ""))
+
+
+class SheetSolver(Frozen):
+    """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
+
+    The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
+    """
+
+    kind: Literal["sheet"] = "sheet"
+    """Results are entered into a sheet."""
+    file: SpecFile | None = None
+    """Sheet of runs that are known or designed elsewhere, CSV or xlsx, with the columns run, factors and responses. Its
+    rows are the designs of the stages that it names; empty results are asked for."""
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """How often every run of a design is done, in random order, where equal levels give different answers: their
+    scatter counts. Without the key equal levels give equal answers, and are asked for once."""
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether equal levels may give different answers, whose scatter counts."""
+        return self.replicates is not None

@@ -1,13 +1,142 @@
-"""Calibration and what follows it: options of the stages behind the surface, and of every run."""
+"""Options of the stages, from the designs to the refinement."""
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AliasChoices, BeforeValidator, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST
-from stemcal.study.model.frozen import Flag, Frozen, Time
-from stemcal.study.types.field_types import Number, Whole
+from stemcal.study.model.factor import MOST_FACTORS, Flag, Frozen, Time
+from stemcal.study.model.solver_options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
+from stemcal.study.types.field_types import Number, StemLengthOrZero, Whole, complain
 from stemcal.study.types.named import OwnCondition, responses_by_name
+
+_FIELD_NAMES = {"PB": "plackett-burman", "CCD": "central-composite", "BBD": "box-behnken"}
+
+
+def _in_full(given: Any) -> Any:
+    """Return the name of a design for what the field calls it."""
+    return _FIELD_NAMES.get(given.upper(), given) if isinstance(given, str) else given
+
+
+ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
+SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube"]
+
+
+def _names_of(designs: Any) -> dict[str, Any]:
+    """Return the JSON schema of a design's name: in full, or what the field calls it."""
+    known = get_args(designs)
+    return {"enum": [*known, *(short for short, name in _FIELD_NAMES.items() if name in known)], "type": "string"}
+
+
+class ScreenOptions(Frozen):
+    """The screening design, and the significance level that keeps a factor.
+
+    PB stands for plackett-burman. With none there is no screening: `rsm.factors` names the factors of the surface.
+    """
+
+    design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
+        "plackett-burman"
+    )
+    """The design of the screening."""
+    centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
+    """Runs in the middle of all ranges: they tell whether the response is curved, and its scatter."""
+    runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
+    """Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors."""
+    fold_over: Flag = False
+    """Repeat every run with all signs turned: main effects clear of two-factor interactions."""
+    alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
+    """A factor whose p is below goes on to the surface."""
+
+
+_STRONGEST = r"strongest ([1-9][0-9]?)"
+
+
+def _chosen_or_names(given: Any) -> Any:
+    if isinstance(given, list | tuple) or given == "significant":
+        return given
+    if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
+        return " ".join(given.split())
+    message = "should be 'significant', 'strongest 3' or a list of factor names"
+    raise complain(message, "write factors: significant")
+
+
+def strongest_asked(factors: str | tuple[str, ...]) -> int:
+    """Return how many of the strongest factors `rsm.factors` asks for; 0 where it says something else.
+
+    >>> strongest_asked("strongest 3"), strongest_asked("significant")
+    (3, 0)
+    """
+    found = re.fullmatch(_STRONGEST, factors) if isinstance(factors, str) else None
+    return int(found[1]) if found else 0
+
+
+def factors_taken(design: str) -> tuple[int, int]:
+    """Return how few and how many factors a design for the surface takes."""
+    return (3, 7) if design == "box-behnken" else (2, MOST_FACTORS)
+
+
+AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
+
+
+def _axial_distance(given: Any) -> Any:
+    number = isinstance(given, int | float) and not isinstance(given, bool)
+    if given in get_args(AlphaRule) or (number and 0 < given <= 100):
+        return given
+    shown = f"{given:g}" if number else repr(given)[:60]
+    raise complain(f"{shown} is no axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
+
+
+class RsmOptions(Frozen):
+    """The design behind the response surface, and the terms that are fitted.
+
+    CCD stands for central-composite, BBD for box-behnken.
+    """
+
+    design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
+        "central-composite"
+    )
+    """The design; all but Box–Behnken (3 to 7 factors) take any number of factors. From five factors on
+    central-composite has a fraction of the corners that estimates the same terms (resolution V)."""
+
+    factors: Annotated[
+        str | tuple[str, ...],
+        BeforeValidator(_chosen_or_names),
+        WithJsonSchema(
+            {
+                "anyOf": [
+                    {"const": "significant"},
+                    {"type": "string", "pattern": f"^{_STRONGEST}$"},
+                    {"type": "array", "items": {"type": "string"}},
+                ]
+            }
+        ),
+    ] = "significant"
+    """The significant ones of the screening, `strongest 3` of it, or a list of names, which makes the screening
+    unnecessary for it."""
+    centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
+    """Runs at the centre. The embedded solver gives the same force each time: one teaches as much as six."""
+    alpha: Annotated[
+        AlphaRule | float,
+        BeforeValidator(_axial_distance),
+        WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
+    ] = "rotatable"
+    """How far the axial points lie out, by a rule or in coded units."""
+    runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
+    """Number of runs of a Latin hypercube."""
+    extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
+    """Further runs where the surface is least certain. A larger number reuses the runs made before."""
+    reduce: Literal["none", "backward"] = "none"
+    """`backward` removes terms with p above 0.1, one by one; hierarchy is kept."""
+    coding: dict[str, tuple[Number, Number]] = {}
+    """The values that coded −1 and +1 mean, by factor, as in `yield_stress: [12, 18]`; others get theirs from their
+    range."""
+
+    def coded(self, name: str) -> tuple[float, float]:
+        """Return centre and half step of a factor in `coding`."""
+        low, high = self.coding[name]
+        return float(f"{0.5 * (low + high):.12g}"), float(f"{0.5 * (high - low):.12g}")
+
 
 AtSize = Annotated[float, OwnCondition("length", above=0)]
 
@@ -28,10 +157,11 @@ class InvertOptions(Frozen):
     """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
     but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
-        default=None, validation_alias=AliasChoices("diameters", "conditions")
+        default=None, validation_alias="diameters", serialization_alias="diameters"
     )
-    """The diameters that are fitted: `all` or a list. With several, the surface's design is run at each. By default
-    `specimen.outer_diameter` if it was measured, otherwise the diameter of the first row of `targets`."""
+    """The diameters, or other conditions, that are fitted: `all` or a list. With several the surface's design is run at
+    each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
+    are calibrated at the first of a list."""
     responses: Responses = (FIRST,)
     """What is fitted: the force alone, or also travel and work to the maximum."""
 
@@ -65,3 +195,66 @@ class RunsOptions(Frozen):
     """How long one run may take, counted from its start; as long as it needs by default."""
     quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
     """Share of a stage's runs that must succeed."""
+
+
+Elsewhere = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
+
+_NAMES = {"type": "array", "items": {"type": "string"}}
+_RANGE = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+_RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}
+
+
+def _by_name(given: Any) -> Any:
+    """Accept a list of names as a mapping without ranges."""
+    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+        return given
+    if twice := [name for name in given if given.count(name) > 1]:
+        raise complain(f"{twice[0][:60]} is listed twice", "remove one")
+    return dict.fromkeys(given)
+
+
+class RefineOptions(Frozen):
+    """Simulate at the solution, correct it and step, until the response is right."""
+
+    in_: Annotated[Elsewhere, Field(discriminator="kind")] | None = Field(
+        default=None, validation_alias="in", serialization_alias="in"
+    )
+    """The program or the mesh where the parameters will be used: any solver with its keys, also `embedded` with another
+    mesh. Keys that are left out are the study's if its solver is of the same kind. By default the study's own model."""
+    internal_length: StemLengthOrZero | None = None
+    """`material.internal_length` in `in`; `0 mm` where each element fails by itself."""
+    edge_spread: StemLengthOrZero | None = None
+    """`blade.edge_spread` in `in`; `0 mm` for a sharp edge."""
+    duration: Time | None = None
+    """`loading.duration` in `in`: without lengths the blade may need a longer stroke to the same force."""
+    adjust: Annotated[
+        dict[str, tuple[Number, Number] | None],
+        BeforeValidator(_by_name),
+        WithJsonSchema(
+            {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}]}
+        ),
+    ] = {}
+    """Factors that may move in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if the
+    surface has it, else the strongest factor. Without a range a factor keeps the study's; the failure strain, which
+    depends on mesh and lengths, may move from a tenth of its lower end to 1."""
+    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
+    """The loop ends once the simulated response is within this of the target."""
+    budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+    """Most runs. With `in`, runs that are left simulate the other measured conditions."""
+
+    @property
+    def changes(self) -> dict[str, dict[str, object]]:
+        """What is different in the test simulated by `in`, by section and key."""
+        keys = (("material", "internal_length"), ("blade", "edge_spread"), ("loading", "duration"))
+        return {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the parameters are used in another model than the study's own."""
+        return self.in_ is not None
+
+    def solver_there(self, own: Any) -> Any:
+        """Return the solver of `in`, completed by the study's own of the same kind."""
+        if self.in_ is None or not isinstance(own, type(self.in_)):
+            return self.in_ or own
+        return own.model_copy(update={name: getattr(self.in_, name) for name in self.in_.model_fields_set})

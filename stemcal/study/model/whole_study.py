@@ -15,15 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
-from stemcal.study.model.design_options import RsmOptions, ScreenOptions
-from stemcal.study.model.factor import MOST_FACTORS, Factor, OwnQuantity
-from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.factor import MOST_FACTORS, PARAMETERS, Factor, Frozen, OwnQuantity
 from stemcal.study.model.growth import exponents_in
-from stemcal.study.model.laboratory_tests import LaboratorySection, named_responses
-from stemcal.study.model.measured_targets import Target, Targets, named_modes
-from stemcal.study.model.parameters import PARAMETERS
-from stemcal.study.model.program_options import CommandSolver, DeckSolver
-from stemcal.study.model.refine_options import RefineOptions
+from stemcal.study.model.measured_targets import LaboratorySection, Target, Targets, named_modes, named_responses
 from stemcal.study.model.shear_test import (
     GAP,
     BladeSection,
@@ -34,9 +28,16 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.sheet_options import SheetSolver
-from stemcal.study.model.solver_options import EmbeddedSolver
-from stemcal.study.model.stage_options import ClimbOptions, InvertOptions, RunsOptions, ValidateOptions
+from stemcal.study.model.solver_options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
+from stemcal.study.model.stage_options import (
+    ClimbOptions,
+    InvertOptions,
+    RefineOptions,
+    RsmOptions,
+    RunsOptions,
+    ScreenOptions,
+    ValidateOptions,
+)
 from stemcal.study.types.field_types import StudyName, Title
 from stemcal.study.types.named import naming_of
 from stemcal.words import counted, did_you_mean
@@ -97,8 +98,6 @@ class StudyForm(Frozen):
         default=ValidateOptions(), validation_alias="validate", serialization_alias="validate"
     )
     """Stage 5: the comparison at every measured diameter."""
-    runs: RunsOptions = RunsOptions()
-    """What becomes of runs that fail."""
 
 
 class Hands(Protocol):
@@ -293,7 +292,7 @@ class Study(StudyForm):
         """The study as `refine.in` simulates it; the study itself without that key."""
         if self.refine is None or not self.refine.elsewhere:
             return self
-        changes = self.refine.test.changes.items()
+        changes = self.refine.changes.items()
         sections = {name: getattr(self, name).model_copy(update=change) for name, change in changes}
         solver = self.refine.solver_there(self.solver)
         return self.model_copy(update={"solver": solver, "refine": None, **sections})
@@ -308,6 +307,11 @@ class Study(StudyForm):
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+
+    @property
+    def runs(self) -> RunsOptions:
+        """How long a run may take, and how many must succeed."""
+        return RunsOptions(time_limit=self.solver.time_limit if isinstance(self.solver, EmbeddedSolver) else None)
 
     @property
     def without_rate(self) -> bool:

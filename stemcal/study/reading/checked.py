@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
 from stemcal.study.model import Factor
-from stemcal.study.model.frozen import Size
+from stemcal.study.model.factor import Size
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.types.field_types import Number, Quantity
 from stemcal.study.types.units import from_internal, parse_unit

@@ -7,10 +7,8 @@ from inspect import getsource
 from itertools import pairwise
 from typing import Any
 
-from pydantic import AliasChoices
-
 from stemcal.study.model import StudyForm
-from stemcal.study.model.frozen import Frozen
+from stemcal.study.model.factor import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
 SOLVER_KINDS = ("embedded", "command", "sheet", "deck")
@@ -23,11 +21,9 @@ def json_schema() -> dict[str, Any]:
     Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
     """
     schema = _form()
-    schema["$defs"]["TargetRow"]["additionalProperties"] = {"type": ["string", "number"]}  # a study's own names
-    schema["$defs"]["InvertOptions"]["properties"]["conditions"] = {
-        "description": "The same where `conditions` names the study's own: `diameters` by its name there.",
-        "anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "string"}]}}],
-    }
+    schema["$defs"]["TargetRow"]["additionalProperties"] = {
+        "anyOf": [{"type": "string"}, {"type": "number"}]
+    }  # a study's own names
     command = schema["$defs"]["CommandSolver"]["properties"]
     command["result"]["anyOf"].append(
         {"type": "object", "additionalProperties": command.pop("results")["additionalProperties"]}
@@ -49,8 +45,7 @@ def _form() -> dict[str, Any]:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
         said = _said_by_fields(model)
         for name, field in vars(model)["__pydantic_fields__"].items():
-            alias = field.validation_alias
-            key = alias.choices[0] if isinstance(alias, AliasChoices) else alias or name
+            key = field.validation_alias or name
             if key in section.get("properties", {}):
                 node = section["properties"][key]
                 meaning = field.description or said.get(name) or node.get("description", "")

@@ -105,7 +105,8 @@ def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePa
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     if error["type"] in ("too_short", "string_too_short"):
-        return Finding(path, "is empty", "fill it in")
+        given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
+        return Finding(path, f"{_show(given)} is too short" if given else "is empty", "fill it in")
     most = error["ctx"].get("max_length")
     return Finding(path, f"is too long ({len(error['input'])})", f"keep at most {most}")
 

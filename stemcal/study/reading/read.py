@@ -104,11 +104,17 @@ def _content(path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        meant = (
-            nearest(path.name, (beside.name for beside in path.parent.glob("*.y*ml"))) if not path.exists() else None
-        )
-        remedy = f"did you mean {path.with_name(meant)}?" if meant else "check the name of the spec"
-        raise SpecError([SpecProblem(str(path), 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
+        remedy = f"did you mean {path.with_name(meant)}?" if (meant := _meant(path)) else "check the name of the spec"
+        shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
+        raise SpecError([SpecProblem(shown, 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
+
+
+def _meant(path: Path) -> str | None:
+    """Return the name of the spec in the same folder that may be meant by one that does not exist."""
+    try:
+        return None if path.exists() else nearest(path.name, (one.name for one in path.parent.glob("*.y*ml")))
+    except (OSError, ValueError):
+        return None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:
@@ -121,9 +127,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
 
 def _as_spelled(finding: Finding, data: Any) -> Finding:
     """Return a finding with the path that the spec writes."""
-    path, invert = finding.path, data.get("invert") if isinstance(data, dict) else None
-    if path[:2] == ("invert", "diameters") and isinstance(invert, dict) and "diameters" not in invert:
-        path = ("invert", "conditions", *path[2:])
+    path = finding.path
     above = zip(("", *path), path, strict=False)
     return finding._replace(path=tuple("result" if pair == ("solver", "results") else pair[1] for pair in above))
 

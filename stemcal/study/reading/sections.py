@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 
-from pydantic import AliasChoices, BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
@@ -21,8 +21,7 @@ from stemcal.study.model import (
     StudyForm,
     Targets,
 )
-from stemcal.study.model.laboratory_tests import fitted_responses, named_responses, with_tests
-from stemcal.study.model.measured_targets import named_modes
+from stemcal.study.model.measured_targets import fitted_responses, named_modes, named_responses, with_tests
 from stemcal.study.reading.json_schema import SOLVER_KINDS, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
@@ -96,7 +95,7 @@ class Sections:
         if "tests" in self.good:
             self.good["tests"] = tuple(self.tests.values())
         invert, specimen = self.data.get("invert"), self.good.get("specimen")
-        chosen = invert.get("diameters", invert.get("conditions")) if isinstance(invert, dict) else None
+        chosen = invert.get("diameters") if isinstance(invert, dict) else None
         calibrate_at = rows.calibrated_at(chosen, getattr(specimen, "outer_diameter", None))
         is_read = isinstance(machine, MachineSection) and machine.__dict__.keys() == MachineSection.model_fields.keys()
         known = machine.known if is_read and machine is not None else Machine()
@@ -232,7 +231,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
     """Return what pydantic finds wrong with a section, as findings; nothing at places that are `told` already."""
     found = []
     for entry in error.errors(include_url=False):
-        if entry["type"] == "too_short" and entry["input"]:
+        if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *entry["loc"])
         if shown in told:
@@ -266,8 +265,7 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
 
 def _keys(kind: type[BaseModel], name: str) -> Sequence[str]:
     """Return the keys that a field may have in a spec."""
-    alias = kind.model_fields[name].validation_alias
-    return [str(choice) for choice in alias.choices] if isinstance(alias, AliasChoices) else [str(alias or name)]
+    return [str(kind.model_fields[name].validation_alias or name)]
 
 
 def _field(hint: Any, given: Any, context: Mapping[str, Any]) -> Any:

@@ -5,16 +5,7 @@ What is possible but looks like a slip is in `plausible`.
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import (
-    factors,
-    geometry,
-    growth_rules,
-    laboratory_rules,
-    program_rules,
-    refine_rules,
-    surface_rules,
-    target_rules,
-)
+from stemcal.study.rules import factors, program_rules, surface_rules, target_rules
 from stemcal.study.rules.draft import Draft, Finding
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
@@ -31,18 +22,17 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.wall_fits_stem,
     factors.rate_parameters_are_used,
     factors.material_is_complete,
-    growth_rules.growth_has_one_value,
-    growth_rules.exponents_are_factors,
-    growth_rules.grades_reach,
-    growth_rules.growth_is_physical,
-    growth_rules.growth_is_seen,
+    factors.growth_has_one_value,
+    factors.exponents_are_factors,
+    factors.grades_reach,
+    factors.growth_is_physical,
+    factors.growth_is_seen,
     factors.tangent_stays_below_elastic,
     target_rules.conditions_differ,
-    geometry.stem_reaches_over_supports,
-    geometry.blade_spans_stem,
-    geometry.edge_fits_blade,
-    geometry.elements_fit_stem,
-    geometry.friction_falls,
+    surface_rules.stem_reaches_over_supports,
+    surface_rules.edge_fits_blade,
+    surface_rules.elements_fit_stem,
+    surface_rules.friction_falls,
     surface_rules.surface_factors_exist,
     surface_rules.factors_are_found,
     surface_rules.strongest_are_enough,
@@ -52,14 +42,14 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     surface_rules.coding_fits,
     target_rules.joint_conditions_measured,
     target_rules.responses_measured,
-    laboratory_rules.tests_are_simulated,
-    laboratory_rules.curves_are_simulated,
-    laboratory_rules.tests_differ,
-    laboratory_rules.tests_have_what_they_need,
-    laboratory_rules.further_cuts_are_possible,
-    laboratory_rules.test_programs_are_complete,
-    laboratory_rules.tests_fit_the_stem,
-    laboratory_rules.test_targets_stand_beside_forces,
+    target_rules.tests_are_simulated,
+    target_rules.curves_are_simulated,
+    target_rules.tests_differ,
+    target_rules.tests_have_what_they_need,
+    target_rules.further_cuts_are_possible,
+    target_rules.test_programs_are_complete,
+    target_rules.tests_fit_the_stem,
+    target_rules.test_targets_stand_beside_forces,
     program_rules.placeholders_are_known,
     program_rules.placeholders_are_used,
     program_rules.chance_is_said,
@@ -69,14 +59,14 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     program_rules.command_names_deck,
     program_rules.keys_belong_to_the_program,
     program_rules.openradioss_hardens_isotropically,
-    refine_rules.refinement_is_possible,
+    surface_rules.refinement_is_possible,
 )
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`."""
-    there = refine_rules.seen_there(draft)
-    return [*_broken(draft), *refine_rules.wrong_there(draft, [] if there is None else _broken(there))]
+    there = surface_rules.seen_there(draft)
+    return [*_broken(draft), *surface_rules.wrong_there(draft, [] if there is None else _broken(there))]
 
 
 def _broken(draft: Draft) -> list[Finding]:

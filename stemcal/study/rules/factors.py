@@ -1,6 +1,6 @@
-"""Rules on factors and fixed material values; each function yields what it finds wrong."""
+"""Rules on factors, fixed material values and those that follow the diameter."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from stemcal.study.model import (
     AROUND,
@@ -10,18 +10,19 @@ from stemcal.study.model import (
     DeckSolver,
     EmbeddedSolver,
     Factor,
+    Grades,
     Growth,
     Parameter,
     Study,
     exponents_in,
 )
 from stemcal.study.rules.draft import Draft, Finding
-from stemcal.study.rules.geometry import wider_than_blade
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import did_you_mean, nearest
 
+_WIDEST = 1000.0  # mm
 RATE = ("strain_rate_c", "strain_rate_p")
 
 
@@ -113,8 +114,8 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     """Yield what is wrong with levels (units of the spec) and a diameter that stand in no spec."""
     if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
         return
-    if diameter is not None and (wide := wider_than_blade(diameter, study.blade.length)):
-        yield f"diameter: {wide}; take at most that, or check its unit"
+    if diameter is not None and diameter > _WIDEST:
+        yield f"diameter: {diameter:g} mm is no stem; take at most {_WIDEST:g} mm, or check its unit"
         return
     steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
     if steep:
@@ -279,3 +280,81 @@ def _plausible(name: str) -> str:
     parameter = EMBEDDED[name]
     low, high = parameter.plausible
     return f"{low:g} to {high:g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
+
+
+def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
+    """The value at `at` is given, or that of a factor; a table by grade leaves nothing to a factor."""
+    for name, growth in draft.growing.items() if draft.stem_solver else ():
+        path = ("material", name)
+        if name in draft.names and growth.value is not None:
+            remedy = "remove its value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
+            yield Finding(path, f"{name} is a factor too", remedy, at_key=True)
+        elif name not in draft.names and growth.value is None:
+            low, high = PARAMETERS[name].plausible
+            unit = "" if PARAMETERS[name].unit == "1" else f" {PARAMETERS[name].unit}"
+            remedy = f"add value: … ({low:g} to {high:g}{unit}), or make {name} a factor"
+            yield Finding(path, f"{name} has no value at its diameter", remedy, at_key=True)
+
+
+def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
+    """An exponent with a name is a factor, a pure number, and no parameter of its own."""
+    known = {factor.name: index for index, factor in draft.factors.items()}
+    for name, growth in draft.growing.items():
+        path, exponent = ("material", name, "exponent"), getattr(growth, "exponent", None)
+        if not isinstance(exponent, str):
+            continue
+        if exponent in EMBEDDED:
+            free = [factor for factor in draft.names if factor not in EMBEDDED]
+            yield Finding(path, f"{exponent} is a parameter itself", did_you_mean(exponent, free or ["growth"]))
+        elif exponent not in draft.names:
+            message = f"{exponent[:60]!r} is neither a number nor a factor of this study"
+            yield Finding(path, message, f"add it to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
+        elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
+            yield Finding(("factors", known[exponent]), *wrong)
+
+
+def grades_reach(draft: Draft) -> Iterator[Finding]:
+    """A table by grade holds all diameters of the study."""
+    for name, growth in draft.growing.items():
+        low, high = growth.known_between
+        outside = sorted({d for d in draft.diameters.values() if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9)})
+        if isinstance(growth, Grades) and outside:
+            message = f"the grades, {low:g} to {high:g} mm, leave out {', '.join(f'{d:g}' for d in outside[:5])} mm"
+            yield Finding(("material", name), message, f"add a grade at {outside[0]:g} mm")
+
+
+def growth_is_physical(draft: Draft) -> Iterator[Finding]:
+    """At every diameter, for all levels, a growing parameter has a value that a material can have."""
+    for name in draft.growing if draft.stem_solver else ():
+        parameter = PARAMETERS[name]
+        for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
+            wrong = parameter.outside(value) if value <= MOST else "is beyond what can be computed with"
+            if wrong:
+                unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+                message = f"among the diameters of this study it becomes {value:.4g}{unit}, which {wrong}"
+                yield Finding(("material", name), message, "correct value, exponent or their ranges")
+                break
+
+
+def growth_is_seen(draft: Draft) -> Iterator[Finding]:
+    """A surface that varies an exponent is fitted at another diameter than the one where it changes nothing."""
+    if draft.targets is None or draft.invert is None or draft.rsm is None or isinstance(draft.rsm.factors, str):
+        return
+    joint: Sequence[float] | str = draft.invert.conditions or [draft.targets.calibrate_at]
+    fitted = [target.condition for target in draft.targets.means] if isinstance(joint, str) else joint
+    for name, growth in draft.growing.items():
+        if not isinstance(growth, Growth) or growth.exponent not in draft.rsm.factors or growth.exponent in EMBEDDED:
+            continue
+        if all(abs(d - growth.at) < 1e-9 * growth.at for d in fitted):
+            message = f"at {growth.at:g} mm, the only diameter that is fitted, {growth.exponent} changes nothing"
+            remedy = "write diameters: all under invert, or another diameter as `at`"
+            yield Finding(("material", name, "at"), message, remedy)
+
+
+def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
+    """Return what keeps a factor from being an exponent, and the remedy."""
+    if factor.unit != "1":
+        return "an exponent is a pure number", "remove its unit"
+    if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
+        return f"{factor.low:g} to {factor.high:g} are no exponents", f"stay within ±{MOST_EXPONENT:g}"
+    return None

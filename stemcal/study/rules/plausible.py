@@ -8,13 +8,12 @@ from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL, WORK
 from stemcal.study.model import EMBEDDED, PARAMETERS, CommandSolver, DeckSolver, EmbeddedSolver, Growth, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
-from stemcal.study.types.lengths import Length
+from stemcal.study.types.field_types import Length
 from stemcal.study.types.strict_yaml import NodePath
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("specimen", "outer_diameter"): (1, 100, "mm"),
     ("specimen", "length"): (5, 1000, "mm"),
-    ("blade", "length"): (5, 1000, "mm"),
     ("blade", "width"): (1, 500, "mm"),
     ("blade", "thickness"): (0.1, 50, "mm"),
     ("blade", "edge_angle"): (5, 120, "deg"),

@@ -1,9 +1,54 @@
-"""Rules on the response surface and the climb to it: factors, design, coding, steps."""
+"""Rules on the virtual test, the response surface, the climb to it and the refinement."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
-from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, strongest_asked
+from stemcal.study.model import PARAMETERS, RsmOptions, SheetSolver, factors_taken, strongest_asked
 from stemcal.study.rules.draft import Draft, Finding
+
+# More elements across a stem would be thousands of millions in it.
+_MOST_ACROSS = 1000.0
+
+
+def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
+    """The specimen lies on both supports."""
+    if draft.supports and draft.specimen and draft.supports.clearance >= draft.specimen.length:
+        message = (
+            f"the supports are {draft.supports.clearance:g} mm apart, the specimen is only "
+            f"{draft.specimen.length:g} mm long"
+        )
+        yield Finding(("supports", "clearance"), message, "move them closer or take a longer specimen")
+
+
+def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
+    """The rounding of the edge is smaller than half the thickness."""
+    if draft.blade and draft.blade.edge_radius > draft.blade.thickness / 2:
+        message = f"{draft.blade.edge_radius:g} mm is more than half the blade's thickness"
+        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.blade.thickness / 2:g} mm")
+
+
+def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
+    """An element is smaller than the radius of the thinnest stem, and no mesh has more elements than can be counted."""
+    if draft.embedded is None or not draft.diameters:
+        return
+    thinnest = min(draft.diameters.values())
+    if draft.embedded.element_size.at(thinnest) > thinnest / 2:
+        message = f"elements of {draft.embedded.element_size} are too large for a {thinnest:g} mm stem"
+        yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
+    thickest = max(draft.diameters.values())
+    if (across := thickest / draft.embedded.element_size.at(thickest)) > _MOST_ACROSS:
+        message = f"elements of {draft.embedded.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
+        yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
+
+
+def friction_falls(draft: Draft) -> Iterator[Finding]:
+    """Sliding does not rub more than sticking."""
+    contact = draft.contact
+    if contact and contact.dynamic_friction > contact.static_friction:
+        message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
+        yield Finding(("contact", "dynamic_friction"), message, "swap them")
+
 
 MOST_CCD_FACTORS = 8
 LATIN_HYPERCUBE = "latin-hypercube"
@@ -23,7 +68,7 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
     if not chosen:
         yield Finding(("rsm", "factors"), "a response surface needs a factor", "name one")
     if len(chosen) > MOST_CCD_FACTORS:
-        message = f"{len(chosen)} factors make {2 ** min(len(chosen), 60)} corner runs"
+        message = f"{len(chosen)} factors make too many corner runs"
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
 
 
@@ -108,3 +153,51 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
             factor = known[name]
             message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, f"take at most {factor.half_range:g}")
+
+
+def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
+    """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
+    if draft.refine is None:
+        return
+    by_name = {factor.name: factor for factor in draft.factors.values()}
+    for name, ends in draft.refine.adjust.items():
+        if name not in draft.names:
+            yield draft.unknown_factor(("refine", "adjust", name), name)
+        elif name in by_name and ends is not None and ends[0] >= ends[1]:
+            message = f"low {ends[0]:g} is not below high {ends[1]:g}"
+            yield Finding(("refine", "adjust", name), message, "widen the range")
+    if not draft.refine.elsewhere and (draft.refine.adjust or draft.refine.changes):
+        key = "adjust" if draft.refine.adjust else next(iter(next(iter(draft.refine.changes.values()))))
+        message = "it applies to another model only, and there is no key `in`"
+        yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
+    if isinstance(draft.solver, SheetSolver) and isinstance(draft.refine.in_, SheetSolver):
+        message = "the study's runs are entered by hand already, and a sheet asks for one program only"
+        yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
+
+
+def seen_there(draft: Draft) -> Draft | None:
+    """Return the study as `refine.in` simulates it; None without it, or where the sections are not valid."""
+    if draft.refine is None or not draft.refine.elsewhere or draft.solver is None:
+        return None
+    test: dict[str, Any] = {}
+    for name, change in draft.refine.changes.items():
+        if (section := getattr(draft, name, None)) is not None:
+            test[name] = section.model_copy(update=change)
+    return replace(draft, solver=draft.refine.solver_there(draft.solver), refine=None, **test)
+
+
+def wrong_there(draft: Draft, broken: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield what is wrong with the study in `refine.in`, at the keys of that section.
+
+    A factor that does not move may have no effect there.
+    """
+    for finding in broken:
+        section = finding.path[0] if finding.path else ""
+        if section == "solver":
+            yield finding._replace(path=("refine", "in", *finding.path[1:]))
+        elif section in ("responses", "conditions") and draft.stem_solver == "":
+            yield finding._replace(path=("refine", "in"), at_key=False)
+        elif section == "factors" and draft.refine is not None and isinstance(index := finding.path[1], int):
+            factor = draft.factors.get(index)
+            if factor is not None and factor.name in draft.refine.adjust and finding.path[2:] == ("name",):
+                yield finding._replace(path=("refine", "adjust", factor.name))

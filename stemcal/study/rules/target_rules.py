@@ -1,16 +1,26 @@
-"""Rules on what was measured: diameters, forces, other responses."""
+"""Rules on what was measured, and on laboratory tests besides cutting."""
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import isclose
 
 from stemcal.naming import FIRST, FORCE, Naming
-from stemcal.study.model import OwnQuantity, Target
-from stemcal.study.model.parameters import PARAMETERS
+from stemcal.study.model import CommandSolver, DeckSolver, EmbeddedSolver, LaboratorySection, OwnQuantity, Target
+from stemcal.study.model.factor import PARAMETERS
+from stemcal.study.model.measured_targets import RESPONSES
+from stemcal.study.rules import surface_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.factors import reached
+from stemcal.study.rules.program_rules import (
+    has_abscissa,
+    placeholders_are_known,
+    run_files_differ,
+)
 from stemcal.study.types.named import declared_once
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.study.types.units import UnitError, convert
+from stemcal.words import did_you_mean
 
 _CLOSE = 1e-9
 _TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
@@ -92,6 +102,9 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
         return
     measured = [target.condition for target in draft.targets.means]
     for index, condition in enumerate(draft.invert.conditions):
+        if any(math.isclose(condition, other, rel_tol=_CLOSE) for other in draft.invert.conditions[:index]):
+            message = f"{draft.naming.place(condition)} is listed twice"
+            yield Finding(("invert", "diameters", index), message, "remove one")
         if not any(math.isclose(condition, other, rel_tol=_CLOSE) for other in measured):
             named = draft.naming
             message = f"no {named.response.noun} is given for {named.place(condition)}, only for "
@@ -131,3 +144,185 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
         at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
         message = f"{name} has no sd{at_any}: there is nothing to weigh it by"
         yield Finding(("targets", min(given)), message, f"add {sd}")
+
+
+_CUTTING = "cutting"
+_OF_PROGRAMS = {"name", "kind", "solver"}
+_OF_CUTTING = {"name", "kind", "blade", "supports", "stroke", "speed"}
+_ABOUT_CUTTING = (
+    surface_rules.stem_reaches_over_supports,
+    surface_rules.edge_fits_blade,
+)
+
+
+def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
+    """Laboratory tests are for the embedded solver, whose responses they extend."""
+    if not draft.tests:
+        return
+    if draft.solver is not None and draft.embedded is None:
+        message = f"solver {draft.solver.kind} does not simulate laboratory tests"
+        yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
+    if draft.refine is not None and draft.refine.elsewhere:
+        message = "another model does not simulate the tests"
+        yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
+    for section in ("responses", "conditions"):
+        if getattr(draft, section):
+            message = f"{section} of a program stand beside the tests of the embedded solver"
+            yield Finding((section,), message, "leave out one of them", at_key=True)
+
+
+def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
+    """Curves are measured where the parameters are calibrated, and the solver has a curve to compare."""
+    targets = draft.targets
+    curved = {} if targets is None else {one.row: one.condition for one in targets.means if one.curves}
+    for index in curved:
+        path = ("targets", index, "curves")
+        if isinstance(draft.solver, CommandSolver):
+            result = draft.solver.result
+            if result is None or result.reduction != "max" or not has_abscissa(result):
+                message = "needs a result that is the largest force along the travel in mm"
+                yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
+        elif not isinstance(draft.solver, EmbeddedSolver | DeckSolver | None):
+            yield Finding(path, f"solver {draft.solver.kind} has no curve to compare", "give the force alone")
+        if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
+            message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
+            yield Finding(path, message, "give curves there too, or the force alone")
+    machine = draft.machine
+    if targets is not None and machine is not None and machine.model_fields_set and not curved:
+        message = "no curves are given: what is known of the machine has no use"
+        yield Finding(("machine",), message, "remove it, or name curves in targets", at_key=True)
+    if machine is not None and machine.stiffness_sd and machine.stiffness is None:
+        message = "there is no stiffness that it is the standard deviation of"
+        yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
+    if curved and draft.refine is not None and draft.refine.elsewhere:
+        message = "curves are not compared in another model"
+        yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
+
+
+def tests_differ(draft: Draft) -> Iterator[Finding]:
+    """Each test has a name of its own, of which the names of its responses and of its folder of sheets are made.
+
+    Case does not count, as in names of folders on Windows.
+    """
+    seen: set[str] = set()
+    for index, test in draft.tests.items():
+        key = test.name.casefold()
+        if key in seen or key == _CUTTING:
+            taken = "the test of the sections above" if key == _CUTTING else "another test"
+            yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
+        seen.add(key)
+        for response in test.measured:
+            if test.called(response) in draft.names:
+                message = f"{test.called(response)!r} is the name of a factor and of a response"
+                yield Finding(("tests", index, "name"), message, "choose another name")
+
+
+def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
+    """Bending has a span; what is measured has a scatter."""
+    for index, test in draft.tests.items():
+        path = ("tests", index)
+        if test.solver is None:
+            yield from _simulated_needs(path, test)
+        for means in test.targets:
+            for response, mean in means.means.items():
+                if mean.sd is None:
+                    message = f"{response} has no sd: there is nothing to weigh it by"
+                    yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
+
+
+def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:
+    bends = test.kind == "three-point-bending"
+    if test.is_further_cut:
+        for key in sorted(test.model_fields_set - {*_OF_CUTTING, "targets"}):
+            yield Finding((*path, key), f"{key} is not of a cutting test beside the first", "remove it", at_key=True)
+        for means in test.targets:
+            if "slope" in means.means:
+                message = "the slope of a cut holds the give of the contact, which belongs to the mesh"
+                yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
+        return
+    for key in sorted({"blade", "supports"} & test.model_fields_set):
+        yield Finding((*path, key), f"{test.kind} has no {key}", "remove it", at_key=True)
+    if test.kind == "other":
+        yield Finding((*path, "kind"), "only a program of yours can do another test", "add solver: {kind: command, …}")
+    if test.stroke is None:
+        yield Finding(path, "'stroke' is missing", "add a line stroke: …")
+    if bends and test.span is None:
+        yield Finding(path, "'span' is missing", "add span: …, the distance between the supports")
+    if not bends and test.span is not None:
+        yield Finding((*path, "span"), f"{test.kind} has no span", "remove it", at_key=True)
+
+
+def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
+    """A further cutting test keeps the rules of the first, with what it changes."""
+    for index, test in draft.tests.items():
+        if not test.is_further_cut:
+            continue
+        changed = replace(draft, **test.in_place_of(draft))
+        for rule in _ABOUT_CUTTING:
+            told = set(rule(draft))
+            for finding in (one for one in rule(changed) if one not in told):
+                where = finding.path[1:] if finding.path[0] == "solver" else finding.path
+                yield finding._replace(path=("tests", index, *where))
+
+
+def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
+    """What was measured is read of a program that does a test; nothing is drawn by chance, nothing simulated here."""
+    for index, test in draft.tests.items():
+        if test.solver is None:
+            continue
+        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests={})
+        for rule in (placeholders_are_known, run_files_differ):
+            for finding in rule(own):
+                yield finding._replace(path=("tests", index, *finding.path))
+        if test.solver.result is not None:
+            message = "a test has responses of several kinds"
+            yield Finding((*path, "result"), message, "write a reader under its name: slope: {file: …}")
+        elif missing := [name for name in test.measured if name not in test.solver.results]:
+            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{file: …}}")
+        for name in test.solver.results:
+            if name not in RESPONSES:
+                message = f"{name[:60]!r} is no response of a test"
+                yield Finding((*path, "result", name), message, did_you_mean(name, RESPONSES), at_key=True)
+        if test.solver.by_chance:
+            yield Finding(path, "a test's program gives the same answer every time", "remove replicates")
+        for key in sorted(test.model_fields_set - {*_OF_PROGRAMS, "targets"}):
+            message = f"{key} is for a test that is simulated here"
+            yield Finding((*path[:2], key), message, "remove it, or the solver", at_key=True)
+
+
+def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
+    """The piece reaches over its supports, and the machine does not move farther than there is room."""
+    thickest = max(draft.diameters.values(), default=None)
+    for index, test in draft.tests.items():
+        if thickest is None:
+            return
+        if test.is_further_cut:
+            continue
+        path, stroke, length = ("tests", index), test.stroke_at(thickest), test.long(thickest)
+        if test.span is not None and length <= test.span.at(thickest):
+            message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
+            yield Finding((*path, "length"), message, "take a longer piece")
+        room = thickest if test.kind == "radial-compression" else length
+        if stroke >= 0.5 * room:
+            message = f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm"
+            yield Finding((*path, "stroke"), message, "shorten it")
+
+
+def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
+    """What is measured in a test belongs to a diameter that is cut too, once each."""
+    if draft.targets is None:
+        return
+    cut = [target.condition for target in draft.targets.means]
+    for test in draft.tests.values():
+        seen: list[float] = []
+        for means in test.targets:
+            place = ("targets", means.row, "diameter")
+            if any(isclose(means.diameter, other) for other in seen):
+                yield Finding(
+                    place, f"{means.diameter:g} mm is given twice for {test.name}", "keep one; give the mean with n"
+                )
+            if not any(isclose(means.diameter, other) for other in cut):
+                listed = ", ".join(f"{other:g}" for other in cut[:20])
+                message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"
+                yield Finding(place, message, "add a row with its force, or remove this one")
+            seen.append(means.diameter)

@@ -1,0 +1,181 @@
+"""Advice for an error that follows the diameter, computed from the surfaces of a joint fit without new runs.
+
+A parameter θ that grows as θ(d) = θ₀ (d/d₀)ⁿ gives the force F_d(θ₀ (d/d₀)ⁿ) on each diameter's own surface, as long as
+every level stays inside the ranges. A parameter that stays the same for all stems removes a trend only if its
+elasticity ∂ln F/∂ln θ changes with the diameter; the range that it would need follows from ln F continued as a line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.surface import Surface
+from stemcal.power_law import PowerLaw, fit_power_law
+
+# A trend changes the force by at least this over the diameters; less is not worth a parameter.
+_LEAST_CHANGE = 0.03
+# What is advised brings the largest error below this part of the present one.
+_BETTER = 0.6
+_NORMAL = 1.96
+_EXPONENTS = np.arange(-2.0, 2.001, 0.05)
+_CLOUD = 8
+_WIDEST = np.log(10.0)  # a range is widened tenfold at most
+
+
+@dataclass(frozen=True)
+class Growing:
+    """θ = `value` (d/d₀)^`exponent`, and the largest error that it is predicted to leave, percent."""
+
+    factor: str
+    value: float
+    exponent: float
+    worst_percent: float
+
+
+@dataclass(frozen=True)
+class Widened:
+    """The level that a parameter would need outside its range, and the largest error predicted there, percent."""
+
+    factor: str
+    value: float
+    worst_percent: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """What the advice is computed from: one surface per diameter (mm) and its measured force, in the same order.
+
+    `at` is the diameter d₀, `solution` the present point (coded).
+    """
+
+    diameters: Array
+    measured: Array
+    surfaces: Sequence[Surface]
+    coding: Coding
+    region: Region
+    at: float
+    solution: Array
+
+    @property
+    def predicted(self) -> Array:
+        """The force at the solution, (n,)."""
+        return np.array([float(surface.predict(self.solution)[0]) for surface in self.surfaces])
+
+    @property
+    def worst_percent(self) -> float:
+        """The largest error at the solution."""
+        return _worst(self.predicted, self.measured)
+
+
+def trend_of(
+    diameters: Sequence[float],
+    measured: Sequence[float],
+    simulated: Sequence[float],
+    scatter: Sequence[float | None] = (),
+) -> PowerLaw | None:
+    """Return the power law of measured over simulated force if its exponent is not 0, else None.
+
+    The exponents of both forces differ if the 95 % interval of the ratio's excludes 0; where the standard errors of the
+    means are known (`scatter`, a part of each), the interval from these has to exclude 0 as well.
+
+    >>> d = [7.0, 8.0, 9.0, 10.0, 11.0]
+    >>> round(trend_of(d, [x**2.5 for x in d], [x**2.0 for x in d]).exponent, 6)
+    0.5
+    >>> trend_of(d, [x**2.0 for x in d], [x**2.0 for x in d]) is None
+    True
+    """
+    law = fit_power_law(diameters, [a / b for a, b in zip(measured, simulated, strict=True) if b > 0.0])
+    if law is None or law.exponent_interval is None:
+        return None
+    x = np.log(diameters) - np.mean(np.log(diameters))
+    known = np.array([0.0 if error is None else error for error in scatter or [None] * len(x)])
+    within = _NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # b = Σ x ln r / Σ x²
+    low, high = law.exponent_interval
+    change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
+    return law if low * high > 0.0 and abs(law.exponent) > within and change >= _LEAST_CHANGE else None
+
+
+def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Growing | Widened]:
+    """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
+    found: list[Growing | Widened] = [one for name in may_grow if (one := growing(fitted, name)) is not None]
+    found += widened(fitted)
+    enough = [one for one in found if one.worst_percent <= _BETTER * fitted.worst_percent]
+    return sorted(enough, key=lambda one: one.worst_percent)[:2]
+
+
+def growing(fitted: Fitted, factor: str) -> Growing | None:
+    """Return the exponent with which a parameter fits all forces best; None if its levels are not all above 0."""
+    from scipy.optimize import minimize
+
+    j, centre, half = fitted.coding.names.index(factor), fitted.coding.centre, fitted.coding.half_step
+    points = fitted.region.cloud(_CLOUD)
+    points = points[centre[j] + half[j] * points[:, j] > 0.0]
+    if not len(points):
+        return None
+
+    def placed(x: Array, n: float) -> Array:
+        """Return x at every diameter, (diameters, points, k), with θ (d/d₀)ⁿ in place of θ."""
+        at = np.repeat(np.atleast_2d(x)[None], len(fitted.diameters), axis=0)
+        level = (centre[j] + half[j] * at[:, :, j]) * (fitted.diameters[:, None] / fitted.at) ** n
+        at[:, :, j] = (level - centre[j]) / half[j]
+        return at
+
+    def missed(x: Array, n: float) -> Array:
+        """Return Σ (1 − F/F_measured)² of each point; infinite where a level leaves the region."""
+        at = placed(x, n)
+        inside = np.all([fitted.region.contains(part) for part in at], axis=0)
+        return np.where(inside, np.sum((1.0 - _forces(fitted, at) / fitted.measured[:, None]) ** 2, axis=0), np.inf)
+
+    each = np.array([missed(points, n) for n in _EXPONENTS])
+    row, column = np.unravel_index(int(np.argmin(each)), each.shape)
+    if not np.isfinite(each[row, column]):
+        return None
+    start = np.append(points[column], _EXPONENTS[row])
+    simplex = np.vstack(
+        [start, start + np.diag(np.append(np.full(len(start) - 1, -0.1 * np.sign(start[:-1] + 1e-9)), 0.05))]
+    )
+    options = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-12, "maxiter": 2000}
+    best = minimize(lambda z: float(missed(z[:-1], z[-1])[0]), start, method="Nelder-Mead", options=options).x
+    forces = _forces(fitted, placed(best[:-1], best[-1]))[:, 0]
+    return Growing(factor, float(centre[j] + half[j] * best[j]), float(best[-1]), _worst(forces, fitted.measured))
+
+
+def widened(fitted: Fitted) -> Iterator[Widened]:
+    """Yield each parameter whose level outside its range removes the trend, the others inside theirs.
+
+    ln F_d = ln F_d(x) + Σ_j e_dj Δln θ_j with the elasticities e_dj = θ_j/F ∂F/∂θ_j at the solution.
+    """
+    from scipy.optimize import lsq_linear
+
+    centre, half = np.asarray(fitted.coding.centre), np.asarray(fitted.coding.half_step)
+    level, (low, high) = centre + half * fitted.solution, fitted.region.bounds()
+    ends = np.vstack([centre + half * low, centre + half * high])
+    if np.any(ends <= 0.0):
+        return
+    predicted = fitted.predicted
+    slopes = np.array([surface.gradient(fitted.solution) for surface in fitted.surfaces])
+    elastic = slopes / half * level / predicted[:, None]
+    room = np.log(ends / level) + np.array([[-1e-9], [1e-9]])
+    wanted = np.log(fitted.measured / predicted)
+    for j, name in enumerate(fitted.coding.names):
+        lower, upper = room[0].copy(), room[1].copy()
+        lower[j], upper[j] = lower[j] - _WIDEST, upper[j] + _WIDEST
+        change = lsq_linear(elastic, wanted, (lower, upper)).x
+        if not room[0, j] <= change[j] <= room[1, j]:
+            forces = predicted * np.exp(elastic @ change)
+            yield Widened(name, float(level[j] * np.exp(change[j])), _worst(forces, fitted.measured))
+
+
+def _forces(fitted: Fitted, at: Array) -> Array:
+    """Return the force of each diameter's own surface, (diameters, points)."""
+    return np.array([surface.predict(part) for surface, part in zip(fitted.surfaces, at, strict=True)])
+
+
+def _worst(forces: Array, measured: Array) -> float:
+    return float(100.0 * np.max(np.abs(1.0 - forces / measured)))

@@ -1,0 +1,81 @@
+"""The advice for an error that follows the diameter, on forces that are known power laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.coding import Coding
+from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of, trend_of
+
+DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
+CODING = Coding.from_ranges(("yield_stress", "failure_strain"), [10.0, 0.01], [20.0, 0.05])
+NATURAL = 15.0, 0.03
+
+
+@dataclass(frozen=True)
+class Law:
+    """F = 10 σ ε^(0.35 + s ln(d/8)) (d/8)²: the elasticity of ε changes with the diameter if s is not 0."""
+
+    d: float
+    s: float = 0.0
+
+    def predict(self, coded: np.ndarray) -> np.ndarray:
+        sigma, strain = CODING.to_natural(np.atleast_2d(coded)).T
+        return self.force(sigma, strain)
+
+    def force(self, sigma: np.ndarray | float, strain: np.ndarray | float) -> np.ndarray:
+        return 10.0 * sigma * strain ** (0.35 + self.s * np.log(self.d / 8.0)) * (self.d / 8.0) ** 2
+
+    def gradient(self, coded: np.ndarray) -> np.ndarray:
+        step = 1e-6 * np.eye(2)
+        return (self.predict(coded + step) - self.predict(coded - step)) / 2e-6
+
+
+def fitted(measured: np.ndarray, s: float = 0.0) -> Fitted:
+    region = Region(np.array([-1.0, -1.0]), np.array([1.0, 1.0]), None)
+    laws = [Law(d, s) for d in DIAMETERS]
+    solution = CODING.to_coded(NATURAL)
+    return Fitted(DIAMETERS, measured, laws, CODING, region, 8.0, np.asarray(solution))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("n", [-0.6, 0.3, 0.8])
+def test_a_yield_stress_that_grows_is_found_with_its_exponent(n: float) -> None:
+    measured = np.array([Law(d).force(14.0 * (d / 8.0) ** n, 0.03) for d in DIAMETERS])
+    case = fitted(measured)
+    law = trend_of(DIAMETERS.tolist(), measured.tolist(), case.predicted.tolist())
+    assert law is not None and law.exponent == pytest.approx(n, abs=1e-6)
+    best = next(one for one in remedies_of(case, CODING.names) if one.factor == "yield_stress")
+    assert isinstance(best, Growing) and best.exponent == pytest.approx(n, abs=1e-3) and best.worst_percent < 0.01
+
+
+def test_the_failure_strain_needs_the_exponent_over_its_elasticity() -> None:
+    """F ~ ε^0.35: to grow as d^0.3 the failure strain grows as d^(0.3/0.35)."""
+    measured = np.array([Law(d).force(14.0 * (d / 8.0) ** 0.3, 0.03) for d in DIAMETERS])
+    best = next(one for one in remedies_of(fitted(measured), CODING.names) if one.factor == "failure_strain")
+    assert isinstance(best, Growing) and best.exponent == pytest.approx(0.3 / 0.35, abs=0.01)
+
+
+def test_a_parameter_whose_elasticity_changes_gets_the_range_it_needs() -> None:
+    """ε^(s ln(d/8)) with s = 0.4 makes d^(0.4 ln ε): a trend of d^0.4 needs ε larger by the factor e, 0.0815."""
+    measured = np.array([Law(d, 0.4).force(15.0 * np.exp(-0.35), 0.03 * np.e) for d in DIAMETERS])
+    widened = [one for one in remedies_of(fitted(measured, 0.4), ()) if isinstance(one, Widened)]
+    assert [one.factor for one in widened] == ["failure_strain"]
+    assert widened[0].value == pytest.approx(0.03 * np.e, rel=1e-3) and widened[0].worst_percent < 0.01
+
+
+def test_a_common_factor_is_no_trend_and_needs_no_growth() -> None:
+    rng = np.random.default_rng(41)
+    for _ in range(6):
+        simulated = fitted(DIAMETERS).predicted
+        measured = 1.1 * simulated * (1.0 + 0.01 * rng.standard_normal(5))
+        assert trend_of(DIAMETERS.tolist(), measured.tolist(), simulated.tolist()) is None
+
+
+def test_levels_outside_the_ranges_are_not_advised() -> None:
+    """d^2.5 more over 7 to 11 mm needs yield stresses over a factor of 3.1, and the range has 2."""
+    measured = np.array([Law(d).force(14.0 * (d / 8.0) ** 2.5, 0.03) for d in DIAMETERS])
+    assert all(one.worst_percent > 5.0 for one in remedies_of(fitted(measured), CODING.names))
