@@ -420,6 +420,7 @@ RULES: tuple[Rule, ...] = (
     data.chance,
     data.units,
     data.failed_runs,
+    _unfinished,
     _physics,
     _solution_physics,
     _trend,
@@ -428,12 +429,11 @@ RULES: tuple[Rule, ...] = (
     _rough,
     _target,
     _misfit,
+    _validation,
     _formula,
     data.few_runs,
     _identified,
     _edge,
-    _validation,
     _there,
-    _unfinished,
 )
 """In the order in which their reasons are given, and so their advice: data, physics, reach, model, identification."""
