@@ -1,9 +1,11 @@
 """How well one material fits all measured diameters, with a yield stress that grows and with a stem that folds.
 
     python benchmarks/growth_with_diameter.py [FOLDER]
+    python benchmarks/growth_with_diameter.py --predict [FILE.png]
 
 Fits both models to every choice of diameters below and prints the errors at fitted and held-out diameters next to
-those of F = a·d^b through the same forces. Runs are kept in FOLDER (15 minutes on one core without them).
+those of F = a·d^b through the same forces. Runs are kept in FOLDER (15 minutes on one core without them). With
+--predict both calibrated materials are cut at 8 mm over other gaps, with other blades and with other walls.
 """
 
 from __future__ import annotations
@@ -23,8 +25,25 @@ SPEC = Path(__file__).parents[1] / "configs" / "wild-chrysanthemum.yaml"
 CHOICES = ([7, 9, 11], [8, 11], [7, 8, 9, 10, 11], *([d for d in range(7, 12) if d != out] for out in range(7, 12)))
 
 
+# Calibrated at 7, 9 and 11 mm.
+MATERIALS = {
+    "grows": {"yield_stress": 20.42, "growth": 0.555},
+    "folds": {"yield_stress": 10.10, "failure_strain": 0.2938},
+}
+VARIED: dict[str, tuple[str, str, tuple[float, ...]]] = {
+    "gap between the supports, mm": ("supports", "clearance", (15, 20, 30, 40)),
+    "edge angle, °": ("blade", "edge_angle", (20, 37.5, 60)),
+    "bore over outer diameter": ("specimen", "diameter_ratio", (0.2, 0.41, 0.6)),
+}
+UNITS = {"clearance": " mm", "edge_angle": " deg", "diameter_ratio": ""}
+
+
 def main() -> None:
-    """Print a line per model and choice of diameters."""
+    """Print a line per model and choice of diameters, or the forces of other tests."""
+    if "--predict" in sys.argv:
+        drawn = sys.argv[-1] if sys.argv[-1].endswith(".png") else ""
+        show(predicted(), drawn)
+        return
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/growth-with-diameter")
     for name, study in {"grows": stemcal.load_study(SPEC), "folds": folding()}.items():
         for fitted in CHOICES:
@@ -48,6 +67,44 @@ def folding() -> Study:
         assert old in text, old
         text = text.replace(old, new)
     return read_study(f"{text}specimen: {{length: 32 mm}}\n".encode(), SPEC)
+
+
+def predicted() -> dict[str, dict[str, list[float]]]:
+    """Return the force at 8 mm of both materials in every test."""
+    studies = {"grows": stemcal.load_study(SPEC), "folds": folding()}
+    forces: dict[str, dict[str, list[float]]] = {}
+    for what, (section, key, values) in VARIED.items():
+        forces[what] = {}
+        for name, study in studies.items():
+            each = [varied(study, section, key, value) for value in values]
+            forces[what][name] = [stemcal.simulate(one, 8.0, **MATERIALS[name]).peak_force for one in each]
+    return forces
+
+
+def varied(study: Study, section: str, key: str, value: float) -> Study:
+    """Return a study with another test; a specimen reaches 6 mm beyond the supports."""
+    gap = value if key == "clearance" else study.supports.clearance
+    sections: dict[str, dict[str, object]] = {"specimen": {"length": f"{max(study.specimen.length, gap + 12.0):g} mm"}}
+    sections.setdefault(section, {})[key] = f"{value:g}{UNITS[key]}" if UNITS[key] else value
+    return study.with_(**sections)
+
+
+def show(forces: dict[str, dict[str, list[float]]], drawn: str) -> None:
+    """Print the forces, and draw them into a file if one is named."""
+    import matplotlib.pyplot as plt
+
+    figure, every = plt.subplots(1, 3, figsize=(9, 2.8), sharey=True, layout="constrained")
+    for axes, (what, found) in zip(every, forces.items(), strict=True):
+        values = VARIED[what][2]
+        for name, marker in (("grows", "o-"), ("folds", "s--")):
+            print(f"{what} {name}:", ", ".join(f"{x:g}: {f:.1f} N" for x, f in zip(values, found[name], strict=True)))
+            axes.plot(values, found[name], marker, label=f"material that {name}")
+        axes.set_xlabel(what)
+    every[0].set_ylabel("maximum force at 8 mm, N")
+    every[0].set_ylim(0.0)
+    every[0].legend(frameon=False)
+    if drawn:
+        figure.savefig(drawn, dpi=150)
 
 
 def line(results: StudyResults, fitted: list[int]) -> str:

@@ -10,7 +10,6 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import (
-    by_hand,
     check,
     doctor,
     explain,
@@ -22,8 +21,7 @@ from stemcal.cli import (
     status,
 )
 from stemcal.cli.console import fail
-from stemcal.cli.guard import exit_codes
-from stemcal.cli.streams import lost_data, stand_in
+from stemcal.cli.guard import exit_codes, lost_data, stand_in
 from stemcal.stages.base import STAGES
 from stemcal.version import __version__
 
@@ -50,7 +48,7 @@ AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     "Stages of a study (each resumes where it stopped)": (
         *(run.run, *(run.command_of(stage) for stage in STAGES)),
-        *(by_hand.enter, run.report),
+        *(run.enter, run.report),
     ),
     AROUND: (init.init, check.check, simulate.simulate),
     "The study folder": (status.status,),

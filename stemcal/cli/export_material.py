@@ -90,7 +90,7 @@ def _require_small(study: Study, sizes: list[float]) -> None:
 def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, folder: Path) -> dict[str, Any]:
     """Write the files; return what material.json holds."""
     from stemcal.report.records import spec_hash
-    from stemcal.solvers.deck.material import curve_text, material_text
+    from stemcal.solvers.deck.writer import curve_text, material_text
     from stemcal.stages.refine.element_size import curve_lines, material_lines, not_valid
     from stemcal.version import __version__
 

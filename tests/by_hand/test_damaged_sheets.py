@@ -31,7 +31,10 @@ def heap(tmp_path_factory: pytest.TempPathFactory) -> Study:
     """Return the example's study with a second response."""
     spec = tmp_path_factory.mktemp("heap") / "heap.yaml"
     text = HEAP.replace("unit: deg}\n", "unit: deg}\n  - {name: bulk, unit: kg/m3}\n", 1)
-    spec.write_text(text.replace("n: 6}", "n: 6, bulk: 690 kg/m3, bulk_sd: 3 kg/m3}"), encoding="utf-8")
+    spec.write_text(
+        text.replace("sd: 1.1 deg, n: 6}", "n: 6, bulk: 690 kg/m3, sd: {angle: 1.1 deg, bulk: 3 kg/m3}}"),
+        encoding="utf-8",
+    )
     return load_study(spec)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from commanding import REPLAY, ROOT
 
-from stemcal.cli import streams
+from stemcal.cli import guard
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="shells differ")
 full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device")
@@ -67,7 +67,7 @@ def test_texts_that_cannot_be_written(tmp_path: Path, asked: str) -> None:
 @pytest.mark.parametrize("is_read", [True, False])
 def test_a_full_pipe_that_does_not_block_is_waited_for(monkeypatch: pytest.MonkeyPatch, is_read: bool) -> None:
     """Its reader gets all; where nobody reads, writing is given up."""
-    monkeypatch.setattr(streams, "_PATIENCE_S", 20.0 if is_read else 0.05)
+    monkeypatch.setattr(guard, "_PATIENCE_S", 20.0 if is_read else 0.05)
     source, target = os.pipe()
     os.set_blocking(target, False)
     size, found = 10**6, bytearray()
@@ -78,7 +78,7 @@ def test_a_full_pipe_that_does_not_block_is_waited_for(monkeypatch: pytest.Monke
 
     reader = threading.Thread(target=read)
     with io.FileIO(target, "wb") as below:
-        stream = streams._Dropping(below)
+        stream = guard._Dropping(below)
         if is_read:
             reader.start()
         assert stream.write(bytes(size)) == size

@@ -221,7 +221,7 @@ def stopped(folder: Path, _number: int, rng: random.Random) -> None:
     """Ctrl-Z and, later than the limit of a run, `fg`: no run has failed, and none was done twice."""
     posix()
     spec = folder / "slow.yaml"
-    text = SLOW_SPEC.format(python=json.dumps(sys.executable)) + "runs: {time_limit: 3 s}\n"
+    text = SLOW_SPEC.format(python=json.dumps(sys.executable)).replace("command\n", "command\n  time_limit: 3 s\n", 1)
     spec.write_text(text.replace("time.sleep(0.3)", "time.sleep(0.8)"), encoding="utf-8")
     command = [sys.executable, "-m", "stemcal", "screen", str(spec), "--out", str(folder / "out"), "--workers", "2"]
     child = subprocess.Popen(

@@ -17,7 +17,7 @@ from stemcal.names import Names
 from stemcal.report.export.formats import export_tables, latex, markdown
 from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
 from stemcal.report.figures.gallery import gallery
-from stemcal.report.tables.of_parameters import calibration_table, cited_ranges
+from stemcal.report.tables.stages import calibration_table, cited_ranges
 from stemcal.stages.results import Results
 
 NASTY = PaperTable(

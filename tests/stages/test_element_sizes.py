@@ -21,7 +21,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
-from stemcal.solvers.deck.material import curve_text
+from stemcal.solvers.deck.writer import curve_text
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work

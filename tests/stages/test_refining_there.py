@@ -39,6 +39,7 @@ refine:
     kind: command
     command: [{python}, program.py, "{{{{failure_strain}}}}", "{{{{diameter}}}}"]
     files: [program.py]
+    environment: {{VERSION: "7.1"}}
     result: {{file: out.json, path: force}}
   adjust: {adjust}
   {more}

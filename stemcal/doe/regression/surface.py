@@ -1,8 +1,7 @@
 """The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +18,6 @@ from stemcal.doe.regression.fit_statistics import (
 )
 from stemcal.doe.regression.influence import RunDiagnostics, press, run_diagnostics
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable, t_quantile
-from stemcal.doe.regression.mean_error import MeanError, mean_error_of
 from stemcal.doe.regression.surface_notes import surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import UsageError
@@ -38,7 +36,7 @@ class Surface:
     such term.
     `mean_square` with `df`, the residual's, is the error behind every interval. `copies` is how many runs only repeat
     others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic` tells
-    that such a solver gave the runs. `mean_error` is what the mean response may be off by; None of a saturated fit.
+    that such a solver gave the runs.
     """
 
     names: tuple[str, ...]
@@ -62,7 +60,6 @@ class Surface:
     response: Array
     copies: int = 0
     deterministic: bool = False
-    mean_error: MeanError | None = None
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -104,22 +101,6 @@ class Surface:
         """Return φᵀ(XᵀX)⁻¹φ, the variance of ŷ in units of s²."""
         phi = term_columns(coded)
         return np.asarray(np.einsum("ij,jk,ik->i", phi, self.unscaled_covariance, phi))
-
-    def standard_error(self, coded: ArrayLike) -> Array:
-        """Standard error of ŷ; NaN for a saturated fit, which knows no error."""
-        return np.sqrt(self._s2() * self.unscaled_variance(coded))
-
-    def mean_variance(self, coded: ArrayLike) -> Array:
-        """Return the variance of the mean response about ŷ, what the quadratic misses included; NaN if saturated."""
-        if self.mean_error is None:
-            return np.full(len(np.atleast_2d(coded)), np.nan)
-        return self.mean_error.of_terms * self.unscaled_variance(coded) + self.mean_error.missed
-
-    def without_lack_of_fit(self) -> Self:
-        """Return it with a residual that is scatter alone, where a lack of fit of its own counted."""
-        if self.mean_square is None or self.mean_error is None or self.mean_error.of_terms == self.mean_square:
-            return self
-        return replace(self, mean_error=MeanError(self.mean_square, 0.0, self.df))
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
@@ -244,5 +225,4 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
         response=fit.response,
         copies=runs.copies,
         deterministic=runs.copies > 0,
-        mean_error=None if mean_square is None else mean_error_of(runs.design, fit, split, mean_square, df),
     )

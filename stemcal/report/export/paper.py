@@ -12,9 +12,8 @@ from stemcal.naming import FIRST, FORCE, Named, capital
 from stemcal.numbers import probability, short, significant, unit_written
 from stemcal.report.tables.columns import ERROR, condition, level, simulated, starred, to_decimals
 from stemcal.report.tables.of_designs import anova_table, design_table, effects_table, equation
-from stemcal.report.tables.of_parameters import calibration_table, cited_ranges, climb_table
 from stemcal.report.tables.of_responses import errors_in_short, runs
-from stemcal.report.tables.stages import visible
+from stemcal.report.tables.stages import calibration_table, cited_ranges, climb_table, visible
 from stemcal.stages.invert.words import assumptions, valid_for
 from stemcal.stages.results import Results
 from stemcal.stages.surface.result import SurfaceResult

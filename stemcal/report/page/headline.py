@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from stemcal.executors.code import code_version
 from stemcal.names import Names
 from stemcal.numbers import short, significant, unit_written
-from stemcal.report.tables.of_parameters import cited_ranges
+from stemcal.report.tables.stages import cited_ranges
 from stemcal.stages.base import stage_called
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult

@@ -18,9 +18,8 @@ from stemcal.files.rows import MOST_ROWS, Column, Table
 from stemcal.names import Names
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant, unit_written
-from stemcal.report.tables.of_parameters import calibration_table
 from stemcal.report.tables.of_responses import validation_tables
-from stemcal.report.tables.stages import shortened, tables_of, visible
+from stemcal.report.tables.stages import calibration_table, shortened, tables_of, visible
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.words import known, unseen_changes
 from stemcal.stages.result import StageResult

@@ -5,7 +5,7 @@ data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
 
 from stemcal.fem.material import Material
@@ -195,3 +195,31 @@ def _elements(meshes: Mapping[int, Mesh]) -> Iterable[str]:
         for number, corners in enumerate((mesh.hexes + node).tolist(), start=element):
             yield f"{number:8d}{part:8d}" + "".join(f"{corner:8d}" for corner in corners)
         node, element = node + len(mesh.nodes), element + len(mesh.hexes)
+
+
+CURVE = 1001
+
+
+def material_text(deck: Deck, said: Iterable[str]) -> str:
+    """Return an include file with the stem's card and what is said of it, one comment each."""
+    return _text([*_comments(said), *stem_material(deck.material, deck.form)])
+
+
+def curve_text(points: Sequence[tuple[float, float]], said: Iterable[str]) -> str:
+    """Return an include file with failure strain over element size (mm) as a curve of rising sizes."""
+    return _text([*_comments(said), *_curve(points)])
+
+
+def _text(lines: Iterable[str]) -> str:
+    return "\n".join(["*KEYWORD", *lines, "*END", ""])
+
+
+def _comments(said: Iterable[str]) -> Iterator[str]:
+    for sentence in said:
+        yield from wrap(sentence, 78, initial_indent="$ ", subsequent_indent="$   ")
+
+
+def _curve(points: Sequence[tuple[float, float]]) -> Iterator[str]:
+    yield from keyword("DEFINE_CURVE", {"lcid": CURVE})
+    for size, strain in sorted(points):
+        yield f"{size!r:>20}{strain!r:>20}"

@@ -113,7 +113,9 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
 def _model(work: Work, loop: Loop) -> Model:
     """Return what simulated; its version as the spec names it, or as the program reported it in its first run."""
     solver, at = work.study.solver, work.study.calibration_target.condition
-    version = __version__ if isinstance(solver, EmbeddedSolver) else getattr(solver, "version", "")
+    version = (
+        __version__ if isinstance(solver, EmbeddedSolver) else getattr(solver, "environment", {}).get("VERSION", "")
+    )
     if not version:
         records = (work.folder.peek(run.outcome.key) for run in loop.runs)
         version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")

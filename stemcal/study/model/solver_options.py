@@ -221,7 +221,8 @@ class ProgramOptions(Frozen):
     """What is said of every program that answers in place of the embedded solver."""
 
     environment: Environment = {}
-    """Further variables of the environment, by name. They are inputs: another `VERSION: …` computes all runs anew."""
+    """Further variables of the environment, by name. They are inputs: another `VERSION: …` computes all runs anew, and
+    the refinement reports it."""
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files put beside each run under their own names."""

@@ -121,8 +121,9 @@ def _draft(data: Any, sections: Sections) -> Draft:
     entries = data.get("factors") if isinstance(data, dict) else None
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
-    known = {key: value for key, value in sections.good.items() if key in Draft.__dataclass_fields__}
-    return Draft(**{**known, "names": names, "naming": sections.naming, "tests": sections.tests})
+    factors = sections.good.get("factors", {})
+    good = {name: section for name, section in sections.good.items() if name != "factors"}
+    return Draft.of(good, factors=factors, tests=sections.tests, names=names, naming=sections.naming)
 
 
 def _as_spelled(finding: Finding, data: Any) -> Finding:

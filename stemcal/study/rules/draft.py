@@ -1,7 +1,10 @@
 """A spec half read: the sections that are valid by themselves, for rules that look across them."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study import model
@@ -20,65 +23,62 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Draft:
-    """Valid sections; None where a section is not valid, so that each rule checks what there is.
+    """A study of which some sections may be missing, because they are wrong.
 
-    `factors` and `tests` hold the valid ones by their index; `names` are the names of all, valid or not.
+    A rule that asks for a missing section or field gets an `AttributeError`, and ends (see `rules._as_far_as_read`).
+    `factors` and `tests` hold the valid ones by their index; `names` are the names of all factors, valid or not.
     """
 
+    study: model.Study
     factors: dict[int, model.Factor] = field(default_factory=dict)
+    tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     naming: Naming = CUTTING
-    responses: tuple[model.OwnQuantity, ...] | None = None
-    conditions: tuple[model.OwnQuantity, ...] | None = None
-    specimen: model.SpecimenSection | None = None
-    blade: model.BladeSection | None = None
-    supports: model.SupportsSection | None = None
-    contact: model.ContactSection | None = None
-    material: model.MaterialSection | None = None
-    tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
-    solver: model.AnySolver | None = None
-    targets: model.Targets | None = None
-    machine: model.MachineSection | None = None
-    screen: model.ScreenOptions | None = None
-    rsm: model.RsmOptions | None = None
-    invert: model.InvertOptions | None = None
-    refine: model.RefineOptions | None = None
-    climb: model.ClimbOptions | None = None
+
+    @classmethod
+    def of(cls, good: Mapping[str, Any], **more: Any) -> Draft:
+        """Return a study of valid sections alone."""
+        study = model.Study.model_construct(**good)
+        for name in model.StudyForm.model_fields:
+            if name not in good:
+                study.__dict__.pop(name, None)
+        return cls(study, **more)
 
     @property
     def rate_law(self) -> str | None:
         """The rate law that the spec chooses, where its solver lets it."""
-        if isinstance(self.solver, model.DeckSolver):
-            return self.solver.law
+        if isinstance(self.study.solver, model.DeckSolver):
+            return self.study.solver.law
         return self.embedded.rate_law if self.embedded else None
 
     @property
     def embedded(self) -> model.EmbeddedSolver | None:
         """The embedded solver, if that is what answers."""
-        return self.solver if isinstance(self.solver, model.EmbeddedSolver) else None
+        solver = getattr(self.study, "solver", None)
+        return solver if isinstance(solver, model.EmbeddedSolver) else None
 
     @property
     def growing(self) -> dict[str, model.Growth | model.Grades]:
         """The material parameters that follow the diameter."""
-        return self.material.growing() if self.material else {}
+        return self.study.material.growing()
 
     @property
     def stem_solver(self) -> str:
         """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
         if self.embedded is not None:
             return "embedded"
-        if not isinstance(self.solver, model.DeckSolver):
+        if not isinstance(self.study.solver, model.DeckSolver):
             return ""
-        return "LS-DYNA" if self.solver.program == "lsdyna" else "OpenRadioss"
+        return "LS-DYNA" if self.study.solver.program == "lsdyna" else "OpenRadioss"
 
     @property
     def diameters(self) -> dict[NodePath, float]:
         """Every stem diameter of the spec with its place, mm."""
         found: dict[NodePath, float] = {}
-        if self.specimen is not None:
-            found["specimen", "outer_diameter"] = self.specimen.outer_diameter
-        if self.targets is not None and self.naming.condition == DIAMETER:
-            for target in self.targets.means:
+        if specimen := getattr(self.study, "specimen", None):
+            found["specimen", "outer_diameter"] = specimen.outer_diameter
+        if self.naming.condition == DIAMETER and (targets := getattr(self.study, "targets", None)):
+            for target in targets.means:
                 found["targets", target.row, "diameter"] = target.condition
         return found
 

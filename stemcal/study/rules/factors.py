@@ -67,9 +67,9 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
             message = f"{prior.mean:g} ± {prior.sd:g} leaves nothing of the range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
     known = any(factor.prior is not None for factor in draft.factors.values())
-    if known and draft.invert is not None and draft.invert.rule != "least_coded_distance":
+    if known and draft.study.invert.rule != "least_coded_distance":
         remedy = "leave it out: with priors the solution is the best fit to forces and priors"
-        yield Finding(("invert", "rule"), f"{draft.invert.rule} takes no account of the priors", remedy)
+        yield Finding(("invert", "rule"), f"{draft.study.invert.rule} takes no account of the priors", remedy)
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
@@ -143,7 +143,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
 
 def material_is_physical(draft: Draft) -> Iterator[Finding]:
     """Fixed values are values a material can have."""
-    for name, value in (draft.material.given() if draft.material else {}).items():
+    for name, value in draft.study.material.given().items():
         parameter = PARAMETERS[name]
         shown = units.from_internal(value, parameter.unit)
         wrong = parameter.outside(shown)
@@ -155,7 +155,7 @@ def material_is_physical(draft: Draft) -> Iterator[Finding]:
 
 def material_is_given_once(draft: Draft) -> Iterator[Finding]:
     """A parameter is a factor or fixed, not both."""
-    for name in draft.material.given() if draft.material else ():
+    for name in draft.study.material.given():
         if name in draft.names:
             remedy = "remove it here, or there if it is not to be calibrated"
             yield Finding(("material", name), f"{name} is a factor too", remedy, at_key=True)
@@ -164,9 +164,8 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
 def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     """What a factor varies in a section has no fixed value there."""
     for name, (_, section, keys) in AROUND.items():
-        given = getattr(draft, section)
-        for key in keys if given is not None and name in draft.names else ():
-            if key in given.model_fields_set:
+        for key in keys if name in draft.names else ():
+            if key in getattr(draft.study, section).model_fields_set:
                 message = f"the factor {name} takes its place"
                 yield Finding((section, key), message, "remove it here, or the factor", at_key=True)
 
@@ -174,8 +173,8 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
 def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
     """A wall is thinner than the radius of the stem that the parameters are calibrated at."""
     for index, factor in draft.factors.items():
-        if factor.name == "wall_thickness" and draft.embedded and draft.targets and _unit_fits(factor):
-            radius = 0.5 * draft.targets.calibrate_at
+        if factor.name == "wall_thickness" and draft.embedded and _unit_fits(factor):
+            radius = 0.5 * draft.study.targets.calibrate_at
             if factor.internal(factor.high) >= radius:
                 message = f"a wall of {factor.high:g} {factor.unit} leaves a stem of {2 * radius:g} mm no bore"
                 yield Finding(("factors", index, "high"), message, f"stay below {radius:g} mm")
@@ -194,11 +193,11 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters; the user's own deck has them."""
-    own_deck = isinstance(draft.solver, DeckSolver) and draft.solver.decks
-    if not draft.stem_solver or draft.material is None or not draft.names or own_deck:
+    own_deck = isinstance(draft.study.solver, DeckSolver) and draft.study.solver.decks
+    if not draft.stem_solver or not draft.names or own_deck:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
-    wrong = {name for name in PARAMETERS if not hasattr(draft.material, name)}  # told of already
+    wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # told of already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.rate_law == "none" else ())}
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -214,7 +213,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
 
 def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
-    if not draft.stem_solver or draft.material is None:
+    if not draft.stem_solver:
         return
     for diameter in sorted({*draft.diameters.values()}):
         tangent = _extreme(draft, "tangent_modulus", "high", diameter)
@@ -229,7 +228,7 @@ def _extreme(draft: Draft, name: str, level: str, diameter: float) -> tuple[Node
     if name in draft.growing:
         values = reached(draft, name, diameter)
         return (("material", name), max(values) if level == "high" else min(values)) if values else None
-    fixed = draft.material.given().get(name) if draft.material else None
+    fixed = draft.study.material.given().get(name)
     for index, factor in draft.factors.items():
         if factor.name == name and _unit_fits(factor):
             return ("factors", index, level), factor.internal(getattr(factor, level))
@@ -260,7 +259,7 @@ def reached(draft: Draft, name: str, diameter: float | None = None) -> list[floa
 
 def _in_material(draft: Draft) -> tuple[str, ...]:
     """Return the parameters that `material` tells of, fixed or growing."""
-    return (*draft.material.given(), *draft.growing) if draft.material else ()
+    return (*draft.study.material.given(), *draft.growing)
 
 
 def _known(draft: Draft) -> Mapping[str, Parameter]:
@@ -338,12 +337,16 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
 
 def growth_is_seen(draft: Draft) -> Iterator[Finding]:
     """A surface that varies an exponent is fitted at another diameter than the one where it changes nothing."""
-    if draft.targets is None or draft.invert is None or draft.rsm is None or isinstance(draft.rsm.factors, str):
+    if isinstance(draft.study.rsm.factors, str):
         return
-    joint: Sequence[float] | str = draft.invert.conditions or [draft.targets.calibrate_at]
-    fitted = [target.condition for target in draft.targets.means] if isinstance(joint, str) else joint
+    joint: Sequence[float] | str = draft.study.invert.conditions or [draft.study.targets.calibrate_at]
+    fitted = [target.condition for target in draft.study.targets.means] if isinstance(joint, str) else joint
     for name, growth in draft.growing.items():
-        if not isinstance(growth, Growth) or growth.exponent not in draft.rsm.factors or growth.exponent in EMBEDDED:
+        if (
+            not isinstance(growth, Growth)
+            or growth.exponent not in draft.study.rsm.factors
+            or growth.exponent in EMBEDDED
+        ):
             continue
         if all(abs(d - growth.at) < 1e-9 * growth.at for d in fitted):
             message = f"at {growth.at:g} mm, the only diameter that is fitted, {growth.exponent} changes nothing"

@@ -17,11 +17,11 @@ _RESERVED = {"program-output.txt"}
 
 def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
-    if not isinstance(draft.solver, model.CommandSolver | model.SheetSolver):
+    if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver):
         return
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
-    for index, path in enumerate(draft.solver.templates):
+    for index, path in enumerate(draft.study.solver.templates):
         yield from _unknown_in_file(("solver", "templates", index), path, known)
     for index, argument in enumerate(_command(draft)):
         for _, name in placeholders(argument.encode()):
@@ -34,7 +34,7 @@ def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
 
 def _command(draft: Draft) -> tuple[str, ...]:
     """Return the arguments of the program; none where people start it."""
-    return draft.solver.command if isinstance(draft.solver, model.CommandSolver) else ()
+    return draft.study.solver.command if isinstance(draft.study.solver, model.CommandSolver) else ()
 
 
 def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
@@ -50,7 +50,7 @@ def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iter
 
 def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
     """Every factor stands in a template or an argument; one that does not has no effect."""
-    solver = draft.solver
+    solver = draft.study.solver
     if not isinstance(solver, model.CommandSolver):
         return
     try:
@@ -67,7 +67,7 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
 
 def chance_is_said(draft: Draft) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
-    solver = draft.solver
+    solver = draft.study.solver
     if not isinstance(solver, model.CommandSolver | model.SheetSolver):
         return
     for index, path in enumerate(solver.templates):
@@ -77,7 +77,7 @@ def chance_is_said(draft: Draft) -> Iterator[Finding]:
 
 
 def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
-    if not isinstance(draft.solver, model.CommandSolver | model.SheetSolver) or draft.solver.by_chance:
+    if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver) or draft.study.solver.by_chance:
         return
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
@@ -95,12 +95,12 @@ def _content(path: Path) -> bytes:
 
 def run_files_differ(draft: Draft) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
-    if not isinstance(draft.solver, model.CommandSolver | model.SheetSolver):
+    if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver):
         return
-    readers = draft.solver.readers.values() if isinstance(draft.solver, model.CommandSolver) else ()
+    readers = draft.study.solver.readers.values() if isinstance(draft.study.solver, model.CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
-        for index, path in enumerate(getattr(draft.solver, key, ())):
+        for index, path in enumerate(getattr(draft.study.solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
                 yield Finding(("solver", key, index), message, "remove it, or let the program write another file")
@@ -112,29 +112,28 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
 
 def every_response_is_read(draft: Draft) -> Iterator[Finding]:
     """A program leaves each response; a single reader serves a single one."""
-    if not isinstance(draft.solver, model.CommandSolver):
+    if not isinstance(draft.study.solver, model.CommandSolver):
         return
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
-        scores = () if draft.targets is None else named_modes(draft.targets.modes.values())
+        scores = named_modes(draft.study.targets.modes.values())
         names = [FORCE.name, *(n.name for n in draft.naming.further if n not in (*CUTTING.further, *scores))]
-    if draft.solver.result is None and not draft.solver.results:
+    if draft.study.solver.result is None and not draft.study.solver.results:
         yield Finding(("solver",), "'result' is missing", "add a line result: …")
-    elif draft.solver.result is not None and len(names) > 1:
+    elif draft.study.solver.result is not None and len(names) > 1:
         remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
         yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
-    for name in draft.solver.results:
+    for name in draft.study.solver.results:
         if name not in names:
             yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
-    for name in names if draft.solver.results else ():
-        if name not in draft.solver.results:
+    for name in names if draft.study.solver.results else ():
+        if name not in draft.study.solver.results:
             yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
 
 
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
     """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
-    curved = draft.targets is not None and bool(draft.targets.modes)
-    if draft.naming.is_cutting or not draft.stem_solver or draft.tests or curved:
+    if draft.naming.is_cutting or not draft.stem_solver or draft.tests or draft.study.targets.modes:
         return
     for section, is_own in (
         ("responses", draft.naming.response != FORCE or draft.naming.further != CUTTING.further),
@@ -152,12 +151,12 @@ def has_abscissa(result: model.ResultReader) -> bool:
 
 def command_names_deck(draft: Draft) -> Iterator[Finding]:
     """LS-DYNA has a command that names its deck."""
-    if not isinstance(draft.solver, model.DeckSolver) or draft.solver.program != "lsdyna":
+    if not isinstance(draft.study.solver, model.DeckSolver) or draft.study.solver.program != "lsdyna":
         return
-    if not draft.solver.command:
+    if not draft.study.solver.command:
         yield Finding(("solver",), "LS-DYNA has no command", 'add command: [ls-dyna, "i={{deck}}"]')
         return
-    names = [name for argument in draft.solver.command[1:] for _, name in placeholders(argument.encode())]
+    names = [name for argument in draft.study.solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:
         if name != "deck":
             yield Finding(("solver", "command"), f"{{{{{name[:60]}}}}} has no meaning here", "write i={{deck}}")
@@ -167,18 +166,18 @@ def command_names_deck(draft: Draft) -> Iterator[Finding]:
 
 def keys_belong_to_the_program(draft: Draft) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
-    if not isinstance(draft.solver, model.DeckSolver):
+    if not isinstance(draft.study.solver, model.DeckSolver):
         return
-    program = draft.solver.program
+    program = draft.study.solver.program
     for key in model.OF_OPENRADIOSS if program == "lsdyna" else model.OF_LSDYNA:
-        if key in draft.solver.model_fields_set:
+        if key in draft.study.solver.model_fields_set:
             other = "openradioss" if program == "lsdyna" else "lsdyna"
             yield Finding(("solver", key), f"is a key of program: {other} (program is {program})", "remove it")
 
 
 def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
-    if not isinstance(draft.solver, model.DeckSolver) or draft.solver.program != "openradioss":
+    if not isinstance(draft.study.solver, model.DeckSolver) or draft.study.solver.program != "openradioss":
         return
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter":

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 from stemcal.study.model import PARAMETERS, RsmOptions, SheetSolver, factors_taken, strongest_asked
 from stemcal.study.rules.draft import Draft, Finding
@@ -13,19 +12,19 @@ _MOST_ACROSS = 1000.0
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     """The specimen lies on both supports."""
-    if draft.supports and draft.specimen and draft.supports.clearance >= draft.specimen.length:
+    if draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
-            f"the supports are {draft.supports.clearance:g} mm apart, the specimen is only "
-            f"{draft.specimen.length:g} mm long"
+            f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
+            f"{draft.study.specimen.length:g} mm long"
         )
         yield Finding(("supports", "clearance"), message, "move them closer or take a longer specimen")
 
 
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     """The rounding of the edge is smaller than half the thickness."""
-    if draft.blade and draft.blade.edge_radius > draft.blade.thickness / 2:
-        message = f"{draft.blade.edge_radius:g} mm is more than half the blade's thickness"
-        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.blade.thickness / 2:g} mm")
+    if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
+        message = f"{draft.study.blade.edge_radius:g} mm is more than half the blade's thickness"
+        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.study.blade.thickness / 2:g} mm")
 
 
 def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
@@ -44,8 +43,8 @@ def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
 
 def friction_falls(draft: Draft) -> Iterator[Finding]:
     """Sliding does not rub more than sticking."""
-    contact = draft.contact
-    if contact and contact.dynamic_friction > contact.static_friction:
+    contact = draft.study.contact
+    if contact.dynamic_friction > contact.static_friction:
         message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
         yield Finding(("contact", "dynamic_friction"), message, "swap them")
 
@@ -56,9 +55,9 @@ LATIN_HYPERCUBE = "latin-hypercube"
 
 def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
     """`rsm.factors` names factors of the study, each once."""
-    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+    if isinstance(draft.study.rsm.factors, str):
         return
-    chosen = draft.rsm.factors
+    chosen = draft.study.rsm.factors
     for index, name in enumerate(chosen):
         path = ("rsm", "factors", index)
         if name not in draft.names:
@@ -74,32 +73,32 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
 
 def factors_are_found(draft: Draft) -> Iterator[Finding]:
     """Without a screening the spec names the surface's factors, and there is no slope to climb along."""
-    if draft.screen is None or draft.screen.design != "none":
+    if draft.study.screen.design != "none":
         return
-    if draft.rsm is not None and isinstance(draft.rsm.factors, str):
+    if isinstance(draft.study.rsm.factors, str):
         names = ", ".join(draft.names[:3])
-        message = f"without a screening nothing tells which factors are {draft.rsm.factors}"
+        message = f"without a screening nothing tells which factors are {draft.study.rsm.factors}"
         yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or leave out screen.design: none")
-    if draft.climb is not None:
+    if draft.study.climb is not None:
         yield Finding(("climb",), "a climb follows the slope that a screening finds", "leave out screen.design: none")
 
 
 def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
     """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
-    if draft.rsm is None or not (asked := strongest_asked(draft.rsm.factors)):
+    if not (asked := strongest_asked(draft.study.rsm.factors)):
         return
-    least, most = factors_taken(draft.rsm.design)
+    least, most = factors_taken(draft.study.rsm.design)
     most = min(most, MOST_CCD_FACTORS, len(draft.names))
     if not least <= asked <= most:
-        message = f"{draft.rsm.design} takes {least} to {most} of these {len(draft.names)} factors, not {asked}"
+        message = f"{draft.study.rsm.design} takes {least} to {most} of these {len(draft.names)} factors, not {asked}"
         yield Finding(("rsm", "factors"), message, f"write strongest {least}")
 
 
 def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     """The design of the surface exists for its factors and has enough runs for a quadratic."""
-    if draft.rsm is None or isinstance(draft.rsm.factors, str):
+    if isinstance(draft.study.rsm.factors, str):
         return
-    k, rsm = len(draft.rsm.factors), draft.rsm
+    k, rsm = len(draft.study.rsm.factors), draft.study.rsm
     if rsm.design == "box-behnken" and not 3 <= k <= 7:
         yield Finding(("rsm", "design"), f"box-behnken exists for 3 to 7 factors, not {k}", "write central-composite")
     least = (k + 1) * (k + 2) // 2
@@ -110,19 +109,17 @@ def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
 
 def runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
-    if draft.rsm and draft.rsm.runs is not None and draft.rsm.design != LATIN_HYPERCUBE:
-        message = f"the size of {draft.rsm.design} follows from the factors"
+    if draft.study.rsm.runs is not None and draft.study.rsm.design != LATIN_HYPERCUBE:
+        message = f"the size of {draft.study.rsm.design} follows from the factors"
         yield Finding(("rsm", "runs"), message, f"leave it out or write design: {LATIN_HYPERCUBE}")
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:
     """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
-    if draft.rsm is None:
-        return
-    for name in draft.rsm.coding:
+    for name in draft.study.rsm.coding:
         if name not in draft.names:
             yield draft.unknown_factor(("rsm", "coding", name), name)
-    yield from _coding_in_range(draft, draft.rsm)
+    yield from _coding_in_range(draft, draft.study.rsm)
 
 
 def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
@@ -142,10 +139,10 @@ def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
     """`climb.step_sizes` belong to factors, and the first step stays in their ranges."""
-    if draft.climb is None:
+    if draft.study.climb is None:
         return
     known = {factor.name: factor for factor in draft.factors.values()}
-    for name, size in draft.climb.step_sizes.items():
+    for name, size in draft.study.climb.step_sizes.items():
         path = ("climb", "step_sizes", name)
         if name not in draft.names:
             yield draft.unknown_factor(path, name)
@@ -157,33 +154,30 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
 
 def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
     """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
-    if draft.refine is None:
+    if draft.study.refine is None:
         return
     by_name = {factor.name: factor for factor in draft.factors.values()}
-    for name, ends in draft.refine.adjust.items():
+    for name, ends in draft.study.refine.adjust.items():
         if name not in draft.names:
             yield draft.unknown_factor(("refine", "adjust", name), name)
         elif name in by_name and ends is not None and ends[0] >= ends[1]:
             message = f"low {ends[0]:g} is not below high {ends[1]:g}"
             yield Finding(("refine", "adjust", name), message, "widen the range")
-    if not draft.refine.elsewhere and (draft.refine.adjust or draft.refine.changes):
-        key = "adjust" if draft.refine.adjust else next(iter(next(iter(draft.refine.changes.values()))))
+    if not draft.study.refine.elsewhere and (draft.study.refine.adjust or draft.study.refine.changes):
+        key = "adjust" if draft.study.refine.adjust else next(iter(next(iter(draft.study.refine.changes.values()))))
         message = "it applies to another model only, and there is no key `in`"
         yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
-    if isinstance(draft.solver, SheetSolver) and isinstance(draft.refine.in_, SheetSolver):
+    if isinstance(draft.study.solver, SheetSolver) and isinstance(draft.study.refine.in_, SheetSolver):
         message = "the study's runs are entered by hand already, and a sheet asks for one program only"
         yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
 
 
 def seen_there(draft: Draft) -> Draft | None:
     """Return the study as `refine.in` simulates it; None without it, or where the sections are not valid."""
-    if draft.refine is None or not draft.refine.elsewhere or draft.solver is None:
+    try:
+        return replace(draft, study=draft.study.there) if draft.study.there is not draft.study else None
+    except AttributeError:
         return None
-    test: dict[str, Any] = {}
-    for name, change in draft.refine.changes.items():
-        if (section := getattr(draft, name, None)) is not None:
-            test[name] = section.model_copy(update=change)
-    return replace(draft, solver=draft.refine.solver_there(draft.solver), refine=None, **test)
 
 
 def wrong_there(draft: Draft, broken: Sequence[Finding]) -> Iterator[Finding]:
@@ -197,7 +191,7 @@ def wrong_there(draft: Draft, broken: Sequence[Finding]) -> Iterator[Finding]:
             yield finding._replace(path=("refine", "in", *finding.path[1:]))
         elif section in ("responses", "conditions") and draft.stem_solver == "":
             yield finding._replace(path=("refine", "in"), at_key=False)
-        elif section == "factors" and draft.refine is not None and isinstance(index := finding.path[1], int):
+        elif section == "factors" and draft.study.refine and isinstance(index := finding.path[1], int):
             factor = draft.factors.get(index)
-            if factor is not None and factor.name in draft.refine.adjust and finding.path[2:] == ("name",):
+            if factor is not None and factor.name in draft.study.refine.adjust and finding.path[2:] == ("name",):
                 yield finding._replace(path=("refine", "adjust", factor.name))

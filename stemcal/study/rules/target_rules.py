@@ -31,8 +31,8 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
     if draft.naming.is_cutting:
         return
     clashes = dict(declared_once(draft.naming, draft.names))
-    declared: list[tuple[str, OwnQuantity]] = [("responses", response) for response in draft.responses or ()]
-    declared += [("conditions", condition) for condition in draft.conditions or ()]
+    declared: list[tuple[str, OwnQuantity]] = [("responses", response) for response in draft.study.responses]
+    declared += [("conditions", condition) for condition in draft.study.conditions or ()]
     counts = {section: 0 for section, _ in declared}
     for section, one in declared:
         index, counts[section] = counts[section], counts[section] + 1
@@ -44,7 +44,7 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
 def conditions_differ(draft: Draft) -> Iterator[Finding]:
     """Each diameter has one target."""
     seen: dict[float, int] = {}
-    for target in draft.targets.means if draft.targets else ():
+    for target in draft.study.targets.means:
         first = seen.setdefault(round(target.condition, 9), target.row)
         if first != target.row:
             named = draft.naming
@@ -58,15 +58,15 @@ def conditions_differ(draft: Draft) -> Iterator[Finding]:
 def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
     """Not all forces are a thousand times what the stem can bear, or a thousandth: N written as kN, or as mN."""
     strengths = _yield_stresses(draft)
-    if draft.targets is None or draft.specimen is None or not strengths:
+    if not strengths:
         return
     low, high = PARAMETERS["yield_stress"].plausible
     if not draft.stem_solver or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
         return  # a yield stress that no plant has is told of elsewhere
-    hollow = 1.0 - draft.specimen.diameter_ratio**2
-    areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.targets.means]
+    hollow = 1.0 - draft.study.specimen.diameter_ratio**2
+    areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.study.targets.means]
     # two cross-sections in shear bear 2 A σy/√3
-    shares = [target.response / (1.155 * area) for target, area in zip(draft.targets.means, areas, strict=True)]
+    shares = [target.response / (1.155 * area) for target, area in zip(draft.study.targets.means, areas, strict=True)]
     path = ("targets",)
     if min(shares) > _TOO_MUCH * max(strengths):
         message = f"every force is more than {_TOO_MUCH:g} times what the stem's whole cross-section bears"
@@ -78,7 +78,7 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
 
 def _yield_stresses(draft: Draft) -> list[float]:
     """Return the yield stresses that the study can take, MPa."""
-    if draft.material and (fixed := draft.material.given().get("yield_stress")):
+    if fixed := draft.study.material.given().get("yield_stress"):
         return [fixed]
     if "yield_stress" in draft.growing:
         return reached(draft, "yield_stress")
@@ -92,17 +92,17 @@ def _yield_stresses(draft: Draft) -> list[float]:
 
 def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     """`invert.diameters` names measured diameters."""
-    if draft.invert is None or draft.invert.conditions is None or draft.targets is None:
+    if draft.study.invert.conditions is None:
         return
     if draft.naming.condition is None:
         remedy = "declare one under conditions, or remove this"
         yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
         return
-    if draft.invert.conditions == "all":
+    if draft.study.invert.conditions == "all":
         return
-    measured = [target.condition for target in draft.targets.means]
-    for index, condition in enumerate(draft.invert.conditions):
-        if any(math.isclose(condition, other, rel_tol=_CLOSE) for other in draft.invert.conditions[:index]):
+    measured = [target.condition for target in draft.study.targets.means]
+    for index, condition in enumerate(draft.study.invert.conditions):
+        if any(math.isclose(condition, other, rel_tol=_CLOSE) for other in draft.study.invert.conditions[:index]):
             message = f"{draft.naming.place(condition)} is listed twice"
             yield Finding(("invert", "diameters", index), message, "remove one")
         if not any(math.isclose(condition, other, rel_tol=_CLOSE) for other in measured):
@@ -120,17 +120,17 @@ def _listing(values: Sequence[float], draft: Draft) -> str:
 
 def responses_measured(draft: Draft) -> Iterator[Finding]:
     """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
-    if draft.invert is None or draft.targets is None or draft.invert.responses == (FIRST,):
+    if draft.study.invert.responses == (FIRST,):
         return
-    path, names, named = ("invert", "responses"), draft.invert.responses, draft.naming
-    if named.is_cutting and draft.solver and draft.solver.kind != "embedded":
-        yield Finding(path, f"solver {draft.solver.kind} answers with a force only", "remove it")
+    path, names, named = ("invert", "responses"), draft.study.invert.responses, draft.naming
+    if named.is_cutting and draft.study.solver.kind != "embedded":
+        yield Finding(path, f"solver {draft.study.solver.kind} answers with a force only", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"{listed}: the {named.response.noun} belongs there, and each once"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
-        yield from _weighed(draft.targets.means, name, draft.naming)
+        yield from _weighed(draft.study.targets.means, name, draft.naming)
 
 
 def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
@@ -159,42 +159,42 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
-    if draft.solver is not None and draft.embedded is None:
-        message = f"solver {draft.solver.kind} does not simulate laboratory tests"
+    if not isinstance(draft.study.solver, EmbeddedSolver):
+        message = f"solver {draft.study.solver.kind} does not simulate laboratory tests"
         yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
-    if draft.refine is not None and draft.refine.elsewhere:
+    if draft.study.refine is not None and draft.study.refine.elsewhere:
         message = "another model does not simulate the tests"
         yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
     for section in ("responses", "conditions"):
-        if getattr(draft, section):
+        if getattr(draft.study, section):
             message = f"{section} of a program stand beside the tests of the embedded solver"
             yield Finding((section,), message, "leave out one of them", at_key=True)
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Curves are measured where the parameters are calibrated, and the solver has a curve to compare."""
-    targets = draft.targets
-    curved = {} if targets is None else {one.row: one.condition for one in targets.means if one.curves}
+    targets = draft.study.targets
+    curved = {one.row: one.condition for one in targets.means if one.curves}
     for index in curved:
         path = ("targets", index, "curves")
-        if isinstance(draft.solver, CommandSolver):
-            result = draft.solver.result
+        if isinstance(draft.study.solver, CommandSolver):
+            result = draft.study.solver.result
             if result is None or result.reduction != "max" or not has_abscissa(result):
                 message = "needs a result that is the largest force along the travel in mm"
                 yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
-        elif not isinstance(draft.solver, EmbeddedSolver | DeckSolver | None):
-            yield Finding(path, f"solver {draft.solver.kind} has no curve to compare", "give the force alone")
-        if targets is not None and not any(isclose(there, targets.calibrate_at) for there in curved.values()):
+        elif not isinstance(draft.study.solver, EmbeddedSolver | DeckSolver):
+            yield Finding(path, f"solver {draft.study.solver.kind} has no curve to compare", "give the force alone")
+        if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
             yield Finding(path, message, "give curves there too, or the force alone")
-    machine = draft.machine
-    if targets is not None and machine is not None and machine.model_fields_set and not curved:
+    machine = draft.study.machine
+    if machine.model_fields_set and not curved:
         message = "no curves are given: what is known of the machine has no use"
         yield Finding(("machine",), message, "remove it, or name curves in targets", at_key=True)
-    if machine is not None and machine.stiffness_sd and machine.stiffness is None:
+    if machine.stiffness_sd and machine.stiffness is None:
         message = "there is no stiffness that it is the standard deviation of"
         yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
-    if curved and draft.refine is not None and draft.refine.elsewhere:
+    if curved and draft.study.refine is not None and draft.study.refine.elsewhere:
         message = "curves are not compared in another model"
         yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
 
@@ -257,7 +257,7 @@ def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         if not test.is_further_cut:
             continue
-        changed = replace(draft, **test.in_place_of(draft))
+        changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
         for rule in _ABOUT_CUTTING:
             told = set(rule(draft))
             for finding in (one for one in rule(changed) if one not in told):
@@ -270,7 +270,10 @@ def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         if test.solver is None:
             continue
-        path, own = ("tests", index, "solver"), replace(draft, solver=test.solver, tests={})
+        path, own = (
+            ("tests", index, "solver"),
+            replace(draft, study=draft.study.model_copy(update={"solver": test.solver}), tests={}),
+        )
         for rule in (placeholders_are_known, run_files_differ):
             for finding in rule(own):
                 yield finding._replace(path=("tests", index, *finding.path))
@@ -310,9 +313,7 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
 
 def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
     """What is measured in a test belongs to a diameter that is cut too, once each."""
-    if draft.targets is None:
-        return
-    cut = [target.condition for target in draft.targets.means]
+    cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
         seen: list[float] = []
         for means in test.targets:

@@ -1,4 +1,4 @@
-"""Which runs only repeat others, and what the mean response may be off by."""
+"""Which runs only repeat others, and what one more run of a deterministic solver adds."""
 
 from __future__ import annotations
 
@@ -38,44 +38,6 @@ def test_reduction_chooses_terms_by_distinct_runs() -> None:
     steps = [reduce_surface(design, r, ["a", "b"], 0.05)[1] for design, r in ((once, y), (many, copied))]
     assert [step.term for step in steps[0]] == [step.term for step in steps[1]]
     assert [step.p for step in steps[0]] == pytest.approx([step.p for step in steps[1]])
-
-
-def test_the_mean_of_a_deterministic_surface_is_off_by_what_it_misses() -> None:
-    """s²·(1 + h): all of the residual is what the quadratic misses."""
-    design = central_composite(2, 6, "face")
-    response = 100.0 + design @ [10.0, 3.0] + 4.0 * design[:, 0] ** 2 * design[:, 1]
-    surface = fit_surface(design, response, ["a", "b"])
-    point = np.array([[0.5, 0.5]])
-    s2, h = surface.mean_square, float(surface.unscaled_variance(point)[0])
-    assert s2 is not None and surface.df == 3
-    assert surface.mean_variance(point) == pytest.approx(s2 * (1.0 + h))
-
-
-@pytest.mark.parametrize("replicates", [2, 10])
-def test_replicates_without_lack_of_fit_sharpen_the_mean(replicates: int) -> None:
-    """s²·h, and h falls as 1/r: of nine points r times over the trace of h stays 6."""
-    design = np.repeat(central_composite(2, 1, "face"), replicates, axis=0)
-    noise = np.random.default_rng(4).normal(0.0, 1.0, len(design))
-    surface = fit_surface(design, 100.0 + design @ [10.0, 3.0] + noise, ["a", "b"])
-    lack = next(row for row in surface.anova if row.source == "Lack of fit")
-    assert lack.p is not None and lack.p > 0.25
-    assert float(np.mean(surface.mean_variance(design))) == pytest.approx(
-        (surface.mean_square or 0.0) * 6 / len(design)
-    )
-
-
-def test_a_lack_of_fit_stays_however_often_runs_are_repeated() -> None:
-    """σ_L² = (MS_L − MS_E)/r with r = 10 at every point, whose terms are told by MS_L; 3 df."""
-    design = np.repeat(central_composite(2, 1, "face"), 10, axis=0)
-    noise = np.random.default_rng(2).normal(0.0, 1.0, len(design))
-    response = 100.0 + design @ [10.0, 3.0] + 4.0 * design[:, 0] ** 2 * design[:, 1] + noise
-    surface = fit_surface(design, response, ["a", "b"])
-    rows = {row.source: row for row in surface.anova}
-    lack, pure = rows["Lack of fit"].mean_square, rows["Pure error"].mean_square
-    error = surface.mean_error
-    assert lack is not None and pure is not None and error is not None
-    assert (error.of_terms, error.df) == (lack, 3)
-    assert error.missed == pytest.approx((lack - pure) / 10.0)
 
 
 @pytest.mark.parametrize(

@@ -276,5 +276,5 @@ def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"own.yaml:13:30: targets\[1\].curves: needs a result"):
+    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: needs a result"):
         of_a_program(tmp_path, "")
