@@ -78,3 +78,16 @@ def test_scatter_without_a_trend_gets_no_advice_about_growth(seed: int, folder: 
     material = {"yield_stress": rng.uniform(12.0, 18.0), "failure_strain": rng.uniform(0.015, 0.045)}
     text = with_targets(folder, [material] * len(DIAMETERS), 1.0 + 0.02 * rng.standard_normal(len(DIAMETERS)))
     assert not calibrated(text, folder).verdict.has("trend")
+
+
+def test_the_advice_leads_from_the_published_study_to_a_calibrated_one(folder: Path) -> None:
+    """Two edits, of the kind that any user merges: all diameters, then a yield stress that grows."""
+    spec = Path(__file__).parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml"
+    text = spec.read_text(encoding="utf-8")
+    for _ in range(2):
+        reason = calibrated(text, folder).verdict.reasons[0]
+        assert reason.kind == "trend" and reason.remedy is not None
+        text = merged(text, reason.remedy.edit)
+    after = calibrated(text, folder)
+    assert after.verdict.holds and not after.verdict.has("trend")
+    assert after.validation.worst_percent is not None and after.validation.worst_percent <= 6.0
