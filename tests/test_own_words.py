@@ -17,7 +17,6 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.verdict.result import Use
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -145,10 +144,10 @@ def test_names_that_files_use_themselves_may_be_taken(
     """The numbers are those of the same study with other names, and no heading stands twice."""
     text = (CASES / "two.yaml").read_text("utf-8")
     for old, new in (
-        ("name: angle", f"name: {first}"), ("    angle: {kind", f"    {first}: {{kind"),
+        ("name: angle", f"name: {first}"), ("    angle: {file", f"    {first}: {{file"),
         ("name: bulk", f"name: {second}"),
-        ("    bulk: {kind", f"    {second}: {{kind"), ("- {angle: 32.6", f"- {{{condition}: 3, {first}: 32.6"),
-        ("bulk: 0.741", f"{second}: 0.741"), ("bulk_sd", f"{second}_sd"),
+        ("    bulk: {file", f"    {second}: {{file"), ("- {angle: 32.6", f"- {{{condition}: 3, {first}: 32.6"),
+        ("bulk: 0.741", f"{second}: 0.741"), ("sd: {angle: 0.8 deg, bulk:", f"sd: {{{first}: 0.8 deg, {second}:"),
     ):  # fmt: skip
         assert text.count(old) == 1, old
         text = text.replace(old, new)
@@ -201,4 +200,4 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     worst = verdict.use.worst
     assert worst.response == "bulk" and 30.0 < worst.error_percent < 40.0
     assert "bulk density" in reason.text and reason.remedy.edit == "invert: {responses: all}"
-    assert verdict.use == Use(10.0, (), worst)
+    assert verdict.use.good == () and verdict.use.held_out == worst and not worst.fitted

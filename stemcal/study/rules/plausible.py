@@ -27,7 +27,7 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "element_size"): (0.05, 10, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
-    ("runs", "time_limit"): (0.1, 1e7, "s"),
+    ("refine", "duration"): (1e-5, 1000, "s"),
 }
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
@@ -221,9 +221,7 @@ def _targets(study: Study) -> Iterator[Finding]:
 
 
 def _scatters(study: Study) -> Iterator[Finding]:
-    """Question a mean of the study's own responses whose scatter is not of its size: one of them has slipped."""
-    if study.naming.is_cutting:
-        return
+    """Question a mean whose scatter is not of its size: one of them has slipped."""
     for target in study.targets.means:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
@@ -273,7 +271,10 @@ def _materials(study: Study) -> Iterator[Finding]:
 
 
 def _growth(study: Study) -> Iterator[Finding]:
-    """Question a screening that cannot see an exponent: at its diameter a power of the diameter ratio is 1."""
+    """Question reference diameters, and a screening at one of them, which cannot see the exponent."""
+    for name, growth in study.material.growing().items():
+        if isinstance(growth, Growth):
+            yield from _doubt(("material", name, "at"), growth.at, *_RANGES["specimen", "outer_diameter"])
     at = study.targets.calibrate_at
     if study.screen.design == "none" or not isinstance(study.rsm.factors, str):
         return
