@@ -64,9 +64,9 @@ def test_the_planted_parameter_is_named_and_the_edit_removes_the_error(
 ) -> None:
     common = {"yield_stress": 15.0, "failure_strain": 0.03}
     text = with_targets(folder, [common | {parameter: value * (d / 8.0) ** exponent} for d in DIAMETERS])
-    reason = calibrated(text, folder).verdict.reasons[0]
-    assert reason.kind == "trend" and reason.remedy is not None
-    assert f"{parameter} grow" in reason.remedy.text
+    before = calibrated(text, folder).verdict
+    reason = next(one for one in before.reasons if one.kind == "trend")  # so coarse a mesh has other troubles too
+    assert reason.remedy is not None and f"{parameter} grow" in reason.remedy.text
     after = calibrated(merged(text, reason.remedy.edit), folder)
     assert after.validation.worst_percent is not None and after.validation.worst_percent <= 3.0
     assert not after.verdict.has("trend")
