@@ -21,6 +21,7 @@ from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
 from stemcal.stages.refine.stage import calibrated_parameters
+from stemcal.stages.refine.words import program
 from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate.stage import requests_at
@@ -30,7 +31,6 @@ from stemcal.words import counted, series
 
 USUAL_FACTORS = 3
 _USUAL_ROUNDS = 2  # of a refinement
-_PROGRAMS = {"embedded": "the other model", "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def plan(
     to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
     later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
-    there = _there(study, folder)
+    left_there, seconds_there = _there(study, folder)
     rest = overhead(solver)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [
@@ -109,13 +109,15 @@ def plan(
         Rows(stages),
         to_run,
         None if None in seconds else sum(second or 0.0 for second in seconds),
-        (*notes, *_decided_later(study), *_in_another_program(study, there, to_run), *foretold),
+        (*notes, *_decided_later(study), *_in_another_program(study, to_run, left_there, seconds_there), *foretold),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
         costs.source,
         costs.recorded,
         workers,
         rest,
-        None if costs.of is None else rest + elapsed([*_timed(left, costs.of), *later, *there.seconds], workers),
+        None
+        if costs.of is None
+        else rest + elapsed([*_timed(left, costs.of), *later, [seconds_there or 0.0]], workers),
     )
 
 
@@ -145,33 +147,17 @@ def _decided_later(study: Study) -> Iterator[Note]:
         yield Note("decided_later", "caution", text)
 
 
-@dataclass(frozen=True)
-class _There:
-    """The runs that the refinement in another model may still need, and their seconds as far as these are known.
+def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]:
+    """Return the runs that the refinement in another model still needs at most, and their seconds on one core.
 
-    Those of the search follow each other; those at other conditions run together.
+    Only the embedded solver estimates its time. The runs of the search follow each other.
     """
-
-    runs: int = 0
-    seconds: Sequence[Sequence[float]] = ()
-
-
-def _there(study: Study, folder: StudyFolder | None) -> _There:
-    """Return what the refinement in another model still needs at most; only the embedded solver estimates its time."""
     if study.refine is None or study.refined_here:
-        return _There()
-    there, at = study.there, study.calibration_target.condition
-    left = max(0, study.refine.budget - _recorded({"refine"}, there, folder))
-    probe = Request("plan", 0, there.midlevels(), at)
-    cost = costs_of(make_solver(there), folder, probe).of if isinstance(there.solver, EmbeddedSolver) else None
-    if not left or cost is None:
-        return _There(left)
-    others = [target.condition for target in study.targets.means if target.condition != at]
-    seconds = {condition: cost(replace(probe, condition=condition, pictured=True)) for condition in (at, *others)}
-    searched = max(1, left - 2 * len(others))
-    elsewhere = [seconds[condition] for condition in (*others, *others)][: left - searched]
-    together = [elsewhere[: len(others)], elsewhere[len(others) :]]
-    return _There(left, [*([seconds[at]] for _ in range(searched)), *filter(None, together)])
+        return 0, None
+    there, left = study.there, max(0, study.refine.budget - _recorded({"refine"}, study.there, folder))
+    probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
+    cost = costs_of(make_solver(there), folder, probes[0]).of if isinstance(there.solver, EmbeddedSolver) else None
+    return left, None if cost is None or not left else left * max(map(cost, probes))
 
 
 def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None) -> int:
@@ -186,12 +172,10 @@ def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None)
     return found
 
 
-def _in_another_program(study: Study, there: _There, here: int) -> Iterator[Note]:
+def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:
     """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
     if study.refine is not None and study.refine.in_ is not None:
-        seconds = sum(map(sum, there.seconds)) if there.seconds else None
-        program = _PROGRAMS.get(program_of(study.refine.in_), "the other program")
-        text = f"{counted(here, 'run')} here, at most {there.runs} in {program} (refine)."
+        text = f"{counted(here, 'run')} here, at most {left} in {program(program_of(study.refine.in_))} (refine)."
         time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 

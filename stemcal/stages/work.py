@@ -9,6 +9,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.note import Remedy
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.replicates import merged, repeated
@@ -128,7 +129,7 @@ def a_stage(
 
 # ---- Does a program give equal answers to equal inputs? Its first run is repeated at the start to see it.
 
-_SAME = 1e-6  # of the answer: what summing in another order may change
+SAME = 1e-6  # of the answer: what summing in another order may change
 # No chance in these: our own, and sheets, where `replicates` says that there is.
 _ITSELF = ("embedded", "sheet")
 
@@ -151,13 +152,19 @@ def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
 def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[Answer]) -> None:
     """Raise `UsageError` if two answers to the same levels differ; runs that failed tell nothing."""
     first, second = (answer.response for answer in answers)
-    if first is None or second is None or abs(first - second) <= _SAME * max(abs(first), abs(second)):
+    if first is None or second is None or abs(first - second) <= SAME * max(abs(first), abs(second)):
         return
-    remedy = _REMEDIES.get(program_of(study.solver), _REMEDIES["command"])
     raise UsageError(
         f"solver: the program gave {first:.9g} and {second:.9g} to the levels of {requests[0].stage} run "
-        f"{requests[0].row + 1}: there is chance in it. {remedy}"
+        f"{requests[0].row + 1}: there is chance in it. {chance_remedy(study).text}"
     )
+
+
+def chance_remedy(study: Study) -> Remedy:
+    """Return how to declare, or remove, the chance in a program."""
+    kind = program_of(study.solver)
+    edit = None if kind in ("lsdyna", "openradioss") else "solver: {replicates: 5}"
+    return Remedy(_REMEDIES.get(kind, _REMEDIES["command"]), edit)
 
 
 _REMEDIES = {

@@ -138,7 +138,7 @@ def test_diameters_that_grow_apart_identify(tmp_path, monkeypatch, truth) -> Non
     reason = not_identified(before)
     assert reason is not None and reason.remedy.edit == "invert: {diameters: all}"
     after, again = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
-    assert after.verdict == "calibrated" and not_identified(after) is None
+    assert [reason.kind for reason in after.reasons] in ([], ["no_better_than_formula"])
     assert plant.away(again) < 0.1 and plant.away(again) <= plant.away(results) + 0.02
 
 
@@ -156,7 +156,7 @@ def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(t
     monkeypatch.setattr(f"{__name__}.TWO_FACTORS", TWO_FACTORS.replace(drop, "").replace("hardening_parameter", known))
     plant = Plant(tmp_path, monkeypatch, _Held(truth[1]), truth)
     after, again = plant.judged("held", text)
-    assert (after.verdict, after.reasons) == ("calibrated", ())
+    assert [reason.kind for reason in after.reasons] == ["few_runs"]  # three points for three coefficients
     assert again.parameters["yield_stress"] == pytest.approx(15.0 + 5.0 * truth[0], abs=0.05)
 
 

@@ -7,10 +7,11 @@ from math import floor, log10
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
+from stemcal.names import Names
 from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Remedy
 from stemcal.stages.invert.joint import joint_surfaces, measured_means
-from stemcal.stages.invert.result import Certainty
+from stemcal.stages.invert.result import Certainty, JointFitted
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of
@@ -133,7 +134,7 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return fit_all(study, "responses", f"If that is not enough, {measure}")
-    if len(study.targets.means) > max(len(study.joint_targets), 1):
+    if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
         return fit_all(study, "conditions", f"If that is not enough, {measure}")
     return Remedy(measure[:1].upper() + measure[1:])
 
@@ -192,16 +193,51 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
 
 
-def fit_fewer(study: Study, over: str) -> Remedy:
+def chose_conditions(study: Study) -> bool:
+    """Whether the spec lists the conditions to fit: no advice undoes that choice."""
+    return study.invert.conditions not in (None, "all")
+
+
+def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     """Return the remedy for measurements that the model cannot reproduce together."""
-    naming = study.naming
-    if over == "conditions" and naming.condition is not None:
-        fewer = f"fit only the {naming.condition.long} of interest (`{naming.fitted_at}`)"
-        return Remedy(f"Add another factor, or {fewer}: the model cannot reproduce all measurements together.")
+    conditions = {row.condition for row in (*joint.rows, *joint.further)}
+    apart = joint.contradiction
+    if len(conditions) > 1 and apart is not None:
+        name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
+        return Remedy(
+            f"Check the measured {name}{at} (its unit, specimens and machine) and measure it again. If it is "
+            "confirmed, the model lacks a mechanism: add a factor that acts there."
+        )
+    if len(conditions) > 1:
+        return Remedy("Check the measurements; if they are confirmed, the model lacks a mechanism: add a factor.")
     return Remedy(
         "Check these measurements; then add another factor or fit fewer responses (`invert.responses`): the model "
         "cannot reproduce all measurements together."
     )
+
+
+def more_runs(study: Study, surface: SurfaceResult) -> Remedy:
+    """Return four times as many runs as coefficients, spread over the ranges, where the design has fewer.
+
+    A design that has them already is to be narrowed to half the ranges, about the solution.
+    """
+    count = max(4 * len(surface.coefficients), 2 * len(surface.design.runs))
+    text = f"Use more runs: `rsm: {{design: latin-hypercube, runs: {count}}}`."
+    return Remedy(text, f"rsm: {{design: latin-hypercube, runs: {count}, extra_runs: 0}}")
+
+
+def to_follow(study: Study, surface: SurfaceResult, levels: Mapping[str, float] | None) -> Remedy:
+    """Return what makes a quadratic follow the response: more runs, then half the ranges about the solution."""
+    few = len(surface.design.runs) < 4 * len(surface.coefficients)
+    if few or levels is None:
+        return more_runs(study, surface)
+    edits = []
+    for name in surface.names:
+        factor = study.factor(name)
+        quarter = 0.25 * (factor.high - factor.low)
+        middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
+        edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
+    return Remedy("Halve the ranges about the solution, or add `refine: {}`.", f"factors: [{', '.join(edits)}]")
 
 
 def measure_more(study: Study) -> Remedy:
@@ -271,14 +307,16 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> Remedy:
     return _in_solver(values, f"reduces inertia below {limit:g} % in most runs, at about {times:g} times the time.")
 
 
-def to_smooth(study: Study) -> Remedy:
-    """Return over how many runs a rough response may be averaged: twice the present number, at least five."""
-    runs = "add runs (`rsm: {extra_runs: 4}`)"
+def to_smooth(study: Study, surface: SurfaceResult, levels: Mapping[str, float] | None) -> Remedy:
+    """Return how a rough response is averaged, or a curved one followed."""
+    found = to_follow(study, surface, levels)
     if study.replicates or isinstance(study.solver, EmbeddedSolver):
         replicates = min(max(5, 2 * study.replicates), _MOST_AVERAGED)
         over = "mesh positions" if isinstance(study.solver, EmbeddedSolver) else "seeds"
-        return _in_solver({"replicates": f"{replicates}"}, f"averages over {over}; or {runs}.")
-    return Remedy(f"{runs[:1].upper()}{runs[1:]}, or make the response smoother.", "rsm: {extra_runs: 4}")
+        return Remedy(
+            f"{found.text} If the response is rough, `replicates: {replicates}` averages over {over}.", found.edit
+        )
+    return found
 
 
 def _half_the_step(solver: EmbeddedSolver) -> Remedy:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.note import Note, by_severity
+from stemcal.note import SEVERITIES, Note
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 MOST_REASONS = 10
@@ -64,10 +64,9 @@ class Verdict:
     @classmethod
     def of(cls, reasons: list[Note], use: Use | None, there: UseThere | None = None) -> Verdict:
         """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
-        ordered = by_severity(reasons)
-        worst = ordered[0].severity if ordered else None
+        worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
-        return cls(word, use, tuple(ordered[:MOST_REASONS]), there)
+        return cls(word, use, tuple(reasons[:MOST_REASONS]), there)
 
     @property
     def holds(self) -> bool:

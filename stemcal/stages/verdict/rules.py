@@ -5,12 +5,11 @@ A reason of severity ``error`` means not calibrated, one of severity ``warning``
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.doe.validation.comparison import ValidationRow
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
 from stemcal.naming import FORCE
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import signed_probability
@@ -18,8 +17,9 @@ from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.runs import EQUAL_REPEATS
-from stemcal.stages.verdict import advice, words
-from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, Physics, physics_of
+from stemcal.stages.verdict import advice, data, words
+from stemcal.stages.verdict.data import Evidence
+from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
 from stemcal.stages.verdict.trend import trend_of
 from stemcal.study.model import EmbeddedSolver, Study
@@ -37,57 +37,13 @@ _WITHIN = (
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """What the rules look at."""
-
-    study: Study
-    results: Results
-    physics: Physics
-
-    @property
-    def names(self) -> Names:
-        """Names and units of the study."""
-        return Names(self.study.naming)
-
-    @property
-    def equivalent_percent(self) -> float:
-        """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.validation.tolerance_percent)
-
-    @property
-    def is_given(self) -> bool:
-        """Whether the validation compares values of a sheet that were simulated elsewhere, with other parameters."""
-        validation = self.results.validation
-        return validation is not None and any(note.kind == "from_table" for note in validation.notes)
-
-    @property
-    def judged(self) -> list[Judged]:
-        """Measured against simulated at every condition that was simulated with the parameters found here.
-
-        Beside the force that is every response that the study declares itself; one that was not fitted is a check.
-        """
-        validation = self.results.validation
-        if validation is None or self.is_given:
-            return []
-        found = []
-        for row in validation.rows:
-            at, fitted = row.compared, row.compared.role == "fitted"
-            found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
-            for further in row.further:
-                if further.judged:
-                    own = fitted and further.response in self.study.invert.responses
-                    found.append(Judged(further.response, at.condition, further.error_percent, own))
-        return found
-
-
 Rule = Callable[[Evidence], Iterator[Note]]
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
     """Judge a study as far as it has come; `results` if they are read already."""
     results = results or fresh_results(study, folder)
-    evidence = Evidence(study, results, physics_of(results, folder))
+    evidence = Evidence(study, results, physics_of(results, folder), folder)
     return Verdict.of([reason for rule in RULES for reason in rule(evidence)], _use(evidence), _use_there(evidence))
 
 
@@ -135,7 +91,7 @@ def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
 def _unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done()}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
-    if missing and not list(_reach(evidence)):
+    if missing and not any(any(rule(evidence)) for rule in (_reach, data.units, data.chance, data.failed_runs)):
         by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
         remedy = Remedy(by_hand if evidence.study.solver.kind == "sheet" else "`stemcal run SPEC` continues.")
         there_alone = [stage.name for stage in missing] == ["refine"] and not evidence.study.refined_here
@@ -145,6 +101,8 @@ def _unfinished(evidence: Evidence) -> Iterator[Note]:
 
 
 def _reach(evidence: Evidence) -> Iterator[Note]:
+    if any(data.units(evidence)):
+        return  # no range corrects a unit
     surface, found, study = evidence.results.surface, evidence.results.inversion, evidence.study
     if surface is None:
         return
@@ -225,12 +183,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     coded = list(evidence.results.inversion.point.coded.values())
     if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return _fit_fewer(evidence, joint)
-
-
-def _fit_fewer(evidence: Evidence, joint: JointFitted) -> Remedy:
-    conditions = {row.condition for row in (*joint.rows, *joint.further)}
-    return advice.fit_fewer(evidence.study, "conditions" if len(conditions) > 1 else "responses")
+    return advice.to_reconcile(evidence.study, joint)
 
 
 def _target(evidence: Evidence) -> Iterator[Note]:
@@ -311,7 +264,7 @@ def _misfit(evidence: Evidence) -> Iterator[Note]:
     beyond = bool(found.priors) and joint.p < _BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."
-    remedy = _check_prior(found) or _fit_fewer(evidence, joint)
+    remedy = _check_prior(found) or advice.to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
 
@@ -345,6 +298,8 @@ def _validation(evidence: Evidence) -> Iterator[Note]:
         left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
         until = "Until then use the result only where it agrees."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
+        if not left_out and advice.chose_conditions(study):  # no advice undoes an earlier one
+            remedy = Remedy("Use the result only where it agrees, or add a factor that the error depends on.")
         yield Note("validation", "warning", f"{words.miss(worst, evidence.names)}.", remedy)
     if not held_out and not _left_out(evidence):
         yield Note("unchecked", "warning", "No independent measurement checks the result.", advice.measure_more(study))
@@ -454,22 +409,31 @@ def _rough(evidence: Evidence) -> Iterator[Note]:
             f"Repeated runs agree exactly, but the surface misses its runs by {abs(cv):.1f} %: the response is rough, "
             "or a quadratic surface cannot follow it."
         )
-        yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study))
+        yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, _levels(evidence)))
+
+
+def _levels(evidence: Evidence) -> dict[str, float] | None:
+    return None if evidence.results.inversion is None else evidence.results.parameters
 
 
 RULES: tuple[Rule, ...] = (
+    data.chance,
+    data.units,
+    data.failed_runs,
+    _physics,
+    _solution_physics,
+    _unfinished,
     _trend,
     _reach,
+    _signs,
+    _rough,
     _target,
-    _solution_physics,
-    _identified,
-    _edge,
     _misfit,
     _validation,
     _formula,
-    _signs,
-    _rough,
+    data.few_runs,
+    _identified,
+    _edge,
     _there,
-    _physics,
-    _unfinished,
 )
+"""In the order in which their reasons are given, and so their advice: data, physics, reach, model, identification."""

@@ -1,0 +1,251 @@
+"""The evidence of a study, and rules about the data themselves: chance, units, failed runs, too few runs."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.doe.calibration.region import extremes
+from stemcal.doe.regression.least_squares import Array
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
+from stemcal.naming import FIRST
+from stemcal.note import Note, Remedy
+from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.results import Results
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.verdict import advice
+from stemcal.stages.verdict.physics import Physics
+from stemcal.stages.verdict.result import Judged
+from stemcal.stages.work import SAME, chance_remedy
+from stemcal.study.model import Study
+from stemcal.words import counted, series
+
+# A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
+UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
+_FAR, _ROOM = 3.0, 0.25
+_MANY = 0.1  # share of failed runs that is a reservation by itself
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the rules look at."""
+
+    study: Study
+    results: Results
+    physics: Physics
+    folder: StudyFolder
+
+    @property
+    def names(self) -> Names:
+        """Names and units of the study."""
+        return Names(self.study.naming)
+
+    @property
+    def equivalent_percent(self) -> float:
+        """The percentage within which measured and simulated values count as equal."""
+        return float(self.study.validation.tolerance_percent)
+
+    @property
+    def is_given(self) -> bool:
+        """Whether the validation compares values of a sheet that were simulated elsewhere, with other parameters."""
+        validation = self.results.validation
+        return validation is not None and any(note.kind == "from_table" for note in validation.notes)
+
+    @property
+    def judged(self) -> list[Judged]:
+        """Measured against simulated at every condition that was simulated with the parameters found here.
+
+        Beside the force that is every response that the study declares itself; one that was not fitted is a check.
+        """
+        validation = self.results.validation
+        if validation is None or self.is_given:
+            return []
+        found = []
+        for row in validation.rows:
+            at, fitted = row.compared, row.compared.role == "fitted"
+            found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
+            for further in row.further:
+                if further.judged:
+                    own = fitted and further.response in self.study.invert.responses
+                    found.append(Judged(further.response, at.condition, further.error_percent, own))
+        return found
+
+    @property
+    def records(self) -> Iterator[Mapping[str, Any]]:
+        """The records of the study folder, of all stages."""
+        found = map(self.folder.peek, self.folder.keys())
+        yield from (record for record in found if record is not None)
+
+    @property
+    def reaches(self) -> dict[str, Sequence[tuple[float, float, float]]]:
+        """Each measured value that is fitted, with the least and greatest one that its surface takes, by response."""
+        surface, study = self.results.surface, self.study
+        if surface is None:
+            return {}
+        if study.joint_targets and surface.conditions:
+            pairs = zip(measured_means(study), joint_surfaces(study, surface), strict=True)
+            values = [(mean.response, mean.value, fitted) for mean, fitted in pairs]
+        else:
+            values = [(FIRST, study.calibration_target.response, surface.fitted)]
+        found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
+        for response, value, fitted in values:
+            low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region(study)))
+            found[response].append((value, low, high))
+        return dict(found)
+
+
+# ---- chance
+
+
+def chance(evidence: Evidence) -> Iterator[Note]:
+    """Yield that a program gave two answers to the same levels, without replicates in the spec."""
+    if evidence.study.replicates or evidence.results.surface is not None:
+        return
+    found: dict[str, list[float]] = defaultdict(list)
+    for record in evidence.records:
+        request = record["request"]
+        if record["response"] is not None:
+            found[f"{request['levels']} {request.get('condition')}"].append(float(record["response"]))
+    for values in found.values():
+        if max(values) - min(values) > SAME * max(map(abs, values)):
+            ends = f"{min(values):.6g} and {max(values):.6g}"
+            text = (
+                f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
+            )
+            yield Note("undeclared_scatter", "error", text, chance_remedy(evidence.study))
+            return
+
+
+# ---- units
+
+
+def units(evidence: Evidence) -> Iterator[Note]:
+    """Yield that measured values are out of reach by the ratio of two units."""
+    for response, values in evidence.reaches.items():
+        times = [_times(value, low, high) for value, low, high in values]
+        ratio = times[0]
+        if ratio is not None and all(one is not None and one[0] == ratio[0] for one in times):
+            size, name = ratio
+            named, (value, low, high) = evidence.study.naming.named(response), values[0]
+            measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
+            text = (
+                f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
+                f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
+            )
+            place = (
+                "the target and of the program's result" if evidence.study.solver.kind == "command" else "the target"
+            )
+            yield Note(
+                "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
+            )
+
+
+def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
+    """Return which ratio of units brings a value into a reach, widened by a quarter; None where none does.
+
+    >>> _times(130.0, 0.08, 0.19), _times(130.0, 80.0, 125.0)
+    ((1000.0, 'kN and N, or mm and m'), None)
+    """
+    if low <= 0.0 or low / _FAR <= value <= high * _FAR:
+        return None
+    for ratio, name in UNITS.items():
+        for size in (ratio, 1.0 / ratio):
+            if low * (1.0 - _ROOM) <= value / size <= high * (1.0 + _ROOM):
+                return size, name
+    return None
+
+
+# ---- failed runs, few runs
+
+
+def failed_runs(evidence: Evidence) -> Iterator[Note]:
+    """Yield how many runs failed, where, and what they leave undetermined; of a stage that could not end, too."""
+    surface = evidence.results.surface
+    if surface is None:
+        yield from _lost(evidence)
+        return
+    coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
+    failed = np.array([run.response is None for run in surface.design.runs])
+    for part in surface.conditions:
+        failed |= np.array([not answered.outcome.ok for answered in part.runs])
+    unknown = _error_unknown(evidence)
+    if not failed.any() or (not unknown and failed.mean() < _MANY):
+        return
+    left = "its error is unknown" if unknown else f"{counted(surface.fitted.df, 'degree')} of freedom show its error"
+    text = (
+        f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
+        f"{_where(surface, coded[failed])}. With the others {left}."
+    )
+    yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
+
+
+def few_runs(evidence: Evidence) -> Iterator[Note]:
+    """Yield that a surface has as many coefficients as runs, though none failed."""
+    surface = evidence.results.surface
+    if surface is not None and _error_unknown(evidence) and not any(failed_runs(evidence)):
+        text = (
+            f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so its error is "
+            "unknown; the intervals are wide for that reason."
+        )
+        yield Note("few_runs", "warning", text, advice.more_runs(evidence.study, surface))
+
+
+def _error_unknown(evidence: Evidence) -> bool:
+    found = evidence.results.inversion
+    if found is not None and found.certainty is not None:
+        return not found.certainty.surface_error_known
+    return evidence.results.surface is not None and evidence.results.surface.fitted.df < 1
+
+
+def _where(surface: SurfaceResult, coded: Array) -> str:
+    natural = surface.scales.to_natural(coded)
+    ends = zip(surface.names, natural.min(axis=0).tolist(), natural.max(axis=0).tolist(), strict=True)
+    units = {entry.factor: "" if entry.unit == "1" else f" {entry.unit}" for entry in surface.factors}
+    return series(f"{n} {a:.4g}{f' to {b:.4g}' if b > a else ''}{units[n]}" for n, a, b in ends)
+
+
+def _after_failures(study: Study, surface: SurfaceResult, coded: Array, failed: NDArray[np.bool_]) -> Remedy:
+    """Return the range that leaves failed runs at one end of a factor out; else more runs."""
+    for j, name in enumerate(surface.names):
+        scale = surface.coding[name]
+        for side, key in ((1.0, "high"), (-1.0, "low")):
+            bad, good = side * coded[failed, j], side * coded[~failed, j]
+            if bad.min() > good.max() and bad.min() > 0.0:
+                end = float(f"{scale.natural(side * 0.5 * (bad.min() + good.max())):.3g}")
+                beyond = f"All runs with {name} {'above' if side > 0 else 'below'} {end:g} failed"
+                return Remedy(
+                    f"{beyond}: set `{key}` of it to {end:g}.", f"factors: [{{name: {name}, {key}: {end:g}}}]"
+                )
+    more = advice.more_runs(study, surface)
+    return Remedy(
+        f"Correct the cause and repeat them (`stemcal run SPEC --retry`), or add runs: {more.text}", more.edit
+    )
+
+
+def _lost(evidence: Evidence) -> Iterator[Note]:
+    """Yield that runs failed before a surface could be fitted, and at which conditions none was left."""
+    tried, failed, why = Counter[float](), Counter[float](), Counter[str]()
+    for record in evidence.records:
+        at = float(record["request"].get("condition") or 0.0)
+        tried[at] += 1
+        if record["status"] != "ok":
+            failed[at] += 1
+            why[str(record["reason"])] += 1
+    if not failed:
+        return
+    none_left = [at for at in failed if failed[at] == tried[at]]
+    text = f"{sum(failed.values())} of {counted(sum(tried.values()), 'run')} failed ({why.most_common(1)[0][0]})"
+    text += f", all of them{evidence.names.at(*none_left)}." if none_left else "."
+    rest = [target.condition for target in evidence.study.joint_targets if target.condition not in none_left]
+    remedy = Remedy("Correct the cause (`stemcal status SPEC --failed`), then `stemcal run SPEC --retry`.")
+    if none_left and rest and evidence.names.placed:
+        key, unit = evidence.study.naming.fitted_at.partition(".")[2], evidence.names.condition.unit_suffix
+        edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
+        remedy = Remedy(f"{remedy.text} Until then fit the others: `{edit}`.", edit)
+    yield Note("failed_runs", "error", text, remedy)
