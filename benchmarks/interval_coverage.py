@@ -118,7 +118,7 @@ def row(label: str, plant: Callable[[np.random.Generator], Planted], studies: in
 
 def width(found: Fit) -> list[float]:
     """Return the widths of the intervals of straight surfaces, coded."""
-    spread = np.diag(np.linalg.inv(found.tangents.information))
+    spread = np.diag(np.linalg.pinv(found.tangents.information, hermitian=True)).clip(0.0)
     return [2.0 * float(np.sqrt(found.tangents.allowed(e) * v)) for e, v in zip(np.eye(2), spread, strict=True)]
 
 

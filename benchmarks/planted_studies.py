@@ -344,7 +344,7 @@ def rough(seed: int) -> Row:
     reason = before.reason("rough_response")
     return Row(
         reason is not None or before.is_("not_calibrated"),
-        reason is None or before.advises("rough_response", "rsm: {extra_runs: 4}"),
+        reason is None or before.advises("rough_response", "design: latin-hypercube"),
         after.is_("with_reservations") and after.reason("rough_response") is None,
         plant.force_off(after.results) <= plant.force_off(before.results) + ROOM_PERCENT,
     )

@@ -29,6 +29,7 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("refine", "duration"): (1e-5, 1000, "s"),
 }
+_OF_TESTS = {"radius": (0.1, 100), "stroke": (0.01, 500), "span": (1, 2000)}  # mm
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s
@@ -39,13 +40,13 @@ _SWING, _PERIOD = 0.05, 0.25
 _TUBE = 0.5  # the share of a tube's section that shear counts
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
-_LEAST_SCATTER = 1e-4  # of a mean
+_LEAST_SCATTER = 3e-4  # of a mean
 _FALL = "elements two thirds as long give up to a tenth less"
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _speed, _mesh, _swing, _path_and_work), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _tests, _speed, _mesh, _swing, _path_and_work), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement, _programs)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
@@ -72,6 +73,17 @@ def _sizes(study: Study) -> Iterator[Finding]:
             value = value.at(study.specimen.outer_diameter)
         if value:  # none, or none of it, is no slip
             yield from _doubt(path, value, low, high, unit)
+
+
+def _tests(study: Study) -> Iterator[Finding]:
+    """Question the sizes of laboratory tests that are simulated here."""
+    for index, test in enumerate(study.tests):
+        if test.solver is None and not test.is_further_cut:
+            at = study.targets.calibrate_at
+            lengths = {"radius": test.radius, "stroke": test.stroke_at(at)}
+            lengths |= {"span": test.span.at(at)} if test.span is not None else {}
+            for key, value in lengths.items():
+                yield from _doubt(("tests", index, key), value, *_OF_TESTS[key], "mm")
 
 
 def _speed(study: Study) -> Iterator[Finding]:
@@ -225,7 +237,7 @@ def _scatters(study: Study) -> Iterator[Finding]:
     for target in study.targets.means:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
-            if mean and sd and not _LEAST_SCATTER <= sd / mean <= 1.0:
+            if mean and sd and not named.apart and not _LEAST_SCATTER <= sd / mean <= 1.0:
                 message = f"a scatter of {named.text(sd)} is not of the size of the mean, {named.text(mean)}"
                 yield Finding(("targets", target.row, named.name), message, "check both numbers and their units")
 
