@@ -92,14 +92,16 @@ exec(SCRIPT, SPACE)
 class Called(Command, Immediate):
     """Answers by calling the script's function, where a process for each of thousands of runs would take an hour."""
 
+    number: int = 0
+
     def solve(self, request: Request) -> Answer:
         """Answer one request."""
         given = {name: float(value) for name, value in self._values(request).items() if name in TRUTH}
-        return Answer("ok", response=SPACE["measured"]({**given, "seed": self._seed(request)}))
+        return Answer("ok", response=SPACE["measured"]({**given, "seed": self._seed(request) + self.number}))
 
 
-def surface_over(study: Study, folder: Path) -> SurfaceResult:
-    return fit_response_surface(study, StudyFolder(folder), solver=Called(study))
+def surface_over(study: Study, folder: Path, number: int = 0) -> SurfaceResult:
+    return fit_response_surface(study, StudyFolder(folder), solver=Called(study, number=number))
 
 
 def test_called_and_run_give_the_same_angle(tmp_path):
@@ -129,8 +131,8 @@ def test_intervals_hold_the_truth_in_93_of_100_studies(tmp_path):
     for number in range(100):
         heaps = true + LABORATORY * random.standard_normal(SPECIMENS)
         target = {"angle": f"{heaps.mean():.6f} deg", "sd": f"{heaps.std(ddof=1):.6f} deg", "n": SPECIMENS}
-        drawn = study.with_(solver={"seed": number}, targets=[target])
-        surface = surface_over(drawn, tmp_path / str(number))
+        drawn = study.with_(targets=[target])
+        surface = surface_over(drawn, tmp_path / str(number), number)
         pure = next(row for row in surface.anova if row.source == "Pure error")
         scatter.append(pure.sum_of_squares / pure.df)
         coding: Coding = surface.scales
