@@ -6,7 +6,6 @@ read `text`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -55,12 +54,3 @@ class Note:
     def __str__(self) -> str:
         """Return the text with its remedy."""
         return f"{self.text} {self.remedy.text}" if self.remedy else self.text
-
-
-def by_severity(notes: Iterable[Note]) -> list[Note]:
-    """Return notes, the most serious first, otherwise in their order.
-
-    >>> [note.kind for note in by_severity([Note("a", "info", "."), Note("b", "error", ".")])]
-    ['b', 'a']
-    """
-    return sorted(notes, key=lambda note: SEVERITIES.index(note.severity))
