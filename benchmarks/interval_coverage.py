@@ -32,8 +32,9 @@ from functools import partial
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
-from stemcal.doe.calibration.fit import Fit, Observation, Prior, fit
+from stemcal.doe.calibration.fit import Fit, Prior, fit
 from stemcal.doe.calibration.intervals import holds
+from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import central_composite

@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stemcal.doe.calibration.fit import Fit, Observation, fit
+from stemcal.doe.calibration.fit import Fit, fit
 from stemcal.doe.calibration.intervals import holds, profiles_of
+from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface

@@ -11,7 +11,8 @@ import pytest
 from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal import workflow
-from stemcal.doe.calibration.fit import Observation, fit
+from stemcal.doe.calibration.fit import fit
+from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.surface import fit_surface

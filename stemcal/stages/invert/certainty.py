@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import Literal
 
-from stemcal.doe.calibration.fit import Fit, Observation, Prior, fit
+from stemcal.doe.calibration.fit import Fit, Prior, fit
 from stemcal.doe.calibration.intervals import (
     Profile,
     loosest_direction,
@@ -13,6 +13,7 @@ from stemcal.doe.calibration.intervals import (
     profiles_of,
     unseen_directions,
 )
+from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array

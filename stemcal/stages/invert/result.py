@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.calibration.fit import Scatter
 from stemcal.doe.calibration.level_set import Assessment
+from stemcal.doe.calibration.observations import Scatter
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Column, Rows, Table
