@@ -128,7 +128,7 @@ def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_pa
 
 
 def test_objects_show_themselves(results: stemcal.StudyResults) -> None:
-    assert "failure_strain and strain_rate_c cannot be separated" in repr(results).splitlines()[0]
+    assert "strain_rate_c has the opposite of the expected sign" in repr(results).splitlines()[0]
     assert results._repr_html_().startswith("<p><b>Calibrated, with reservations.")
     assert "<code>" in results._repr_html_() and "`" not in results._repr_html_()
     assert len(repr(results).splitlines()) == 7

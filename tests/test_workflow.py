@@ -167,15 +167,15 @@ def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFold
     assert len(folder.read_stage("rsm")["design"]["runs"]) == 11
 
 
-def test_progress_counts_rows(tmp_path: Path, folder: StudyFolder) -> None:
+def test_progress_counts_each_run_once(tmp_path: Path, folder: StudyFolder) -> None:
     seen: list[Progress] = []
     study = make_study(tmp_path, TWO)
     workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
-    assert (seen[0].done, seen[-1].done, seen[-1].total, seen[-1].cached) == (0, 11, 11, 0)
+    assert (seen[0].done, seen[-1].done, seen[-1].total, seen[-1].cached, seen[-1].points) == (0, 9, 9, 0, 11)
     assert seen[1].last_response is not None
     seen.clear()
     workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
-    assert [(p.done, p.cached) for p in seen] == [(11, 11)]
+    assert [(p.done, p.cached, p.points) for p in seen] == [(9, 9, 11)]
 
 
 def test_a_new_solver_version_reuses_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
