@@ -126,6 +126,7 @@ def test_plastic_collapse() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_quarter_is_the_whole() -> None:
     quarter, whole = (
         perform(ring(0.41, material(15.0), 0.4, 4.0, through_wall=2, coarsening_around=6.0, symmetry=symmetry))
