@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,7 +83,7 @@ class Evidence:
         found = map(self.folder.peek, self.folder.keys())
         yield from (record for record in found if record is not None)
 
-    @property
+    @cached_property
     def reaches(self) -> dict[str, Sequence[tuple[float, float, float]]]:
         """Each measured value that is fitted, with the least and greatest one that its surface takes, by response."""
         surface, study = self.results.surface, self.study
