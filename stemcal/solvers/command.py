@@ -40,7 +40,7 @@ class Command(Program):
 
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
-        drawn = {"seed": self._seed(request)} if request.replicate else {}
+        drawn = {"seed": seed_of(request)} if request.replicate else {}
         if options.result is not None:
             return {"result": options.result.model_dump(mode="json"), **drawn}
         readers = {name: reader.model_dump(mode="json") for name, reader in options.results.items()}
@@ -51,10 +51,7 @@ class Command(Program):
         return {}
 
     def _values(self, request: Request) -> Mapping[str, str]:
-        return values_of(request, self._seed(request), self.study.naming)
-
-    def _seed(self, request: Request) -> int:
-        return seed_of(request)
+        return values_of(request, seed_of(request), self.study.naming)
 
     def _run(self, folder: Path, request: Request) -> Answer:
         place, values = self.study.source.parent, self._values(request)

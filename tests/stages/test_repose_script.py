@@ -17,6 +17,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
+from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import Answer, Immediate, Request
 from stemcal.stages.invert.certainty import fit_over, measured_of
 from stemcal.stages.surface.result import SurfaceResult, box_of
@@ -97,7 +98,7 @@ class Called(Command, Immediate):
     def solve(self, request: Request) -> Answer:
         """Answer one request."""
         given = {name: float(value) for name, value in self._values(request).items() if name in TRUTH}
-        return Answer("ok", response=SPACE["measured"]({**given, "seed": self._seed(request) + self.number}))
+        return Answer("ok", response=SPACE["measured"]({**given, "seed": seed_of(request) + self.number}))
 
 
 def surface_over(study: Study, folder: Path, number: int = 0) -> SurfaceResult:
