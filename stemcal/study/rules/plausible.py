@@ -269,7 +269,7 @@ def _programs(study: Study) -> Iterator[Finding]:
     if not isinstance(solver, CommandSolver):
         return
     beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-    written = {reader.file for reader in solver.readers.values()}
+    written = {reader.file for reader in solver.result.values()}
     lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
     for index, argument in enumerate(solver.command):
         if index and argument in lacking:
