@@ -146,7 +146,7 @@ class Sections:
         chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
         if self.naming.is_cutting or not _complete(targets) or invert is None or chosen:
             return
-        measured = fitted_responses(targets)
+        measured = fitted_responses(targets, self.naming)
         if len(measured) > 1:
             self.good["invert"] = invert.model_copy(update={"responses": measured})
 
