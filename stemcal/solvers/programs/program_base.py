@@ -150,8 +150,8 @@ def run_in(
 ) -> Answer:
     """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
 
-    It may take so many `seconds`, all of the time limit by default. `check` raises if it ended badly; by default an exit
-    code other than 0 says so.
+    It may take so many `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
+    is an exit code other than 0.
     """
     try:
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
