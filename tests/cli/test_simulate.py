@@ -105,6 +105,7 @@ def test_json(calls: list[Any]) -> None:
         ("yield_stress=１８", "yield_stress"),
         ("yield_stress=٣", "yield_stress"),
         ("yield_stress=1e400", "yield_stress"),
+        *((level, level.partition("=")[0]) for level in ("yield_stress=0", "failure_strain=-0.1", "yield_stress=-5")),
     ],
 )
 def test_wrong_settings(calls: list[Any], setting: str, words: str) -> None:

@@ -21,17 +21,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import statsmodels.stats.multitest
+import scipy.stats.qmc
 from fakes import FakeSolver, lines, make_study
+from trying import POINTS, results
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
 
-PRELOADED = statsmodels.stats.multitest
+PRELOADED = scipy.stats.qmc
 SECONDS_PER_RUN = 0.002
-MANY_POINTS = "rsm: {centre_points: 3}\n"
 
 
 class WitnessedFolder(StudyFolder):
@@ -62,7 +62,7 @@ class Tally:
 
 def kill_many(place: Path, kills: int, seed: int) -> Tally:
     """Kill a study `kills` times in `place`; raise `AssertionError` if a byte of its results differs."""
-    rng, tally, study = random.Random(seed), Tally(), make_study(place, MANY_POINTS)
+    rng, tally, study = random.Random(seed), Tally(), make_study(place, POINTS)
     unbroken, broken = StudyFolder(place / "unbroken"), StudyFolder(place / "broken")
     workflow.calibrate(study, unbroken, InlineExecutor(), solver=FakeSolver())
     witness, saved = place / "witness", place / "broken.saved"
@@ -83,11 +83,6 @@ def kill_many(place: Path, kills: int, seed: int) -> Tally:
             job = "calibrate" if rng.random() < 0.1 else "screen"
     tally.acknowledged += len(lines(saved))
     return tally
-
-
-def results(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all stage files and tables."""
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".json", ".csv")}
 
 
 def _fork(job: str, study: Study, folder: Path, solver: FakeSolver) -> int:

@@ -1,4 +1,4 @@
-"""What a study would take is told before it begins; the monsters are in tests/faults/of_demand.py."""
+"""What a study would take is told before it begins; the monsters are in tests/faults/test_hostile.py."""
 
 from __future__ import annotations
 
