@@ -22,7 +22,6 @@ from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import FIRST, Named, capital
 from stemcal.study.model.factor import Frozen, Size
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.model.solver_options import CommandSolver
 from stemcal.study.types.field_types import ColumnName, Length, Quantity, StemLength, Whole, complain
 
 Patterns = Annotated[
@@ -180,7 +179,6 @@ TestKind = Literal[
     "radial-compression",
     "axial-compression",
     "axial-tension",
-    "other",
 ]
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
@@ -221,10 +219,7 @@ class LaboratorySection(Frozen):
     """Name in tables, files and `simulate --test`."""
     kind: TestKind
     """What is done: the cut of the sections above in another way, a nose between two rollers, plates across the stem,
-    or ends that move along its axis; `other` what the program under `solver` alone knows."""
-    solver: CommandSolver | None = None
-    """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
-    by response, `slope: {file: …}`; no keys but `name` and `kind` are given with it."""
+    or ends that move along its axis."""
     blade: BladeSection | None = None
     """What differs from the spec's blade, in cutting: keys that are not given here are the spec's."""
     supports: SupportsSection | None = None
@@ -248,13 +243,13 @@ class LaboratorySection(Frozen):
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     def stroke_at(self, diameter: float) -> float:
-        """Return how far the machine moves at a stem diameter, mm; 0 where that is a program's matter."""
+        """Return how far the machine moves at a stem diameter, mm; 0 where a further cut has the spec's own stroke."""
         return 0.0 if self.stroke is None else self.stroke.at(diameter)
 
     @property
     def is_further_cut(self) -> bool:
         """Whether it is the spec's own cutting test in another way, simulated as that is."""
-        return self.kind == "cutting" and self.solver is None
+        return self.kind == "cutting"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
         """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
@@ -275,9 +270,7 @@ class LaboratorySection(Frozen):
 
     @property
     def told(self) -> tuple[str, ...]:
-        """The responses that a calibration would use if all were measured: of a program all that are read."""
-        if self.solver is not None:
-            return tuple(self.solver.results)
+        """The responses that a calibration would use if all were measured."""
         return ("force",) if self.is_further_cut else USUAL
 
     @property

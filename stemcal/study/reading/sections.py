@@ -109,13 +109,13 @@ class Sections:
 
     def read_refine(self, name: str, given: Any) -> None:
         """Read the refinement, which may have a solver of its own."""
-        self.read(name, _with_solver(given, "in"))
+        has_one = isinstance(given, dict) and "in" in given
+        self.read(name, {**given, "in": _readers_by_response(given["in"])} if has_one else given)
 
     def read_tests(self, name: str, given: Any) -> None:
-        """Read the tests, each of which may have a solver of its own: good ones are kept by their place in the list."""
-        tests = [_with_solver(test) for test in given] if isinstance(given, list) else given
-        self.read(name, tests)
-        read = [_field(LaboratorySection, test, self.context) for test in tests] if isinstance(given, list) else []
+        """Read the tests: good ones are kept by their place in the list."""
+        self.read(name, given)
+        read = [_field(LaboratorySection, test, self.context) for test in given] if isinstance(given, list) else []
         self.tests = {index: test for index, test in enumerate(read) if test is not None}
 
     def read_invert(self, name: str, given: Any) -> None:
@@ -181,12 +181,6 @@ def _readers_by_response(solver: Any) -> Any:
     if isinstance(result, dict) and result and {*map(type, result.values())} == {dict}:
         return {**{key: value for key, value in solver.items() if key != "result"}, "results": result}
     return solver
-
-
-def _with_solver(section: Any, key: str = "solver") -> Any:
-    """Return a section whose solver, if it has one, is as `_readers_by_response` gives it."""
-    has_one = isinstance(section, dict) and key in section
-    return {**section, key: _readers_by_response(section[key])} if has_one else section
 
 
 def _spelled(name: str) -> str:
