@@ -1,7 +1,5 @@
 """The published study, replayed once; `fakes` importable from every folder of tests, and by the workers they start."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

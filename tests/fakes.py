@@ -1,7 +1,5 @@
 """A study and a solver whose answers are known; the solver is picklable, so that workers can use it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
@@ -86,12 +84,7 @@ class FakeSolver:
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels, diameter, version."""
-        return {
-            "kind": "fake",
-            "version": self.version,
-            "levels": dict(request.levels),
-            "diameter": request.condition,
-        }
+        return {"kind": "fake", "version": self.version, "levels": dict(request.levels), "diameter": request.condition}
 
     def given_design(self, _stage: str) -> None:
         """Any design is fine."""

@@ -1,7 +1,5 @@
 """A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
@@ -111,32 +109,9 @@ def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> 
     )
 
 
-def keys_in(content: object) -> set[str]:
-    """Return every key of a tree."""
-    if isinstance(content, dict):
-        return set(content) | set().union(*map(keys_in, content.values()))
-    return set().union(*map(keys_in, content)) if isinstance(content, list) else set()
-
-
-def test_files_have_neutral_keys_and_tables_its_own_words(
-    two: tuple[Study, StudyFolder, Results], tmp_path: Path
-) -> None:
-    for store in (two[1], studied(tmp_path, "angle.yaml")[1]):
-        for path in sorted(store.path.glob("*.json")):
-            content = json.loads(path.read_text("utf-8"))
-            foreign = [key for key in keys_in(content) if NOT_ITS_OWN.search(key)]
-            assert not foreign and "angle" not in keys_in(content), path.name
-            assert content["naming"]["condition"] is None
-            assert content["naming"]["responses"][0] == {
-                "name": "angle", "label": "Angle of repose", "symbol": "θ", "unit": "deg"
-            }  # fmt: skip
-        headings = {path.name: next(csv.reader(path.open(encoding="utf-8"))) for path in store.path.glob("*.csv")}
-        assert "angle" in headings["screen_runs.csv"] and "condition" not in headings["validate.csv"]
-        assert not [cell for row in headings.values() for cell in row if NOT_ITS_OWN.search(cell)]
-
-
 @pytest.mark.parametrize(
-    ("first", "second", "condition"), [("values", "sha256", "inputs"), ("status", "naming", "run")]
+    ("first", "second", "condition"),
+    [("values", "sha256", "inputs"), pytest.param("status", "naming", "run", marks=pytest.mark.slow)],
 )
 def test_names_that_files_use_themselves_may_be_taken(
     two: tuple[Study, StudyFolder, Results], tmp_path: Path, first: str, second: str, condition: str

@@ -1,7 +1,5 @@
 """Runs asked for and told: by commands and in Python; the files that a study done by hand leaves."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,11 +1,11 @@
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import pytest
 from commanding import REPLAY, command, undrawn
 
+from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.local import LocalExecutor
 from stemcal.report.figures.gallery import Plot
 
 
@@ -20,6 +20,19 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
 def replayed(finished: tuple[Path, Any], tmp_path: Path) -> Path:
     """The folder of the replay with all its stages and none of its pictures, to be changed at will."""
     return undrawn(finished[0], tmp_path / "replayed")
+
+
+class Here(InlineExecutor, LocalExecutor):
+    """Passes for workers on this machine, and computes in this process."""
+
+    def __init__(self, *_: object) -> None:
+        return
+
+
+@pytest.fixture
+def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start no processes where it is not asked what they do."""
+    monkeypatch.setattr("stemcal.executors.local.LocalExecutor", Here)
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """What scripts rely on: the envelope, the exit codes, what `init` writes, warnings of units."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

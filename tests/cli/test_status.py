@@ -1,7 +1,5 @@
 """`status` with `--runs`, `--failed`, `--verify`, and `run --retry`: a study with known answers and known failures."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from itertools import count
@@ -17,6 +15,7 @@ from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 
+pytestmark = pytest.mark.usefixtures("blank_figures", "without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 

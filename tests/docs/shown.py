@@ -1,7 +1,5 @@
 """What pages show: files to save, commands to give; and a place to give them in."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

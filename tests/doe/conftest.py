@@ -1,7 +1,5 @@
 """The article's tables 6 and 7 (Plackett–Burman), 9 and 10 (central composite), arrays and printed cells."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ All of it on a whole screening of the replayed paper in a process of its own: no
 lost or corrupt, the message names the file, and with the disk mended the study goes on to the same bytes.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import random

@@ -1,7 +1,5 @@
 """Files that are not what they were, clocks that jump, file systems without locks, specs changed in mid-study."""
 
-from __future__ import annotations
-
 import copy
 import errno
 import json

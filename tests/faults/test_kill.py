@@ -1,7 +1,5 @@
 """kill -9 of a whole study at random times: nothing acknowledged is lost or redone, same bytes at the end."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal
@@ -92,30 +90,6 @@ def test_two_kills_of_a_study_with_workers(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_sixty_kills(tmp_path: Path) -> None:
     assert survive(tmp_path, kills=60, seed=21) == 60
-
-
-def many_kills(kills: int, seed: int) -> str:
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT.with_name("kill_many.py")), str(kills), str(seed)],
-        capture_output=True,
-        text=True,
-        env=ENVIRONMENT,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
-def test_ten_kills_by_fork() -> None:
-    said = many_kills(10, seed=1)
-    assert said.startswith("10 kills") and ": 0 lost, 0 done again" in said
-
-
-@pytest.mark.slow
-def test_a_thousand_kills_by_fork() -> None:
-    said = many_kills(1000, seed=2)
-    print(said)
-    assert said.startswith("1000 kills") and ": 0 lost, 0 done again" in said
 
 
 def test_a_damaged_record_is_computed_again(tmp_path: Path) -> None:

@@ -1,8 +1,5 @@
-"""Commands that are stopped, have no cache of kernels, or simulate without end."""
+"""Commands that have no cache of kernels, or simulate without end."""
 
-from __future__ import annotations
-
-import json
 import os
 import random
 import signal
@@ -69,42 +66,6 @@ def test_a_cache_that_cannot_be_written(folder: Path, number: int, _rng: random.
     assert len(said) == 1 and Path(said[0]).parent == folder, f"used {said}"
     assert errors.count("STEMCAL_CACHE_DIR") == 1 and "Traceback" not in errors, errors[-300:]
     assert not list(folder.glob("stemcal-kernels-*")), "left behind"
-
-
-SPEC = """\
-name: slow
-factors:
-  - {{name: width, unit: mm, low: 10, high: 20}}
-  - {{name: depth, unit: mm, low: 10, high: 20}}
-solver:
-  kind: command
-  time_limit: 3 s
-  command: [{python}, -S, -c, "import sys, time; time.sleep(0.8); print(sys.argv[1])", "{{{{width}}}}", "{{{{depth}}}}"]
-  result: {{file: program-output.txt, pattern: '(\\S+)'}}
-targets: [{{diameter: 8 mm, force: 15 N}}]
-rsm: {{factors: [width, depth]}}
-"""
-
-
-@POSIX
-@trials(0, 12)
-def test_a_command_that_is_stopped(folder: Path, _number: int, rng: random.Random) -> None:
-    """Ctrl-Z and, later than the limit of a run, `fg`: no run has failed, and none was done twice."""
-    spec = folder / "slow.yaml"
-    spec.write_text(SPEC.format(python=json.dumps(sys.executable)), encoding="utf-8")
-    command = [sys.executable, "-m", "stemcal", "screen", str(spec), "--out", str(folder / "out"), "--workers", "2"]
-    child = subprocess.Popen(command, env=ENVIRONMENT, start_new_session=True, **PIPES)
-    end = time.monotonic() + 30.0
-    while not (folder / "out" / "runs").is_dir() and time.monotonic() < end:
-        time.sleep(0.02)
-    time.sleep(rng.uniform(0.0, 4.0))
-    os.killpg(child.pid, signal.SIGSTOP)
-    time.sleep(4.5)
-    os.killpg(child.pid, signal.SIGCONT)
-    _, errors = child.communicate(timeout=60)
-    assert child.returncode == 0, errors[-300:]
-    records = [json.loads(path.read_text("utf-8")) for path in (folder / "out" / "runs").glob("*.json")]
-    assert records and all(r["status"] == "ok" and "tries" not in r["provenance"] for r in records)
 
 
 @POSIX

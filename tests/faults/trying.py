@@ -1,7 +1,5 @@
 """How a fault is tried: a few times in every run of the tests, many times among the slow ones."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

@@ -1,7 +1,5 @@
 """Only plain files are read, and no more of them than was asked for."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

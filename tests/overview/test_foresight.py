@@ -1,7 +1,5 @@
 """What a study would take is told before it begins; the monsters are in tests/faults/test_hostile.py."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The page: self-contained, escaped, the same each time, readable by machines that read aloud."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

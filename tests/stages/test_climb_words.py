@@ -1,7 +1,5 @@
 """The sentences of a climb."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from stemcal.files.rows import Rows

@@ -1,7 +1,5 @@
 """The climb towards the target, and the design centred on its best step."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Curves of two diameters, one machine: what a joint fit to them tells of it. Planted: F*(1 − (1 − u/u*)^m)."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path

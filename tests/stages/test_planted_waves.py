@@ -1,7 +1,5 @@
 """A force in a wave, which no quadratic follows: the verdict reports it, and refining corrects the force."""
 
-from __future__ import annotations
-
 import re
 from contextlib import suppress
 from dataclasses import dataclass

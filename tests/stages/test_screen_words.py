@@ -1,7 +1,5 @@
 """The sentences of a screening, on the paper's own runs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """The sentences of a surface, on the paper's own runs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from stemcal.names import Names

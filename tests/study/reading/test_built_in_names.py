@@ -1,7 +1,5 @@
 """A study may call its own responses and condition as the shear test calls its: force, travel, work, diameter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import permutations
 from pathlib import Path
