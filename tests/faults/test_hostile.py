@@ -17,7 +17,7 @@ from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, command, trials
 
 from stemcal import workflow
-from stemcal.errors import SpecError, UsageError
+from stemcal.errors import SimulationFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
@@ -25,7 +25,6 @@ from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export.formats import export_tables
 from stemcal.report.export.paper import PaperTable
 from stemcal.solvers.programs.readers import read_number
-from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import ResultReader
 from stemcal.study.reading import read_study
@@ -229,7 +228,7 @@ def test_a_broken_result_is_no_number_unless_it_still_holds_one(folder: Path, nu
     (folder / "out").write_bytes(content)
     try:
         force = read_number(reader, folder)
-    except NoResult as failure:
+    except SimulationFailed as failure:
         assert failure.reason in {"no_result", "bad_result", "nan"} and len(str(failure)) < 500
     else:
         assert math.isfinite(force) and how != 4
