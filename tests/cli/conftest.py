@@ -22,11 +22,10 @@ def replayed(finished: tuple[Path, Any], tmp_path: Path) -> Path:
     return undrawn(finished[0], tmp_path / "replayed")
 
 
-class Here(InlineExecutor, LocalExecutor):
+class Here(LocalExecutor):
     """Passes for workers on this machine, and computes in this process."""
 
-    def __init__(self, *_: object) -> None:
-        return
+    ahead, submit = InlineExecutor.ahead, InlineExecutor.submit
 
 
 @pytest.fixture
@@ -38,5 +37,5 @@ def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave every figure empty where it is asked what a command says, not what it draws."""
-    monkeypatch.setattr(Plot, "document", "<svg></svg>")
+    monkeypatch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
     monkeypatch.setattr(Plot, "pixels", b"")
