@@ -1,5 +1,6 @@
 """A study and a solver whose answers are known; the solver is picklable, so that workers can use it."""
 
+import base64
 import os
 import signal
 import time
@@ -147,3 +148,14 @@ def lines(witness: Path) -> list[str]:
 
 class SpecSolver(FakeSolver, OfSpecAlone):
     """In the place of the embedded solver: nothing but the spec determines what it answers."""
+
+
+POINT = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAXhzq5QAAAABJRU5ErkJggg==")
+
+
+def leave_blank(patch: Any) -> None:
+    """Leave every figure empty, by pytest's patch: an SVG of nothing, a PNG of one white point."""
+    from stemcal.report.figures.gallery import Plot
+
+    patch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
+    patch.setattr(Plot, "pixels", POINT)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.regression.terms import term_columns
-from stemcal.executors.local import LocalExecutor
+from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
@@ -31,7 +31,7 @@ def studied(folder: Path, name: str, more: str = "") -> tuple[Study, StudyFolder
     spec.write_text(spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},") + more, "utf-8")
     study = load_study(spec)
     store = StudyFolder(folder / "runs" / study.name)
-    calibrate(study, store, LocalExecutor(2))
+    calibrate(study, store, InlineExecutor())
     return study, store
 
 
@@ -152,7 +152,7 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     spec.write_text(text + "rsm: {factors: [static, grain_density]}\n", "utf-8")
     study = load_study(spec)
     store = StudyFolder(tmp_path / "out")
-    calibrate(study, store, LocalExecutor(2))
+    calibrate(study, store, InlineExecutor())
     validation = fresh_results(study, store).validation
     assert validation is not None
     (row,) = validation.rows
@@ -169,7 +169,7 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     text = spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},").replace("0.741 g", "1.1 g")
     spec.write_text(text + "rsm: {factors: [static, rolling]}\ninvert: {responses: [angle]}\n", "utf-8")
     study, store = load_study(spec), StudyFolder(tmp_path / "out")
-    calibrate(study, store, LocalExecutor(2))
+    calibrate(study, store, InlineExecutor())
     verdict = verdict_of(study, store)
     (reason,) = [reason for reason in verdict.reasons if reason.kind == "validation"]
     worst = verdict.use.worst

@@ -3,17 +3,19 @@ from typing import Any
 
 import pytest
 from commanding import REPLAY, command, undrawn
+from fakes import leave_blank
 
 from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.report.figures.gallery import Plot
 
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
-    """Run the replay; return its folder, not to be changed, and what the command said."""
+    """Run the replay; return its folder, not to be changed, and what the command said. Its figures are blank."""
     folder = tmp_path_factory.mktemp("finished") / "study"
-    return folder, command("run", REPLAY, "--out", folder)
+    with pytest.MonkeyPatch.context() as patch:
+        leave_blank(patch)
+        return folder, command("run", REPLAY, "--out", folder)
 
 
 @pytest.fixture
@@ -34,8 +36,6 @@ def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stemcal.executors.local.LocalExecutor", Here)
 
 
-@pytest.fixture
-def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave every figure empty where it is asked what a command says, not what it draws."""
-    monkeypatch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
-    monkeypatch.setattr(Plot, "pixels", b"")
+@pytest.fixture(autouse=True)
+def _blank(blank_figures: None) -> None:
+    """What is asked here is what a command says, not what it draws."""

@@ -35,7 +35,7 @@ def test_deck_for_ls_dyna_has_all_digits_and_quiet_says_nothing(tmp_path: Path) 
     assert text.count("+\n") == 1
 
 
-@pytest.mark.usefixtures("blank_figures", "without_workers")
+@pytest.mark.usefixtures("without_workers")
 def test_calibrated_values_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
     spec, out = tmp_path / "spec.yaml", tmp_path / "out"

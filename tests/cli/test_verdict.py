@@ -13,7 +13,7 @@ import stemcal
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 
-pytestmark = pytest.mark.usefixtures("blank_figures", "without_workers")
+pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 

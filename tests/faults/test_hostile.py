@@ -290,7 +290,7 @@ MONSTERS = (
 COMMANDS = ("check", "run", "screen", "rsm", "validate", "simulate", "export deck")
 
 
-@trials(5, 56)
+@trials(3, 56)
 def test_a_study_that_no_machine_can_hold(folder: Path, number: int, _rng: random.Random) -> None:
     """With 2 GB: `check` warns, what computes refuses, and all of them at once."""
     verb, spec = COMMANDS[number % len(COMMANDS)], folder / "monster.yaml"

@@ -10,17 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fakes import TWO_FACTORS, SpecSolver
+from planting import judged
 
-from stemcal import workflow
-from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.reading import load_study
 
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
 EACH_TRUTH = [TRUTHS[0], *(pytest.param(truth, marks=pytest.mark.slow) for truth in TRUTHS[1:])]
@@ -89,14 +84,8 @@ class Plant:
 
     def judged(self, name: str, more: str, change: tuple[str, str] = ("", "")) -> tuple[Verdict, Results]:
         """Take a study as far as it comes."""
-        place = self.folder / name
-        place.mkdir()
-        path = place / "study.yaml"
-        path.write_text((TWO_FACTORS + more).replace(*change), encoding="utf-8")
-        self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: self.solver)
-        study, out = load_study(path), StudyFolder(place / "out")
-        workflow.calibrate(study, out, InlineExecutor())
-        return verdict_of(study, out), fresh_results(study, out)
+        text = (TWO_FACTORS + more).replace(*change)
+        return judged(self.folder / name, text, self.solver, self.monkeypatch)
 
     def away(self, results: Results) -> float:
         """Return how far the solution is from the truth, coded."""
