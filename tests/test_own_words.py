@@ -1,6 +1,5 @@
 """A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
 
-import csv
 import json
 import re
 import shutil
@@ -107,38 +106,6 @@ def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> 
     assert validation.worst_percent == pytest.approx(
         max(abs(row.compared.error_percent or 0.0), abs(bulk.error_percent or 0.0))
     )
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "condition"),
-    [("values", "sha256", "inputs"), pytest.param("status", "naming", "run", marks=pytest.mark.slow)],
-)
-def test_names_that_files_use_themselves_may_be_taken(
-    two: tuple[Study, StudyFolder, Results], tmp_path: Path, first: str, second: str, condition: str
-) -> None:
-    """The numbers are those of the same study with other names, and no heading stands twice."""
-    text = (CASES / "two.yaml").read_text("utf-8")
-    for old, new in (
-        ("name: angle", f"name: {first}"), ("    angle: {file", f"    {first}: {{file"),
-        ("name: bulk", f"name: {second}"),
-        ("    bulk: {file", f"    {second}: {{file"), ("- {angle: 32.6", f"- {{{condition}: 3, {first}: 32.6"),
-        ("bulk: 0.741", f"{second}: 0.741"), ("sd: {angle: 0.8 deg, bulk:", f"sd: {{{first}: 0.8 deg, {second}:"),
-    ):  # fmt: skip
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    (tmp_path / "named.yaml").write_text(text, "utf-8")
-    more = f"conditions: [{{name: {condition}, symbol: c, unit: '1'}}]\nscreen: {{alpha: 0.01}}\n"
-    study, store = studied(tmp_path, "named.yaml", more)
-    results = fresh_results(study, store)
-    assert results.parameters == two[2].parameters and not results.stale
-    validation, same = results.validation, two[2].validation
-    assert validation is not None and same is not None
-    ((row,), (known,)) = validation.rows, same.rows
-    assert (row.compared.condition, row.compared.simulated) == (3.0, known.compared.simulated)
-    assert [one.simulated for one in row.further] == [one.simulated for one in known.further]
-    for path in store.path.glob("*.csv"):
-        headings = next(csv.reader(path.open(encoding="utf-8")))
-        assert len(set(headings)) == len(headings), path.name
 
 
 def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:

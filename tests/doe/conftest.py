@@ -1,9 +1,7 @@
 """The article's tables 6 and 7 (Plackett–Burman), 9 and 10 (central composite), arrays and printed cells."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +20,6 @@ SYMBOLS = tuple(f"X{i}" for i in range(1, 10))
 class Runs:
     coded: Array
     force: Array
-
-
-@pytest.fixture(scope="session")
-def expected() -> dict[str, Any]:
-    """Full-precision answers, computed once by other software."""
-    return json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="session")
