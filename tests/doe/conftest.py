@@ -1,7 +1,6 @@
 """The article's tables 6 and 7 (Plackett–Burman), 9 and 10 (central composite), arrays and printed cells."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 
-DATA = Path(__file__).parent / "data"
 SYMBOLS = tuple(f"X{i}" for i in range(1, 10))
 
 
