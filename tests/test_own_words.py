@@ -16,7 +16,11 @@ from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -51,7 +55,7 @@ def test_units_are_those_declared(two: tuple[Study, StudyFolder, Results]) -> No
 
 def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
     """An effect is the mean at high less the mean at low of that response."""
-    screen = two[2].screen
+    screen = two[2].of(ScreenResult)
     assert screen is not None and screen.responses is not None
     for one, name in zip(screen.all_responses, (FIRST, "bulk"), strict=True):
         for effect in one.effects:
@@ -64,7 +68,7 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
 
 
 def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder, Results]) -> None:
-    screen, surface = two[2].screen, two[2].surface
+    screen, surface = two[2].of(ScreenResult), two[2].of(SurfaceResult)
     assert screen is not None and surface is not None and screen.responses is not None
     assert "grain_density" in screen.responses["bulk"].significant and "rolling" in screen.significant
     assert set(surface.names) >= {"static", "rolling", "grain_density"}
@@ -72,7 +76,7 @@ def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder,
 
 
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
-    surface = two[2].surface
+    surface = two[2].of(SurfaceResult)
     assert surface is not None
     (at,) = surface.conditions
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
@@ -91,7 +95,7 @@ def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
 
 def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
     """The made-up program without its chance gives both targets at the solution, within what its chance allows."""
-    inversion = two[2].inversion
+    inversion = two[2].of(InvertResult)
     assert inversion is not None and inversion.joint is not None
     assert [row.response for row in inversion.joint.rows] == ["angle", "bulk"]
     static, rolling = inversion.parameters["static"], inversion.parameters["rolling"]
@@ -101,7 +105,7 @@ def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
 
 
 def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> None:
-    validation = two[2].validation
+    validation = two[2].of(ValidateResult)
     assert validation is not None
     (row,) = validation.rows
     (bulk,) = row.further
@@ -156,7 +160,7 @@ def test_names_that_files_use_themselves_may_be_taken(
     study, store = studied(tmp_path, "named.yaml", more)
     results = fresh_results(study, store)
     assert results.parameters == two[2].parameters and not results.stale
-    validation, same = results.validation, two[2].validation
+    validation, same = results.of(ValidateResult), two[2].of(ValidateResult)
     assert validation is not None and same is not None
     ((row,), (known,)) = validation.rows, same.rows
     assert (row.compared.condition, row.compared.simulated) == (3.0, known.compared.simulated)
@@ -178,7 +182,7 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     study = load_study(spec)
     store = StudyFolder(tmp_path / "out")
     calibrate(study, store, LocalExecutor(2))
-    validation = fresh_results(study, store).validation
+    validation = fresh_results(study, store).of(ValidateResult)
     assert validation is not None
     (row,) = validation.rows
     (bulk,) = row.further

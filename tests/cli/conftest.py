@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from commanding import REPLAY, command, undrawn
 
-from stemcal.report.figures.gallery import Plot
+from stemcal.report.figures.plot import Plot
 
 
 @pytest.fixture(scope="session")

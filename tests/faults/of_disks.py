@@ -156,14 +156,14 @@ def read_only(folder: Path, number: int, _rng: random.Random) -> None:
     with _closed(closed):
         try:
             with study:
-                workflow.screen(make_study(folder), study, InlineExecutor(), solver=FakeSolver())
+                workflow.run_stage("screen", make_study(folder), study, InlineExecutor(), solver=FakeSolver())
         except StemcalError as error:
             said = str(error)
             assert str(closed) in said and ";" in said, said
         else:
             raise AssertionError("nothing was said")
         assert not study.runs.is_dir() or study.keys() == []
-    workflow.screen(make_study(folder), study, InlineExecutor(), solver=FakeSolver())
+    workflow.run_stage("screen", make_study(folder), study, InlineExecutor(), solver=FakeSolver())
 
 
 @contextmanager

@@ -24,8 +24,8 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import export_tables
-from stemcal.report.export.paper import PaperTable
 from stemcal.report.tables.of_designs import runs_table
+from stemcal.report.tables.printed import PaperTable
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import read_study
 
@@ -92,7 +92,7 @@ class _Saying(FakeSolver):
 
 
 def _screened(study: object, found: StudyFolder, message: str) -> None:
-    workflow.screen(study, found, InlineExecutor(), solver=_Saying(message))  # type: ignore[arg-type]
+    workflow.run_stage("screen", study, found, InlineExecutor(), solver=_Saying(message))  # type: ignore[arg-type]
 
 
 def control(folder: Path, number: int, _rng: random.Random) -> None:
@@ -140,7 +140,7 @@ def _printed(text: str) -> str:
     """Return what the terminal gets of a text as warning, note, error, and cell of a table."""
     code = (
         "import json, sys; from stemcal.cli.console import *; text = json.loads(sys.argv[1]);"
-        "from stemcal.files.rows import *; from stemcal.report.tables.terminal import drawn;"
+        "from stemcal.files.rows import *; from stemcal.report.terminal import drawn;"
         "table = Table((Column(text), Column('x')), ((text, '1'),), text, (text,));"
         "warn(text); note(text); fail(text); say(text, *drawn(table))"
     )

@@ -55,7 +55,7 @@ def huge_number(folder: Path, number: int, rng: random.Random) -> None:
             rows = {row: rng.choice(HUGE) for row in rng.sample(range(12), rng.randint(1, 3))}
             found = StudyFolder(folder / "out")
             with suppress(RunsFailed):  # with so few runs left that nothing can be tested
-                workflow.screen(make_study(folder), found, InlineExecutor(), solver=Huge(rows))
+                workflow.run_stage("screen", make_study(folder), found, InlineExecutor(), solver=Huge(rows))
             records = [r for r in map(found.peek, found.keys()) if r and r["status"] == "failed"]
             assert len(records) == len(rows) and {r["reason"] for r in records} == {"bad_result"}
             assert len(rows) > 1 or found.read_stage("screen")["runs_used"] == 11

@@ -66,9 +66,11 @@ def worker_dies(folder: Path, number: int, rng: random.Random) -> None:
     study, witness = make_study(folder), folder / "witness"
     accident = None if always else folder / "accident"
     solver = FakeSolver(witness, trouble={row: way}, accident=accident)
-    whole = workflow.screen(study, StudyFolder(folder / "whole"), InlineExecutor(), solver=FakeSolver()).to_json()
+    whole = workflow.run_stage(
+        "screen", study, StudyFolder(folder / "whole"), InlineExecutor(), solver=FakeSolver()
+    ).to_json()
     with LocalExecutor(2) as executor:
-        stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()
+        stage = workflow.run_stage("screen", study, StudyFolder(folder / "out"), executor, solver=solver).to_json()
     begun = witness.read_text(encoding="utf-8").split("\n")
     assert begun.count(f"screen {row}") == 2, f"begun {begun.count(f'screen {row}')} times"
     runs, expected = stage["design"]["runs"], whole["design"]["runs"]
@@ -185,7 +187,7 @@ def workflow_ready(folder: Path, spec: Path) -> None:
     """Do the screening of the replayed paper, which takes no time."""
     from stemcal.study.reading import load_study
 
-    workflow.screen(load_study(spec), StudyFolder(folder), InlineExecutor())
+    workflow.run_stage("screen", load_study(spec), StudyFolder(folder), InlineExecutor())
 
 
 FAULTS = (

@@ -69,7 +69,9 @@ def failed_in_a_design(folder: Path, _number: int, rng: random.Random) -> None:
     study = make_study(folder)
     found = StudyFolder(folder / "out")
     try:
-        stage = workflow.screen(study, found, InlineExecutor(), solver=FakeSolver(trouble=trouble)).to_json()
+        stage = workflow.run_stage(
+            "screen", study, found, InlineExecutor(), solver=FakeSolver(trouble=trouble)
+        ).to_json()
     except RunsFailed as refused:
         assert len(rows) >= 2 and f"{len(rows)} of 12 runs failed" in str(refused), str(refused)
         assert not found.has_stage("screen")
@@ -168,7 +170,7 @@ def instant_limit(folder: Path, _number: int, rng: random.Random) -> None:
     study = make_study(folder, "solver: {kind: embedded, time_limit: 1 s}\n")
     solver = FakeSolver(witness, seconds=0.15, trouble={row: "hang"})
     with LocalExecutor(1, time_limit=1.0) as executor:
-        stage = workflow.screen(study, StudyFolder(folder / "out"), executor, solver=solver).to_json()
+        stage = workflow.run_stage("screen", study, StudyFolder(folder / "out"), executor, solver=solver).to_json()
     found = {run["run"] - 1: (run["status"], run["reason"]) for run in stage["design"]["runs"]}
     assert found.pop(row) == ("failed", "timeout"), "the hung run"
     assert set(found.values()) == {("ok", "")}, "a run that waited 1.5 s for its turn lost its time to the queue"

@@ -76,7 +76,7 @@ def changed_stage_files(place: Path, times: int, rng: random.Random) -> Tally:
             results = fresh_results(study, folder)
             if name not in {Path(entry.file).stem for entry in found.damaged}:
                 tally.broken.append(f"{name} {what}: not seen by verify")
-            elif name in {result.name for result in results.done()}:
+            elif name in {result.name for result in results.done}:
                 tally.broken.append(f"{name} {what}: believed")
             elif next(s.file for s in status(study, folder).stages if s.stage == name) != "damaged":
                 tally.broken.append(f"{name} {what}: not seen by status")

@@ -14,8 +14,8 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, key, to_json
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.stages.base import STAGES, stages_of
 from stemcal.stages.fresh import kind_of, read
+from stemcal.stages.stage import STAGES, stages_of
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.style import svg
-from stemcal.report.tables.stages import tables_of
-from stemcal.stages.climb import ClimbResult
+from stemcal.report.showing import tables_of
+from stemcal.stages.climb.result import ClimbResult
 
 CLIMB: dict[str, Any] = {
     "schema_version": 2,

@@ -20,18 +20,19 @@ from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import document
 from stemcal.report.export.paper import paper_tables
-from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
+from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import kind_of, question
 from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.tables.of_designs import equation, listed, runs_table
+from stemcal.report.showing import tables_of
+from stemcal.report.tables.of_designs import listed, runs_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.report.tables.stages import tables_of
-from stemcal.report.tables.terminal import final_tables
+from stemcal.report.terminal import final_tables
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.surface.showing import equation
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
@@ -99,10 +100,10 @@ def all_tables(told: Told) -> list[Table]:
     """Return every table of terminal and page."""
     study, folder, results = told
     names = Names(study.naming)
-    stages = [table for stage in results.done() for table in tables_of(stage)]
+    stages = [table for stage in results.done for table in tables_of(stage)]
     runs = listed(runs_table(ledger(study, folder), names), names)
     ends = [table for taken in (4, 40) for table in final_tables(study, results, True, taken)]
-    return [*stages, *setting_tables(study), *run_tables(results, read_records(results, folder)), *ends, runs]
+    return [*stages, *setting_tables(study), *run_tables(study, results, read_records(results, folder)), *ends, runs]
 
 
 def words_of(table: Table) -> list[str]:
@@ -227,10 +228,10 @@ def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
 
 
 def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
-    outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
+    outcomes = [sentence for told in (angle, moist) for stage in told[2].done for sentence in outcome_of(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
-    notes = [str(note) for told in (angle, moist) for stage in told[2].done() for note in shown_notes(stage, True)]
+    notes = [str(note) for told in (angle, moist) for stage in told[2].done for note in shown_notes(stage, True)]
     assert of_stems(notes) == []
     validation, joint = angle[2].validation, moist[2].inversion
     assert validation is not None and joint is not None

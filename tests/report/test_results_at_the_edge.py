@@ -11,7 +11,7 @@ from fakes import SpecSolver, make_study
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.figures.gallery import write_figures
+from stemcal.report.gallery import write_figures
 from stemcal.report.page.render import render, shown
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
@@ -32,7 +32,7 @@ def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch:
     monkeypatch.setitem(SOLVERS, "embedded", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     what = shown(study, folder)
-    assert not what.results.stale and len(list(what.results.done())) == 4
+    assert not what.results.stale and len(what.results.done) == 4
     assert write_figures(what.plots, folder.path / "figures")
     return render(study, folder, what)
 

@@ -8,8 +8,8 @@ from stemcal.files.rows import Rows
 from stemcal.names import Names
 from stemcal.naming import CUTTING
 from stemcal.runs.outcome import Outcome
-from stemcal.stages import climb
-from stemcal.stages.climb import ClimbResult, ClimbRow
+from stemcal.stages.climb import showing as climb
+from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.result import Head
 
 CLIMB = ClimbResult(

@@ -73,8 +73,8 @@ def found_in(folder: Path, late: float) -> list[Note]:
     )
     study = load_study(spec)
     solver, out = Cutting(study=study), StudyFolder(folder / "out")
-    workflow.fit_surface(study, out, InlineExecutor(), solver=solver)
-    notes = workflow.invert(study, out, solver=solver).notes
+    workflow.run_stage("rsm", study, out, InlineExecutor(), solver=solver)
+    notes = workflow.run_stage("invert", study, out, solver=solver).notes
     return [note for note in notes if note.kind.startswith("machine_")]
 
 

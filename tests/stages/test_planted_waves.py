@@ -17,7 +17,10 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
@@ -64,7 +67,7 @@ def test_a_target_above_the_quadratic_is_out_of_reach_and_the_surface_is_rough(j
     verdict, results = judge(Wave(phase=phase), 121.0)
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "out_of_reach")
     _, _, high = map(float, re.findall(r"\d+\.?\d*", reason.text))
-    assert results.inversion is None and verdict.verdict == "not_calibrated" and high < 120.0
+    assert results.of(InvertResult) is None and verdict.verdict == "not_calibrated" and high < 120.0
     assert verdict.has("rough_response")
 
 
@@ -73,8 +76,8 @@ def test_refining_corrects_what_the_quadratic_misses(judge) -> None:
     missed, _ = judge(Wave(), 112.0)
     assert missed.has("rough_response") and missed.has("target_missed")
     verdict, results = judge(Wave(), 112.0, "refine: {tolerance_percent: 0.5}\n")
-    assert results.refinement.converged and not verdict.has("target_missed")
-    (row,) = results.validation.rows
+    assert results.of(RefineResult).converged and not verdict.has("target_missed")
+    (row,) = results.of(ValidateResult).rows
     assert row.compared.error_percent == pytest.approx(0.0, abs=0.5)
 
 

@@ -12,15 +12,15 @@ from stemcal.names import Names
 from stemcal.note import SEVERITIES
 from stemcal.report.notes import notes_of_all, read_first
 from stemcal.run_warnings import energy_drifts
-from stemcal.stages import screen
 from stemcal.stages.result import DesignRuns, Head
-from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen import words as screen
+from stemcal.stages.screen.result import ScreenResult
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
 def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None:
-    assert " ".join(screen.outcome(results.screen, NAMES)) == (
+    assert " ".join(screen.outcome(results.of(ScreenResult), NAMES)) == (
         "9 factors were screened in 12 runs. Factors that affect the maximum force (share of the sum of squares): "
         "Yield stress (60.2 %) and failure_strain (34.0 %)."
     )
@@ -46,7 +46,7 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
 
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
-    assert screen.certainty(results.screen, NAMES) == [
+    assert screen.certainty(results.of(ScreenResult), NAMES) == [
         "Chosen by: Lenth's method.",
         "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
@@ -54,7 +54,9 @@ def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) ->
 
 def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
     """The paper keeps strain_rate_c by F(1, 2); Lenth's method does not."""
-    short = {effect.factor: screen.standing(effect, results.screen) for effect in results.screen.effects}
+    short = {
+        effect.factor: screen.standing(effect, results.of(ScreenResult)) for effect in results.of(ScreenResult).effects
+    }
     assert short["yield_stress"] == "significant" and short["density"] == "not significant"
     assert short["strain_rate_c"] == "methods disagree"
 
@@ -65,7 +67,7 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
     assert places == sorted(places) and found[0][0] == "runs"
     kinds = [note.kind for _, note in found]
     assert len(kinds) == len(set(kinds))
-    assert {note.kind: note.severity for note in results.screen.notes} == {
+    assert {note.kind: note.severity for note in results.of(ScreenResult).notes} == {
         "lenth_decides": "caution",
         "methods_disagree": "warning",
         "uniformly_aliased": "caution",

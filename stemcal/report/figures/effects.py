@@ -6,7 +6,8 @@ from typing import Any
 
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
 from stemcal.report.tables.columns import response_decimals
-from stemcal.stages.screen import Limit, ScreenResult, limit_label
+from stemcal.stages.screen.result import Limit, ScreenResult
+from stemcal.stages.screen.words import limit_label
 from stemcal.stages.surface.result import SurfaceResult
 
 _LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}

@@ -17,8 +17,8 @@ from stemcal.runs.answer import answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.refine.loop import Loop, PathSteps
-from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Interval
+from stemcal.stages.validate.analysis import calibrated_parameters
 from stemcal.stages.work import SimulateAt, Work
 from stemcal.study.model import EmbeddedSolver, Study
 from stemcal.study.types.field_types import Length

@@ -16,8 +16,6 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 
-__all__ = ["InvertResult", "invert"]
-
 
 @a_stage(InvertResult)
 def invert(work: Work, head: Head) -> InvertResult:

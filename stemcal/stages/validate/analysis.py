@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
 from stemcal.doe.validation.null_model import Formula, formula_elsewhere
+from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.design import Asked
+from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Head
+from stemcal.stages.stage import stage_called
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.validate.words import notes_of
 from stemcal.stages.work import Work, a_stage
@@ -105,11 +110,27 @@ def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
     return formula_elsewhere(pairs["fitted"], pairs["held_out"])
 
 
+def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
+    """Return the level of every factor at the solution: of the last stage that calibrates them."""
+    before = stage_called(stage_called("validate").needs(study) or "").result()
+    return dict(read_fresh(study, solver, folder, before).settles or {})
+
+
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
     """Return a request per measured diameter at these levels, or as many as the program is asked for."""
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.replicates)
+
+
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    """Return a run per condition, at the solution if there is one, else at mid-levels."""
+    levels = None
+    if folder is not None:
+        with suppress(UsageError):
+            levels = calibrated_parameters(study, solver, folder)
+    middle = study.midlevels() if levels is None else levels
+    return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
 def _row(
