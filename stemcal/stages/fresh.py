@@ -203,6 +203,12 @@ def read_fresh(study: Study, solver: Solver | None, folder: StudyFolder, kind: t
     return read_result(folder, kind)
 
 
+def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
+    """Return the level of every factor at the solution: of the last stage that calibrates them."""
+    before = stage_called(stage_called("validate").needs(study) or "").result()
+    return dict(read_fresh(study, solver, folder, before).settles or {})
+
+
 # ---- a stage made, or read where it is fresh
 
 

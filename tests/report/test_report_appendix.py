@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 
 from stemcal.names import Names
-from stemcal.report.figures.effects import diagnostics, half_normal, pareto, studentised
-from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
+from stemcal.stages.screen.figures import half_normal, pareto
+from stemcal.stages.surface.figures import diagnostics, studentised
 from stemcal.stages.surface.showing import canonical_table
+from stemcal.stages.validate.figures import growth
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:

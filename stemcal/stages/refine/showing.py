@@ -1,16 +1,13 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
-from functools import partial
-
 from stemcal.files.rows import Column, Table
 from stemcal.names import Names
 from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.validation import refined
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.report.tables.printed import PaperTable, printed, run_heads
-from stemcal.stages.refine import words
+from stemcal.stages.refine import figures, words
 from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.refine.words import program
@@ -37,19 +34,12 @@ class RefineShowing(Showing[RefineResult]):
         return [table for table in refine_tables(result, names) if not table.detail] if result.elsewhere else []
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
-        return [refinement_plot(result)] if len(result.rows) > 1 else []
+        return figures.plots(result)
 
     def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
         heads = {**run_heads(setting.study, "run"), "predicted": "Predicted Value"}
         caption, note = "Iterations of simulation and refitted surface.", "Predicted by the surface before the run."
         return [printed("refinement", caption, runs(result, setting.symbols), heads, note)]
-
-
-def refinement_plot(refinement: RefineResult) -> Plot:
-    """Return the figure of a refinement at several conditions."""
-    response = refinement.naming.response.capital
-    text = f"{response}: measured, and simulated before and after the refinement; the target is ringed."
-    return Plot("refinement", "refine", text, partial(refined, refinement))
 
 
 _INSIDE = {True: "inside", False: "outside", None: ""}

@@ -19,11 +19,10 @@ from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
-from stemcal.stages.fresh import read_fresh
+from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
-from stemcal.stages.stage import stage_called
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.validate.words import notes_of
 from stemcal.stages.work import Work, a_stage
@@ -108,12 +107,6 @@ def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
         role: [(row.condition, row.measured) for row in done if row.role == role] for role in ("fitted", "held_out")
     }
     return formula_elsewhere(pairs["fitted"], pairs["held_out"])
-
-
-def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
-    """Return the level of every factor at the solution: of the last stage that calibrates them."""
-    before = stage_called(stage_called("validate").needs(study) or "").result()
-    return dict(read_fresh(study, solver, folder, before).settles or {})
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
