@@ -116,6 +116,6 @@ def shortened(stage: StageResult, table: Table, most: int = MOST_ROWS) -> Table:
     """Return a table of a stage with at most so many rows, and the file that has all of them."""
     if len(table.rows) <= most:
         return table
-    keys, files = {column.key for column in table.columns}, stage.tables()
+    files, keys = stage.tables(), {column.key for column in table.headed(stage.naming.headings).columns}
     file = max(files, key=lambda name: len(keys & {column.key for column in files[name].columns}))
     return table.shortened(f"`{file}.csv`", most)

@@ -31,8 +31,10 @@ from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import listed, runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.terminal import final_tables
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.showing import equation
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
@@ -123,8 +125,7 @@ def test_tables_speak_of_no_stem(told: Told) -> None:
 
 
 def test_tables_have_the_studys_own_heads(angle: Told) -> None:
-    screen, surface, validation = angle[2].screen, angle[2].surface, angle[2].validation
-    assert screen is not None and surface is not None and validation is not None
+    screen, surface, _, validation = angle[2].done
     (effects,), (anova, coefficients, fit, *_) = tables_of(screen), tables_of(surface)
     assert effects.title == "Effects on the angle of repose"
     assert effects.heads[2] == "Effect, °" and anova.heads[0] == "Source"
@@ -136,7 +137,7 @@ def test_tables_have_the_studys_own_heads(angle: Told) -> None:
 
 
 def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
-    validation = moist[2].validation
+    validation = moist[2].of(ValidateResult)
     assert validation is not None
     table = tables_of(validation)[0]
     assert table.title == "Measured against simulated angle of repose"
@@ -233,7 +234,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert of_stems(certainty(angle[2])) == []
     notes = [str(note) for told in (angle, moist) for stage in told[2].done for note in shown_notes(stage, True)]
     assert of_stems(notes) == []
-    validation, joint = angle[2].validation, moist[2].inversion
+    validation, joint = angle[2].of(ValidateResult), moist[2].of(InvertResult)
     assert validation is not None and joint is not None
     assert re.fullmatch(
         r"Simulated and measured values differ by [\d.]+ % \(angle of repose\)\.", outcome_of(validation)[0]
