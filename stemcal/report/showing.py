@@ -10,11 +10,12 @@ from typing import Any, ClassVar, Generic
 from stemcal.files.rows import MOST_ROWS, Table
 from stemcal.names import Names
 from stemcal.numbers import unit_written
+from stemcal.registry import Checked
 from stemcal.report.figures.plot import Plot
 from stemcal.report.tables.printed import PaperTable
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.stage import Checked, R, stage_called
+from stemcal.stages.stage import R, stage_called
 from stemcal.study.model import Study
 
 

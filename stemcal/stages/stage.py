@@ -9,8 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from stemcal.errors import UsageError
-from stemcal.registry import Registry
-from stemcal.words import did_you_mean
+from stemcal.registry import Checked, Registry
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -21,18 +20,6 @@ if TYPE_CHECKING:
     from stemcal.study.model.factor import Frozen
 
 R = TypeVar("R", bound="StageResult")
-
-
-class Checked:
-    """Refuses a public name that its interface lacks when a class is made, because nothing would ever call it."""
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        interface = next((base for base in cls.__mro__[1:] if Checked in base.__bases__), None)
-        known = [name for name in dir(interface) if not name.startswith("_")]
-        for name in vars(cls) if interface is not None else ():
-            if not name.startswith("_") and name not in known:
-                raise TypeError(f"{cls.__name__}.{name} is never used: {did_you_mean(name, known)}")
 
 
 class Stage(Checked, Generic[R]):

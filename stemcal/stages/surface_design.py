@@ -41,7 +41,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
 def surface_coding(study: Study, names: Sequence[str]) -> Coding:
     """Return the coding of the spec; factors without one have the outermost runs at low and high."""
     factors = [study.factor(name) for name in names]
-    reach = catalogue.surface_reach(len(names), surface_options(study))
+    reach = catalogue.surface_design(study.rsm.design).reach(len(names), surface_options(study))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
     coded = {name: study.rsm.coded(name) for name in study.rsm.coding}
     return Coding(
@@ -53,7 +53,7 @@ def surface_coding(study: Study, names: Sequence[str]) -> Coding:
 
 def design_radius(study: Study, k: int) -> float:
     """Return how far from the centre the surface may be trusted, in coded units."""
-    return catalogue.surface_radius(k, surface_options(study))
+    return catalogue.surface_design(study.rsm.design).radius(k, surface_options(study))
 
 
 def surface_options(study: Study) -> catalogue.SurfaceOptions:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from stemcal.doe.designs.catalogue import surface_reach
+from stemcal.doe.designs.catalogue import surface_design
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
 from stemcal.doe.validation.comparison import error_percent
@@ -142,7 +142,7 @@ def _natural(study: Study, name: str, coded: float) -> float:
 
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
     """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
-    factor, reach = study.factor(name), surface_reach(k, surface_options(study))
+    factor, reach = study.factor(name), surface_design(study.rsm.design).reach(k, surface_options(study))
     span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from stemcal.registry import surface_designs
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
@@ -28,10 +29,10 @@ class ResponseSurface(Stage["SurfaceResult"]):
         return "screen" if isinstance(study.rsm.factors, str) else None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return where a joint fit has the design run as well, and what it fits there."""
-        joint = study.joint_targets
-        places = [target.condition for target in joint]
-        return {"conditions": places, "responses": study.invert.responses} if joint else {}
+        """Return another package's design, where a joint fit has it run as well, and what it fits there."""
+        joint, package = study.joint_targets, surface_designs().version_of(study.rsm.design)
+        fitted = {"conditions": [target.condition for target in joint], "responses": study.invert.responses}
+        return ({"package": package} if package else {}) | (fitted if joint else {})
 
     def result(self) -> type[SurfaceResult]:
         from stemcal.stages.surface.result import SurfaceResult

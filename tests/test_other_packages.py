@@ -1,4 +1,4 @@
-"""Stages by their entry points: the package's own, and those of other packages, which may be broken."""
+"""Stages and designs by their entry points: the package's own, and those of other packages, which may be broken."""
 
 from __future__ import annotations
 
@@ -6,15 +6,22 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from fakes import FakeSolver, make_study
 
+from stemcal.doe.designs.catalogue import SURFACES
+from stemcal.doe.regression.terms import term_columns
+from stemcal.errors import SpecError
 from stemcal.registry import Registry
-from stemcal.stages.stage import STAGES, Stage
+from stemcal.stages.stage import STAGES, Stage, stage_called
+from stemcal.stages.surface_design import surface_design
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "plugins" / "repeatability" / "stemcal_repeatability.py"
 
 
@@ -63,6 +70,26 @@ def test_every_stage_says_who_it_is() -> None:
     for stage in STAGES.built_in:
         assert stage.name and stage.title and stage.help and stage.result().name == stage.name
         assert callable(stage.making()) and stage.showing() is not None
+
+
+def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Doehlert's shell of k(k + 1) points, all at a distance of 1 from the centre and at least 1 from each other."""
+    extra = "rsm: {design: doehlert, factors: [density, yield_stress, failure_strain], centre_points: 1}\n"
+    with pytest.raises(SpecError, match="'doehlert' is not one of the choices"):
+        make_study(tmp_path, extra)
+    monkeypatch.syspath_prepend(ROOT / "examples" / "plugins" / "doehlert")
+    entry = EntryPoint("doehlert", "stemcal_doehlert:Doehlert", "stemcal.designs")
+    monkeypatch.setitem(SURFACES.__dict__, "_entries", {"doehlert": entry})
+    study = make_study(tmp_path, extra)
+    coded = surface_design(study, FakeSolver(), study.rsm.factors).coded
+    assert coded.shape == (13, 3) and np.linalg.matrix_rank(term_columns(coded)) == 10
+    between = np.linalg.norm(coded[:, None] - coded[None], axis=2)[~np.eye(13, dtype=bool)]
+    assert between.min() == pytest.approx(1.0) and np.linalg.norm(coded, axis=1)[:-1] == pytest.approx(1.0)
+    assert stage_called("rsm").inputs(study)["package"].startswith("stemcal_doehlert:Doehlert+")
+    with pytest.raises(SpecError, match="doehlert exists for 2 to 8 factors, not 9"):
+        make_study(tmp_path, extra.replace("[density, yield_stress, failure_strain]", str(list(study.names))))
 
 
 @pytest.mark.slow
