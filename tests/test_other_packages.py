@@ -117,6 +117,7 @@ def test_the_example_of_a_stage_runs_installed(tmp_path: Path) -> None:
         return done.stdout
 
     assert "repeatability" in stemcal("--help")
+    assert "The number of positions of the mesh." in stemcal("explain", "--schema")
     assert "Force over positions of" in stemcal("repeatability", "study.yaml", "--out", "out", "--workers", "1")
     stemcal("run", "study.yaml", "--out", "out", "--workers", "2")
     assert "Repeatability" in (tmp_path / "out" / "report.html").read_text("utf-8")
