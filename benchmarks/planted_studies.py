@@ -167,7 +167,7 @@ class Plant:
 
     def off(self, found: Results | None) -> float:
         """Return how far the parameters are from the truth, in half ranges; infinite where there are none."""
-        if found is None or found.inversion is None:
+        if found is None or found.of(InvertResult) is None:
             return np.inf
         return float(np.linalg.norm(np.array(coded(found.parameters)) - self.truth))
 
@@ -183,7 +183,7 @@ class Plant:
 
     def force_off(self, found: Results | None) -> float:
         """Return how far off the true force at 8 mm is with the parameters, percent."""
-        if found is None or found.inversion is None:
+        if found is None or found.of(InvertResult) is None:
             return np.inf
         true = self.law.of(*self.truth, 8.0)[0]
         return abs(100.0 * (self.law.of(*coded(found.parameters), 8.0)[0] / true - 1.0))
