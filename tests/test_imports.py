@@ -58,18 +58,9 @@ KNOWN = {
     ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
     ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
     ("stemcal.overview.plan", "stemcal.stages.refine.words"),
-    ("stemcal.python.results", "stemcal.stages.invert.joint"),
     ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
     ("stemcal.report.page.render", "stemcal.stages.invert.words"),
     ("stemcal.report.terminal", "stemcal.stages.invert.showing"),
-    ("stemcal.stages.refine.analysis", "stemcal.stages.invert.certainty"),
-    ("stemcal.stages.refine.loop", "stemcal.stages.invert.certainty"),
-    ("stemcal.stages.refine.loop", "stemcal.stages.invert.joint"),
-    ("stemcal.stages.validate.analysis", "stemcal.stages.invert.certainty"),
-    ("stemcal.stages.validate.result", "stemcal.stages.invert.certainty"),
-    ("stemcal.stages.verdict.advice", "stemcal.stages.invert.joint"),
-    ("stemcal.stages.verdict.data", "stemcal.stages.invert.joint"),
-    ("stemcal.stages.verdict.rules", "stemcal.stages.surface.runs"),
 }
 """Imports of something else of a slice. This list may only shrink."""
 

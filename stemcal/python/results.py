@@ -19,7 +19,7 @@ from stemcal.report.gallery import gallery
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb.result import ClimbResult
-from stemcal.stages.invert.joint import fit_of_study
+from stemcal.stages.fitting import fit_of_study
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult

@@ -20,8 +20,7 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs.inputs import values_of
 from stemcal.solvers.protocol import Request
-from stemcal.stages.invert.certainty import fit_over
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.screen.result import ScreenResult

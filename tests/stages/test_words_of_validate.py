@@ -9,7 +9,7 @@ from stemcal.files.rows import Rows
 from stemcal.names import Names
 from stemcal.naming import Named, Naming
 from stemcal.note import Note
-from stemcal.stages.invert.certainty import Measured
+from stemcal.stages.fitting import Measured
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
 from stemcal.stages.validate.words import certainty, notes_of, outcome
 

@@ -8,8 +8,9 @@ import numpy as np
 from stemcal.doe.calibration.level_set import solve_target
 from stemcal.doe.regression.coding import Coding
 from stemcal.solvers.protocol import Belonging
+from stemcal.stages.fitting import fit_of_study
 from stemcal.stages.invert import certainty, words
-from stemcal.stages.invert.joint import fit_of_study, solve_jointly
+from stemcal.stages.invert.joint import solve_jointly
 from stemcal.stages.invert.result import InvertResult, Point
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult

@@ -14,22 +14,19 @@ from stemcal.doe.calibration.intervals import (
     presses_outwards,
     settled,
 )
-from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.surface import Surface
 from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.stages.invert import words
-from stemcal.stages.invert.certainty import (
+from stemcal.stages.fitting import (
     Measured,
-    certainty_of,
-    changes_along,
+    fit_of_study,
     fit_over,
+    measured_means,
     measured_of,
-    prior_rows,
-    priors_of,
 )
+from stemcal.stages.invert import words
+from stemcal.stages.invert.certainty import certainty_of, changes_along, prior_rows
 from stemcal.stages.invert.result import (
     Contradicted,
     InvertResult,
@@ -44,30 +41,6 @@ from stemcal.study.model import MachineSection, Study
 
 _NORMAL = 1.96  # of a normal distribution 95 % are within so many standard deviations
 _UNTOLD = 1e-4  # of the variance of what is known of the machine: of less the curves tell nothing
-
-
-def measured_means(study: Study) -> list[Measured]:
-    """Return what the joint fit is made to: every response measured at its diameters."""
-    return [
-        mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses, study.naming)
-    ]
-
-
-def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
-    """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
-    at = {part.condition: part for part in surface.conditions}
-    return [
-        surface.refitted(at[mean.condition].runs, [(x, float(found[i])) for x, found in further], mean.response)
-        for i, mean in enumerate(measured_means(study))
-    ]
-
-
-def fit_of_study(study: Study, surface: SurfaceResult) -> Fit:
-    """Return the fit of everything that the parameters are fitted to, priors among it."""
-    jointly = bool(study.joint_targets)
-    means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
-    surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
-    return fit_over(means, surfaces, surface.region(study), priors_of(study, surface.scales))
 
 
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:

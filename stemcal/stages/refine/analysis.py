@@ -13,7 +13,7 @@ from stemcal.note import Note
 from stemcal.runs.answer import ignore
 from stemcal.solvers.protocol import Belonging, Request
 from stemcal.stages.design import Later
-from stemcal.stages.invert.certainty import Measured, measured_of
+from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow

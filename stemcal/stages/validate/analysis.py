@@ -19,8 +19,8 @@ from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
+from stemcal.stages.fitting import measured_of
 from stemcal.stages.fresh import calibrated_parameters
-from stemcal.stages.invert.certainty import measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow

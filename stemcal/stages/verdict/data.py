@@ -17,7 +17,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results

@@ -16,7 +16,6 @@ from stemcal.numbers import signed_probability
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
-from stemcal.stages.surface.runs import EQUAL_REPEATS
 from stemcal.stages.verdict import advice, data, words
 from stemcal.stages.verdict.data import Evidence
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
@@ -409,8 +408,7 @@ def _rough(evidence: Evidence) -> Iterator[Note]:
     surface = evidence.surface
     if surface is None:
         return
-    repeats = surface.pure_error
-    if not (surface.deterministic if repeats is None else repeats.kind == EQUAL_REPEATS):
+    if not surface.without_scatter:
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
