@@ -22,7 +22,7 @@ from stemcal.measured.curve_modes import Curve
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.joint import machine_found
+from stemcal.stages.invert.analysis import machine_found
 from stemcal.study.model import MachineSection, Study
 from stemcal.study.reading import load_study
 

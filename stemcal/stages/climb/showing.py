@@ -13,7 +13,13 @@ class ClimbShowing(Showing[ClimbResult]):
     """The words and tables of a climb."""
 
     def outcome(self, result: ClimbResult, names: Names) -> list[str]:
-        return outcome(result, names)
+        """Return how near the steps came to the target."""
+        stepped = f"{len(result.rows)} runs stepped {names.factors(result.names)} together towards the target."
+        reached = "The target was passed" if result.passed else "The target was not reached"
+        return [
+            "1 run was made at the centre." if len(result.rows) == 1 else stepped,
+            f"{reached}; step {result.best_step} came nearest, {fixed(abs(result.error_percent), 1)} % from it.",
+        ]
 
     def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
         return [climb_table(result, names)]
@@ -24,16 +30,6 @@ class ClimbShowing(Showing[ClimbResult]):
         heads = run_heads(setting.study, "step") | {"error_percent": "Relative Error"}
         caption = "Scheme and results of the steepest ascent test."
         return [printed("ascent", caption, climb_table(result, setting.symbols), heads, note)]
-
-
-def outcome(stage: ClimbResult, names: Names) -> list[str]:
-    """Return how near the steps came to the target."""
-    stepped = f"{len(stage.rows)} runs stepped {names.factors(stage.names)} together towards the target."
-    reached = "The target was passed" if stage.passed else "The target was not reached"
-    return [
-        "1 run was made at the centre." if len(stage.rows) == 1 else stepped,
-        f"{reached}; step {stage.best_step} came nearest, {fixed(abs(stage.error_percent), 1)} % from it.",
-    ]
 
 
 def climb_table(stage: ClimbResult, names: Names) -> Table:

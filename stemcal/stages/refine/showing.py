@@ -1,16 +1,21 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
+from functools import partial
+
 from stemcal.files.rows import Column, Table
 from stemcal.names import Names
 from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.report.tables.printed import PaperTable, printed, run_heads
-from stemcal.stages.refine import figures, words
+from stemcal.stages.refine import words
 from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.refine.words import program
+
+_SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
 
 
 class RefineShowing(Showing[RefineResult]):
@@ -34,7 +39,9 @@ class RefineShowing(Showing[RefineResult]):
         return [table for table in refine_tables(result, names) if not table.detail] if result.elsewhere else []
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
-        return figures.plots(result)
+        response = result.naming.response.capital
+        text = f"{response}: measured, and simulated before and after the refinement; the target is ringed."
+        return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
     def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
         heads = {**run_heads(setting.study, "run"), "predicted": "Predicted Value"}
@@ -128,3 +135,21 @@ def strain_table(found: SizedStrains) -> Table:
         "positions. Valid: the mean and its standard error are within 5 %."
     )
     return Table.of(columns, found.rows, "Failure strain over element size", [foot])
+
+
+def refined(stage: RefineResult) -> Figure:
+    """Return the responses over the condition; the target is ringed."""
+    condition = stage.naming.condition
+    with new_figure(height=3.1) as figure:
+        axes = figure.add_subplot()
+        for key, style, colour in _SERIES:
+            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
+            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=key)
+        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
+        at = [row.condition for row in stage.rows]
+        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
+        axes.set_xlabel("" if condition is None else plain(condition.axis()))
+        axes.set_ylabel(plain(stage.naming.response.axis()))
+        axes.set_ylim(bottom=0)
+        legend_above(axes, most=3)
+    return figure
