@@ -9,7 +9,7 @@ from pydantic_core import PydanticKnownError
 
 from stemcal.naming import FIRST
 from stemcal.registry import surface_designs
-from stemcal.study.model.factor import Flag, Frozen, Time
+from stemcal.study.model.factor import MOST_FACTORS, Flag, Frozen, Time
 from stemcal.study.model.solver_options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
 from stemcal.study.types.field_types import Number, StemLengthOrZero, Whole, complain
 from stemcal.study.types.named import OwnCondition, responses_by_name
@@ -90,8 +90,8 @@ def strongest_asked(factors: str | tuple[str, ...]) -> int:
 
 def factors_taken(design: str) -> tuple[int, int]:
     """Return how few and how many factors a design for the surface takes."""
-    least, most = surface_designs().named(design).factors
-    return least, most
+    found = surface_designs().named(design)
+    return (2, MOST_FACTORS) if found is None else found.factors
 
 
 AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
