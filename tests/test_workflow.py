@@ -1,7 +1,5 @@
 """Whole studies with a solver whose answers are known."""
 
-from __future__ import annotations
-
 import csv
 import json
 from concurrent.futures import Future

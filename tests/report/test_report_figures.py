@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,10 +15,7 @@ from stemcal.stages.surface.figures import observed_predicted, residuals
 from stemcal.stages.validate.figures import validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
-CURVES = {
-    "screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)),
-    "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)),
-}
+CURVES = {"screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)), "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0))}
 
 
 def drawn(stages: dict[str, Any]) -> dict[str, Any]:
