@@ -36,7 +36,7 @@ from stemcal.solvers.laboratory_runs import (
     seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
-from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
+from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.field_types import Length

@@ -19,7 +19,7 @@ from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.naming import FIRST, Named, capital
+from stemcal.naming import FIRST, Named, Naming, capital
 from stemcal.study.model.factor import Frozen, Size
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
 from stemcal.study.types.field_types import ColumnName, Length, Quantity, StemLength, Whole, complain
@@ -77,18 +77,14 @@ class Mean(Frozen):
 class Target(Frozen):
     """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
-    In the shear test these are the maximum force at a stem diameter. `further` has the other responses that a study
-    declares itself, `row` is the place in the spec.
+    In the shear test these are the maximum force at a stem diameter. `further` has the other responses by name, `row`
+    is the place in the spec.
     """
 
     condition: float
     response: float
     sd: float | None = None
     n: int | None = None
-    travel: float | None = None
-    travel_sd: float | None = None
-    work: float | None = None
-    work_sd: float | None = None
     curves: tuple[str, ...] | None = None
     further: dict[str, Mean] = {}
     modes: CurveModes | None = None
@@ -113,14 +109,10 @@ class Target(Frozen):
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
         """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
-        if response in self.further:
-            return self.further[response].value, self.further[response].sd
-        known = {
-            FIRST: (self.response, self.sd),
-            "travel": (self.travel, self.travel_sd),
-            "work": (self.work, self.work_sd),
-        }
-        return known.get(response, (None, None))
+        if response == FIRST:
+            return self.response, self.sd
+        mean = self.further.get(response)
+        return (None, None) if mean is None else (mean.value, mean.sd)
 
 
 class Targets(Frozen):
@@ -323,6 +315,7 @@ def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
     return targets.model_copy(update={"means": tuple(merged)})
 
 
-def fitted_responses(targets: Targets) -> tuple[str, ...]:
-    """Return the responses that are fitted unless a spec chooses: the first, and all further ones that are measured."""
-    return (FIRST, *dict.fromkeys(name for target in targets.means for name in target.further))
+def fitted_responses(targets: Targets, naming: Naming) -> tuple[str, ...]:
+    """Return the responses that are fitted unless a spec chooses: the first, and all others that are measured."""
+    measured = dict.fromkeys(name for target in targets.means for name in target.further)
+    return (FIRST, *(name for name in measured if name in [other.name for other in naming.others]))

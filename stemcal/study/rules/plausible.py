@@ -163,13 +163,12 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield from _doubt((*path, "diameter"), target.condition, 1, 100, "mm")
         if study.naming.response == FORCE:
             yield from _doubt((*path, "force"), target.response, 1, 1e5, "N")
-        if 0.0 in (target.sd, target.travel_sd, target.work_sd):
+        if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
             yield Finding((*path, "sd"), message, "leave it out if it is not known")
-        if target.travel is not None and target.travel > study.loading.stroke:
-            message = (
-                f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
-            )
+        travel, _ = target.mean_of(TRAVEL.name)
+        if study.naming.is_cutting and travel is not None and travel > study.loading.stroke:
+            message = f"{travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
             yield Finding((*path, "travel"), message, "lengthen loading.duration")
 
 
@@ -269,7 +268,7 @@ def _programs(study: Study) -> Iterator[Finding]:
     if not isinstance(solver, CommandSolver):
         return
     beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-    written = {reader.file for reader in solver.readers.values()}
+    written = {reader.file for reader in solver.result.values()}
     lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
     for index, argument in enumerate(solver.command):
         if index and argument in lacking:

@@ -171,7 +171,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     for index in curved:
         path = ("targets", index, "curves")
         if isinstance(draft.study.solver, CommandSolver):
-            result = draft.study.solver.result
+            result = draft.study.solver.result.get(FIRST)
             if result is None or result.reduction != "max" or not has_abscissa(result):
                 message = "needs a result that is the largest force along the travel in mm"
                 yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
