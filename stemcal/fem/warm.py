@@ -172,13 +172,11 @@ def _smallest_simulation() -> None:
 
 
 def smallest_model() -> Model:
-    """Return one element with an edge pressed into it."""
+    """Return one element with an edge pressed into it; its wanted time step calls the kernel of mass scaling."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     return Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
-        integration=Integration(
-            outputs=1, precision="mixed", time_step=1.0e-9
-        ),  # a wanted step, so that its kernel is compiled
+        integration=Integration(outputs=1, precision="mixed", time_step=1.0e-9),
     )
