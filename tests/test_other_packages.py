@@ -66,7 +66,9 @@ def test_a_member_that_nothing_calls_is_refused() -> None:
         type("Wrong", (Stage,), {"forsee": lambda self: None})
 
 
-def test_every_stage_says_who_it_is() -> None:
+def test_every_folder_of_a_stage_is_in_the_list() -> None:
+    folders = {path.parent.name for path in (ROOT / "stemcal" / "stages").glob("*/__init__.py")} - {"verdict"}
+    assert sorted(type(stage).__module__ for stage in STAGES.built_in) == sorted(f"stemcal.stages.{n}" for n in folders)
     for stage in STAGES.built_in:
         assert stage.name and stage.title and stage.help and stage.result().name == stage.name
         assert callable(stage.making()) and stage.showing() is not None
