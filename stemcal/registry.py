@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from contextlib import suppress
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -105,8 +106,9 @@ class Registry(Generic[T]):
             return ""
         entry = self._entries[name]
         top = sys.modules[entry.module.partition(".")[0]]
-        place = Path(top.__file__ or "")
-        return f"{_package(entry)}+{hash_of(place.parent if hasattr(top, '__path__') else place)}"
+        whole = top if top.__file__ else sys.modules[entry.module]  # a namespace package has no file
+        place = Path(whole.__file__ or "")
+        return f"{_package(entry)}+{hash_of(place.parent if hasattr(whole, '__path__') else place)}"
 
     def _external(self, name: str) -> T | None:
         if name not in self._loaded and name in self._entries and name not in self.broken:
@@ -141,9 +143,12 @@ def surface_designs() -> Registry[Any]:
 
 def _may_declare(group: str) -> bool:
     """Return whether any installed package has the group; `importlib.metadata` takes a tenth of a short command."""
-    folders = [Path(place or ".") for place in sys.path]
-    files = (file for folder in folders for file in folder.glob("*-info/entry_points.txt"))
-    return any(group.encode() in file.read_bytes() for file in files)
+    for folder in sys.path:
+        for file in Path(folder).glob("*-info/entry_points.txt"):
+            with suppress(OSError):
+                if group.encode() in file.read_bytes():
+                    return True
+    return False
 
 
 def _package(entry: EntryPoint) -> str:
