@@ -55,7 +55,6 @@ LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 KNOWN = {
     ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
     ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
-    ("stemcal.overview.plan", "stemcal.stages.refine.words"),
     ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
     ("stemcal.report.page.render", "stemcal.stages.invert.words"),
     ("stemcal.report.terminal", "stemcal.stages.invert.showing"),
