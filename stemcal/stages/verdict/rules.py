@@ -143,7 +143,7 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
     else:
         return
     law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
-    if law is None or not isinstance(study.solver, EmbeddedSolver) or evidence.physics.share > MAJORITY:
+    if law is None or not isinstance(study.solver, EmbeddedSolver):
         return
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (
