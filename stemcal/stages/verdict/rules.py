@@ -46,7 +46,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(results, folder), folder)
     reasons = [reason for rule in RULES for reason in rule(evidence)]
-    if any(reason.kind in _ENDS for reason in reasons):
+    if any(reason.kind in _ENDS and reason.severity == "error" for reason in reasons):
         reasons = [reason for reason in reasons if reason.kind != "unfinished"]
     return Verdict.of(reasons, _use(evidence), _use_there(evidence))
 
