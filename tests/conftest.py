@@ -1,7 +1,5 @@
 """The published study, replayed once; `fakes` importable from every folder of tests, and by the workers they start."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -39,7 +37,7 @@ def results(replayed: tuple[Any, Any]) -> Any:
 @pytest.fixture(scope="session")
 def stages(results: Any) -> dict[str, Any]:
     """The same by the name of the stage."""
-    return {result.name: result for result in results.done()}
+    return {result.name: result for result in results.done}
 
 
 @pytest.fixture(scope="session")
@@ -52,3 +50,11 @@ def edited() -> Callable[[Any, Callable[[dict[str, Any]], None]], Any]:
         return type(result).from_json(content)
 
     return edit
+
+
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw nothing where it is not asked what is drawn."""
+    from fakes import leave_blank
+
+    leave_blank(monkeypatch)

@@ -1,15 +1,13 @@
 """What the terminal says beside the tables."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
 from rich.console import Console
 
 from stemcal.files.rows import Rows
-from stemcal.report.tables.stages import tables_of
-from stemcal.report.tables.terminal import stage_tables
+from stemcal.report.showing import tables_of
+from stemcal.report.terminal import stage_tables
 from stemcal.stages.invert.result import JointFitted, JointRow
 from stemcal.stages.validate.result import FurtherRow
 
@@ -22,9 +20,7 @@ def printed(stage: Any) -> str:
 
 
 def test_the_last_table_of_the_surface_has_its_shape(stages: dict[str, Any]) -> None:
-    assert [table.title for table in tables_of(stages["rsm"])][3:] == [
-        "Canonical analysis",
-    ]
+    assert [table.title for table in tables_of(stages["rsm"])][3:] == ["Canonical analysis"]
     assert max(map(len, printed(stages["rsm"]).splitlines())) <= 80
 
 

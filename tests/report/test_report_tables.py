@@ -1,7 +1,5 @@
 """The terminal's tables hold what the paper prints, in 80 columns."""
 
-from __future__ import annotations
-
 import io
 from dataclasses import replace
 from typing import Any
@@ -15,9 +13,9 @@ from stemcal.names import Names
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.numbers import significant
 from stemcal.report.page.render import coded
+from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_responses import from_means, further_table
-from stemcal.report.tables.stages import tables_of
-from stemcal.report.tables.terminal import drawn, stage_tables
+from stemcal.report.terminal import drawn, stage_tables
 
 
 def printed(stage: Any, width: int = 80) -> str:

@@ -1,7 +1,6 @@
 """The climb towards the target, and the design centred on its best step."""
 
-from __future__ import annotations
-
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +12,16 @@ from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
 from stemcal.executors.inline import InlineExecutor
+from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
+from stemcal.naming import CUTTING
 from stemcal.report.export.paper import paper_tables
-from stemcal.stages.climb import ClimbResult
+from stemcal.runs.outcome import Outcome
+from stemcal.stages import climb
+from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import read_result
+from stemcal.stages.result import Head, read_result
 from stemcal.stages.results import Results
 from stemcal.study.reading import load_study
 
@@ -27,8 +31,8 @@ TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 def climbed(tmp_path: Path, options: str) -> tuple[dict[str, Any], StudyFolder]:
     study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
-    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    return workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json(), folder
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
+    return workflow.run_stage("climb", study, folder, InlineExecutor(), solver=FakeSolver()).to_json(), folder
 
 
 def test_path_goes_along_the_slope_either_way() -> None:
@@ -58,11 +62,11 @@ def test_the_design_is_centred_on_the_best_step_and_stays_in_the_ranges(tmp_path
     """Half of the range of 10 MPa about 17 MPa: 14.5 to 19.5 MPa."""
     stage, folder = climbed(tmp_path, "climb: {steps: 5}\n")
     study = make_study(tmp_path, TWO + "climb: {steps: 5}\n")
-    surface = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    surface = workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     levels = [run["levels"]["yield_stress"] for run in surface["design"]["runs"]]
     assert (min(levels), max(levels)) == pytest.approx((14.5, 19.5))
     assert surface["coding"]["yield_stress"]["center"] == pytest.approx(stage["coding"]["yield_stress"]["center"])
-    solution = workflow.invert(study, folder, solver=FakeSolver()).to_json()
+    solution = workflow.run_stage("invert", study, folder, solver=FakeSolver()).to_json()
     assert solution["coded_radius"] < 0.1 and solution["predicted"] == pytest.approx(110.0)
 
 
@@ -71,8 +75,8 @@ def test_out_of_reach_keeps_the_design_inside(tmp_path: Path) -> None:
     forces = tuple(t.model_copy(update={"response": 300.0}) for t in study.targets.means)
     study = study.model_copy(update={"targets": study.targets.model_copy(update={"means": forces})})
     folder = StudyFolder(tmp_path / "out")
-    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.run_stage("climb", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert not stage["passed"] and stage["best_step"] == 2
     assert "target_not_passed" in [note["kind"] for note in stage["notes"]]
     entry = stage["coding"]["yield_stress"]
@@ -84,7 +88,7 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert folder.read_stage("refine")["converged"] and folder.has_stage("climb")
     steps, loop = read_result(folder, ClimbResult), read_result(folder, RefineResult)
-    published = paper_tables(study, Results(climb=steps, refinement=loop))
+    published = paper_tables(study, Results((steps, loop)))
     assert [table.name for table in published] == ["factors", "ascent", "refinement"]
     assert len(published[1].cells) == len(steps.rows) == 4  # until the target is passed
     assert published[2].cells[-1][-1] == f"{loop.made[-1].outcome.response:.1f}"
@@ -92,6 +96,34 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
 
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
-    workflow.screen(study, folder, InlineExecutor())
+    workflow.run_stage("screen", study, folder, InlineExecutor())
     with pytest.raises(Waiting, match="waiting for 1 result of climb"):
-        workflow.climb(study, folder, InlineExecutor())
+        workflow.run_stage("climb", study, folder, InlineExecutor())
+
+
+CLIMB = ClimbResult(
+    head=Head(2, "climb", "known"),
+    target=159.2,
+    condition=8.0,
+    names=("a", "b"),
+    rows=Rows(ClimbRow(step, {"a": 1.0}, {"a": 0.0}, 10.0 - step, Outcome(response=150.0)) for step in range(4)),
+    best_step=2,
+    passed=True,
+    solution={"a": 1.0},
+    error_percent=-1.26,
+    coding={},
+    effects=Rows(),
+    significant=(),
+)
+
+
+def test_a_climb_that_passed_the_target() -> None:
+    assert climb.outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
+        "4 runs stepped Stress and b together towards the target.",
+        "The target was passed; step 2 came nearest, 1.3 % from it.",
+    ]
+
+
+def test_a_climb_that_ended_at_the_edge() -> None:
+    short = replace(CLIMB, passed=False)
+    assert climb.outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")

@@ -1,7 +1,5 @@
 """Curves of two diameters, one machine: what a joint fit to them tells of it. Planted: F*(1 − (1 − u/u*)^m)."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +20,7 @@ from stemcal.measured.curve_modes import Curve
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.joint import machine_found
+from stemcal.stages.invert.analysis import machine_found
 from stemcal.study.model import MachineSection, Study
 from stemcal.study.reading import load_study
 
@@ -73,8 +71,8 @@ def found_in(folder: Path, late: float) -> list[Note]:
     )
     study = load_study(spec)
     solver, out = Cutting(study=study), StudyFolder(folder / "out")
-    workflow.fit_surface(study, out, InlineExecutor(), solver=solver)
-    notes = workflow.invert(study, out, solver=solver).notes
+    workflow.run_stage("rsm", study, out, InlineExecutor(), solver=solver)
+    notes = workflow.run_stage("invert", study, out, solver=solver).notes
     return [note for note in notes if note.kind.startswith("machine_")]
 
 
@@ -119,7 +117,7 @@ def of_a_machine(z: float, scatter: float, stated_sd: float = 150.0) -> Note:
 @pytest.mark.parametrize(("off", "share"), [(0.0, 0.05), (16.0, 1.0)])
 def test_a_machine_that_is_as_stated_is_contradicted_in_one_of_twenty_studies(off: float, share: float) -> None:
     """Curves that tell little of it, z = 0 ± 0.9 after them, move z by 0.46 only; where it is far off, in every one."""
-    found = [of_a_machine(off + RANDOM.normal(), 4.0) for _ in range(60)]
+    found = [of_a_machine(off + RANDOM.normal(), 4.0) for _ in range(24)]
     assert np.mean([note.kind == "machine_contradicted" for note in found]) == pytest.approx(share, abs=0.08)
 
 

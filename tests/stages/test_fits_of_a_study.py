@@ -1,7 +1,5 @@
 """Replicates and lost terms, from the spec to the files."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,7 +37,7 @@ class Scattered(FakeSolver):
 
 def fitted(tmp_path: Path, solver: FakeSolver, more: str = "") -> dict[str, Any]:
     study = make_study(tmp_path, TWO + more)
-    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver).to_json()
+    return workflow.run_stage("rsm", study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver).to_json()
 
 
 def rows_of(stage: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -4,8 +4,6 @@ Of d/8 elements with the lengths of the published study ∂ln F/∂ln θ is 0.95
 failure strain; with lengths of d/5 the latter is 0.1, and no force shows how it follows the diameter.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

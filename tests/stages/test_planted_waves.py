@@ -1,26 +1,20 @@
 """A force in a wave, which no quadratic follows: the verdict reports it, and refining corrects the force."""
 
-from __future__ import annotations
-
 import re
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fakes import TWO_FACTORS, SpecSolver
+from planting import judged
 
-from stemcal import workflow
-from stemcal.errors import TargetUnreachable
-from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.results import Results
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.reading import load_study
 
 SPEC = (
     TWO_FACTORS
@@ -45,17 +39,11 @@ class Wave(SpecSolver):
 
 @pytest.fixture
 def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    def judged(wave: SpecSolver, asked: float, extra: str = "", spec: str = SPEC) -> tuple[Verdict, Results]:
-        monkeypatch.setitem(SOLVERS, "embedded", lambda _study: wave)
+    def of(wave: SpecSolver, asked: float, extra: str = "", spec: str = SPEC) -> tuple[Verdict, Results]:
         folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
-        folder.mkdir()
-        (folder / "study.yaml").write_text(spec.replace("ASKED", f"{asked:g}") + extra, encoding="utf-8")
-        study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
-        with suppress(TargetUnreachable):
-            workflow.calibrate(study, place, InlineExecutor())
-        return verdict_of(study, place), fresh_results(study, place)
+        return judged(folder, spec.replace("ASKED", f"{asked:g}") + extra, wave, monkeypatch)
 
-    return judged
+    return of
 
 
 @pytest.mark.parametrize("phase", [0.5, 0.7, 0.9])
@@ -64,7 +52,7 @@ def test_a_target_above_the_quadratic_is_out_of_reach_and_the_surface_is_rough(j
     verdict, results = judge(Wave(phase=phase), 121.0)
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "out_of_reach")
     _, _, high = map(float, re.findall(r"\d+\.?\d*", reason.text))
-    assert results.inversion is None and verdict.verdict == "not_calibrated" and high < 120.0
+    assert results.of(InvertResult) is None and verdict.verdict == "not_calibrated" and high < 120.0
     assert verdict.has("rough_response")
 
 
@@ -73,8 +61,8 @@ def test_refining_corrects_what_the_quadratic_misses(judge) -> None:
     missed, _ = judge(Wave(), 112.0)
     assert missed.has("rough_response") and missed.has("target_missed")
     verdict, results = judge(Wave(), 112.0, "refine: {tolerance_percent: 0.5}\n")
-    assert results.refinement.converged and not verdict.has("target_missed")
-    (row,) = results.validation.rows
+    assert results.of(RefineResult).converged and not verdict.has("target_missed")
+    (row,) = results.of(ValidateResult).rows
     assert row.compared.error_percent == pytest.approx(0.0, abs=0.5)
 
 

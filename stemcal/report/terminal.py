@@ -1,0 +1,186 @@
+"""What the terminal shows: tables at most 80 columns wide, what a stage says of them, the last screen of a study."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rich import table as rich
+from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
+from rich.console import RenderableType
+from rich.padding import Padding
+from rich.text import Text
+
+from stemcal.files.rows import MOST_ROWS, Column, Table, visible
+from stemcal.names import Names
+from stemcal.naming import capital
+from stemcal.numbers import duration, fixed, significant, unit_written
+from stemcal.report.showing import names_of, shortened, showing_of, tables_of
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.showing import calibration_table
+from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results
+from stemcal.stages.validate.result import ValidateResult
+from stemcal.study.model import LaboratorySection, Study
+from stemcal.study.model.measured_targets import BEFORE_MAXIMUM, RESPONSES, Mean
+
+if TYPE_CHECKING:
+    from stemcal.cutting import CuttingResult
+
+
+WIDTH = 80
+CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
+_AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, a foot, an empty line below each
+
+
+def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
+    """Return a stage's tables and what it says in sentences, ready to print one below the other.
+
+    Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
+    """
+    return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *spoken(stage, holds)]
+
+
+def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
+    """Return what the measurements fix and leave open, of a calibrated study."""
+    lines = showing_of(stage).spoken(stage, names_of(stage)) if holds else []
+    shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]
+    return [Text("Identifiability", style="bold"), *shown, Text("")] if lines else []
+
+
+def drawn(table: Table) -> list[RenderableType]:
+    """Return a table as rich draws it, its foot as lines below it."""
+    shown = rich.Table(
+        title=Text(table.title, style="bold"),
+        title_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1 if len(table.columns) < CROWDED else 0, 0, 0),
+        pad_edge=False,
+        show_edge=False,
+    )
+    for column, texts in zip(table.columns, columns := _fitted(table), strict=True):
+        shown.add_column(Text(texts[0]), justify="left" if column.left else "right", overflow="fold")
+    for index, row in enumerate(zip(*(texts[1:] for texts in columns), strict=True)):
+        style = "bold" if index in table.strong else ""
+        shown.add_row(*(Text(cell, style=style) for cell in row))
+    foot = [Padding(Text(line, style="dim"), (0, 0, 0, 2), expand=False) for line in (*table.foot, *table.claimed)]
+    return [shown, *foot, Text("")]
+
+
+def _fitted(table: Table) -> list[list[str]]:
+    """Return each column, its heading first, on several lines where a terminal is too narrow: headings before cells."""
+    columns = [[str(text) for text in texts] for texts in zip(table.heads, *table.cells, strict=True)]
+    if sum(_widest(texts) + 2 for texts in columns) <= WIDTH:
+        return columns
+    room = WIDTH - (2 if len(columns) < CROWDED else 1) * len(columns)
+    least = [max(_widest(word) for word in map(str.split, texts)) for texts in columns]
+    whole = [max(words, _widest(cells)) for words, (_, *cells) in zip(least, columns, strict=True)]
+    widths = whole if sum(whole) <= room else _shared(least, whole, room)
+    return [[_wrapped(text, width) for text in texts] for texts, width in zip(columns, widths, strict=True)]
+
+
+def _widest(texts: Iterable[str]) -> int:
+    return max(map(cell_len, texts), default=1)
+
+
+def _shared(least: Sequence[int], whole: Sequence[int], room: int) -> list[int]:
+    """Return columns' widths: the longest word of each, then what each needs of the rest, small needs first."""
+    widths, left = list(least), max(room - sum(least), 0)
+    for done, i in enumerate(sorted(range(len(widths)), key=lambda i: whole[i] - least[i])):
+        more = min(whole[i] - least[i], left // (len(widths) - done))
+        widths[i], left = widths[i] + more, left - more
+    return widths
+
+
+def _wrapped(text: str, width: int) -> str:
+    """Return a text on as many lines as a column so wide needs; no word is broken."""
+    return "\n".join(textwrap.wrap(text, max(width, 1), break_long_words=False, break_on_hyphens=False)) or text
+
+
+def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
+    """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
+    inversion, validation = results.of(InvertResult), results.of(ValidateResult)
+    tables = visible([_parameters(study, inversion, results.parameters)], holds) if inversion is not None else []
+    if validation is not None:
+        first, *others = showing_of(validation).tables(validation, Names(study.naming))
+        most = MOST_ROWS if left is None else max(left - _AROUND - sum(len(table.rows) for table in tables), 4)
+        tables.append(shortened(validation, replace(first, foot=first.foot[:1]), most))
+        tables += [shortened(validation, one) for one in others] if study.naming.others else []
+    return tables
+
+
+def _parameters(study: Study, inversion: InvertResult, parameters: Mapping[str, float]) -> Table:
+    """Return each calibrated parameter with its unit and the range to cite."""
+    table = calibration_table(inversion, Names(study.naming), parameters)
+    name, value, *others = table.columns
+    unit = Column("unit", "Unit", form=unit_written, words=True)
+    rows = tuple((*row[:2], study.factor(row[0]).unit, *row[2:]) for row in table.rows)
+    whole = replace(
+        table, columns=(replace(name, label="Parameter"), value, unit, *others), rows=rows, foot=(), claimed=()
+    )
+    return whole.only(column.key for column in whole.columns if column.key not in ("share", "coded"))
+
+
+def simulation_table(
+    result: CuttingResult, section: LaboratorySection | None = None, diameter: float = 0.0
+) -> RenderableType:
+    """Return the numbers of one virtual test, names and values in two columns.
+
+    That of a laboratory test (`section`) begins with its responses, beside each what was measured at the diameter.
+    """
+    table = rich.Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    first = _maximum(result) if section is None else _responses(result, section, diameter)
+    for name, value in (*first, *_simulation_rows(result)):
+        table.add_row(Text(name), Text(value))
+    return table
+
+
+def _maximum(result: CuttingResult) -> list[tuple[str, str]]:
+    return [
+        ("Maximum force", f"{significant(result.peak_force)} N"),
+        ("  before the filter", f"{significant(result.peak_force_raw)} N"),
+        ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
+    ]
+
+
+def response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
+    """Return a response of a virtual test, which its curve may lack or only bound, and the measured mean.
+
+    >>> response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
+    '41.23 N/mm, measured 42.1 ± 2.5 N/mm'
+    """
+    bound = "at least " if at_least else ""
+    shown = "not on this curve" if value is None else f"{bound}{significant(value)} {unit}"
+    if measured is None:
+        return shown
+    sd = "" if measured.sd is None else f" ± {measured.sd:g}"
+    return f"{shown}, measured {measured.value:g}{sd} {unit}"
+
+
+def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
+    from stemcal.laboratory import LaboratoryResult
+
+    found = result.responses if isinstance(result, LaboratoryResult) else {}
+    measured = section.means_at(diameter)
+    rows = []
+    for name, (_, unit, words) in RESPONSES.items():
+        if name in found or name in measured:
+            bound = name not in BEFORE_MAXIMUM and not result.stroke_was_enough
+            text = response_text(found.get(name), unit, measured.get(name), at_least=bound)
+            rows.append((capital(words), text))
+    return rows
+
+
+def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
+    rate = result.element_steps_per_second / 1e6
+    return [
+        *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
+        ("Elements", f"{result.elements}, {result.deleted_elements} of them eroded by then"),
+        ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
+        ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
+        ("Contact energy", f"{fixed(result.contact_energy_percent, 3)} % of the work, at least"),
+        ("Kinetic energy", f"{fixed(result.kinetic_ratio_percent, 3)} % of internal, at most"),
+    ]

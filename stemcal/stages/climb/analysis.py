@@ -1,0 +1,160 @@
+"""The climb between screening and surface: active factors stepped together towards the target."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from stemcal.doe.designs.catalogue import surface_design
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
+from stemcal.doe.validation.comparison import error_percent
+from stemcal.errors import RunsFailed
+from stemcal.files.rows import Rows
+from stemcal.names import Names
+from stemcal.note import Note, Remedy
+from stemcal.numbers import minus
+from stemcal.solvers.protocol import Request
+from stemcal.stages.climb.result import ClimbResult, ClimbRow
+from stemcal.stages.design import Later
+from stemcal.stages.result import CodedScale, DesignRuns, Head
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface_design import surface_factors, surface_options
+from stemcal.stages.work import SimulateAt, Work, a_stage
+from stemcal.study.model import ClimbOptions, Study
+from stemcal.words import counted
+
+# Of each range, how much the design of the surface covers around the best step.
+_SHARE = 0.5
+
+
+@a_stage(ClimbResult)
+def climb(work: Work, head: Head) -> ClimbResult:
+    """Step the active factors together towards the target, and centre the surface's design on the best step."""
+    screening = work.result(ScreenResult)
+    names, chosen = surface_factors(work.study, work.solver, screening)
+    return _climbed(work.study, head, names, chosen, screening, work.simulating("climb"))
+
+
+def _climbed(
+    study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
+) -> ClimbResult:
+    options, target = study.climb or ClimbOptions(), study.calibration_target.response
+    effects = [screening.effect(name).effect for name in names]
+    if options.at_once:
+        rows = _leap(study, names, effects, options, simulate, screening.design)
+    else:
+        rows = _walk(study, names, effects, options, simulate)
+    responses = [row.outcome.response for row in rows]
+    best, reached = rows[nearest_step(responses, target)], passed(responses, target)
+    return ClimbResult(
+        head=head,
+        target=target,
+        condition=study.targets.calibrate_at,
+        names=tuple(names),
+        rows=Rows(rows),
+        best_step=best.step,
+        passed=reached,
+        solution={name: best.levels[name] for name in names},
+        error_percent=best.error_percent or 0.0,
+        coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
+        effects=screening.effects,
+        significant=screening.active_factors,
+        notes=(*_notes(rows, best, reached, Names(study.naming)), *chosen),
+    )
+
+
+def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names) -> Iterator[Note]:
+    """Yield where the surface is centred, and that the walk ended before the target."""
+    error = minus(f"{best.error_percent or 0.0:+.1f}")
+    text = (
+        f"Of {counted(len(rows), 'step')} along the slope of the screening, step {best.step} is nearest to the target "
+        f"({error} %): the surface is centred there."
+    )
+    yield Note("nearest_step", "info", text)
+    if not reached:
+        response = names.response.long
+        text = (
+            f"The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside."
+        )
+        remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
+        yield Note("target_not_passed", "warning", text, remedy)
+
+
+def _walk(
+    study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, simulate: SimulateAt
+) -> list[ClimbRow]:
+    """Simulate the centre, then step along the slope until the response has passed the target."""
+    target = study.calibration_target.response
+    start = _rows(study, names, [[0.0] * len(names)], simulate)
+    if start[0].outcome.response is None:
+        failed = start[0].outcome
+        raise RunsFailed(f"climb: the run at mid-levels failed ({failed.reason}): {failed.message}")
+    rows = start
+    path = _path(study, names, effects, options, start[0].outcome.response < target)
+    for step, point in enumerate(path[1:], 1):
+        rows += _rows(study, names, [point], simulate, step)
+        if passed([row.outcome.response for row in rows], target):
+            break
+    return rows
+
+
+def _leap(
+    study: Study,
+    names: list[str],
+    effects: Sequence[float],
+    options: ClimbOptions,
+    simulate: SimulateAt,
+    design: DesignRuns,
+) -> list[ClimbRow]:
+    """Simulate the whole path together; the mean of the screening is what a plane has at its centre."""
+    known = [run.response for run in design.runs if run.response is not None]
+    rise = sum(known) / len(known) < study.calibration_target.response
+    rows = _rows(study, names, _path(study, names, effects, options, rise), simulate)
+    if all(row.outcome.response is None for row in rows):
+        raise RunsFailed(f"climb: all {len(rows)} runs failed ({rows[0].outcome.reason}): {rows[0].outcome.message}")
+    return rows
+
+
+def _path(study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, rise: bool) -> Array:
+    """Return the coded points of the walk; with steps of one's own where the spec has them."""
+    own = options.step_sizes
+    if not any(name in own for name in names):
+        return ascent_path(effects, options.steps, rise)
+    sizes = [own[name] / study.factor(name).half_range if name in own else None for name in names]
+    return own_path(effects, sizes, options.steps, rise)
+
+
+def _rows(
+    study: Study, names: list[str], points: Iterable[Sequence[float]], simulate: SimulateAt, first: int = 0
+) -> list[ClimbRow]:
+    """Simulate coded points together; `first` is the step of the first one."""
+    coded = [dict(zip(names, map(float, point), strict=True)) for point in points]
+    levels = [study.midlevels() | {name: _natural(study, name, at) for name, at in one.items()} for one in coded]
+    found, target = simulate(first, levels, [study.targets.calibrate_at]), study.calibration_target.response
+    return [
+        ClimbRow(step, at, point, error_percent(target, outcome.response), outcome)
+        for step, (at, point, outcome) in enumerate(zip(levels, coded, found, strict=True), first)
+    ]
+
+
+def _natural(study: Study, name: str, coded: float) -> float:
+    factor = study.factor(name)
+    return float(f"{factor.centre + factor.half_range * coded:.12g}")
+
+
+def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
+    """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
+    factor, reach = study.factor(name), surface_design(study.rsm.design).reach(k, surface_options(study))
+    span = _SHARE * factor.half_range
+    center = min(max(level, factor.low + span), factor.high - span)
+    return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
+
+
+def later(study: Study) -> Later | None:
+    """Return the steps as many as there usually are, and how many there may be."""
+    if (options := study.climb) is None:
+        return None
+    most = f"at most {counted(options.steps + 1, 'more run')}"
+    note = Note("decided_later", "caution", f"climb: {most}, chosen one by one.")
+    if options.at_once:
+        note = Note("asked_together", "caution", f"climb: {most}, all at once after the stage before it.")
+    step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
+    return Later([[step]] * (options.steps // 2), note)

@@ -1,0 +1,172 @@
+"""The calibration: the point of the surface that gives one measured mean, or of several surfaces for theirs.
+
+At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stemcal.doe.calibration.fit import LEVEL, Fit
+from stemcal.doe.calibration.intervals import contradiction, left_out, out_of_reach, presses_outwards, settled
+from stemcal.doe.calibration.level_set import solve_target
+from stemcal.doe.regression.coding import Coding
+from stemcal.doe.validation.null_model import null_model
+from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
+from stemcal.note import Note
+from stemcal.solvers.protocol import Belonging
+from stemcal.stages.fitting import Measured, fit_of_study, fit_over, measured_means, measured_of
+from stemcal.stages.invert import words
+from stemcal.stages.invert.certainty import certainty_of, changes_along, prior_rows
+from stemcal.stages.invert.result import Contradicted, InvertResult, JointFitted, JointRow, Mean, Point
+from stemcal.stages.result import Head, Interval
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.work import Work, a_stage
+from stemcal.study.model import MachineSection, Study
+
+_NORMAL = 1.96  # of a normal distribution 95 % are within so many standard deviations
+_UNTOLD = 1e-4  # of the variance of what is known of the machine: of less the curves tell nothing
+
+
+@a_stage(InvertResult)
+def invert(work: Work, head: Head) -> InvertResult:
+    """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
+    study, surface = work.study, work.result(SurfaceResult)
+    solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
+    seen = work.solver
+    belongs_to = seen.belongings(solved.condition) if isinstance(seen, Belonging) else None
+    idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
+    notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
+    return replace(solved, belongs_to=belongs_to, notes=notes)
+
+
+def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+    """Return the calibrated point, what is known about it, and every factor's level there."""
+    coding, target = surface.scales, study.calibration_target
+    region, unit = surface.region(study), study.naming.response.unit_suffix
+    ends, rule = (region.low, region.high, region.radius), study.invert.rule
+    found = solve_target(surface.fitted, target.response, *ends, rule, unit)
+    whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
+    known = certainty_of(study, coding, whole, "single")
+    point = Point.of(found.point, coding)
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
+        ranges=_by_factor(coding, found.ranges),
+        coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
+        rule=found.rule,
+        notes=tuple(words.of_level_set(found.free, found.second)),
+    )
+
+
+def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:
+    natural = coding.to_natural(np.array(coded).T).T
+    return {name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)}
+
+
+# ---- several measured means at once: the parameters that fit them all
+
+
+def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+    """Return the parameters that fit all diameters and responses of the spec best."""
+    coding, means, target = surface.scales, measured_means(study), study.calibration_target
+    whole = fit_of_study(study, surface)
+    found, flat = settled(whole)
+    first = measured_of(target, [FIRST], study.naming)
+    if first[0] in means:
+        single = whole.only([means.index(first[0])])
+    else:  # a joint fit may leave the force at the calibration diameter out
+        single = fit_over(first, [surface.fitted], whole.region, whole.priors)
+    units = {name: study.factor(name).unit for name in coding.names}
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        Point.of(surface.assess(study, found.best), coding),
+        certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
+        rule="joint_least_squares",
+        joint=_fitted(study, means, found, bool(len(flat))),
+        certainty_alone=certainty_of(study, coding, single, "single"),
+        priors=prior_rows(study, coding),
+        notes=(
+            *(words.flat_direction(changes_along(coding, row), units) for row in flat),
+            *machine_found(study.machine, whole),
+        ),
+    )
+
+
+def machine_found(machine: MachineSection, known: Fit) -> Iterator[Note]:
+    """Yield what the fit shows of the machine: z deviations of its compliance or of the toe."""
+    from scipy.special import chdtrc
+
+    stated = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
+    for of, value, sd in stated:
+        if told := known.told_of(of):
+            z, spread = told
+            scatter = max(1.0 - spread**2, _UNTOLD)
+            contradicted = chdtrc(1.0, z**2 / scatter) < LEVEL
+            if contradicted:  # then by the curves alone
+                z, spread = z / scatter, spread / scatter**0.5
+            ends = [z - _NORMAL * spread, z + _NORMAL * spread]
+            low, high = (_stiffness(value, sd, end) if value else sd * end for end in ends)
+            yield words.machine(of, value, sd, (low, high), contradicted)
+
+
+def _stiffness(stated: float, sd: float, z: float) -> float | None:
+    """Return k of the compliance 1/k₀ − z·sd/k₀²; None where that is not above 0, as a rigid machine's."""
+    compliance = (1.0 - z * sd / stated) / stated
+    return 1.0 / compliance if compliance > 0.0 else None
+
+
+def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> JointFitted:
+    conditions, naming = [mean.condition for mean in means], study.naming
+    several, own = len(set(conditions)) > 1, not naming.is_cutting
+    tests = [study.test_of(mean.response) for mean in means]
+    apart = len(set(tests)) > 1  # then a test is held out, at all its conditions
+    groups: Sequence[object] = tests if apart else conditions if several else [] if own else range(len(means))
+    errors, ends = left_out(found, groups)
+    every = _rows(means, found, errors, ends if apart else [None] * len(means))
+    rows = Rows(row for mean, row in zip(means, every, strict=True) if mean.leads)
+    first = [row for mean, row in zip(means, every, strict=True) if mean.response == FIRST]
+    tests_scatter = found.p_value is not None
+    return JointFitted(
+        rows=rows,
+        further=Rows(row for mean, row in zip(means, every, strict=True) if not mean.leads),
+        scatter=found.errors.scatter,
+        misfit=found.least if tests_scatter else None,
+        df=found.df,
+        p=found.p_value,
+        max_abs_error_percent=max(abs(row.error_percent) for row in rows),
+        max_abs_left_out_error_percent=max(abs(row.left_out_error_percent or 0.0) for row in rows) if errors else None,
+        null=null_model([r.condition for r in first], [r.measured for r in first])
+        if naming.is_force_on_stems
+        else None,
+        contradiction=_contradiction(means, found),
+        out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(found)),
+        separated=not flat,
+        presses_outwards=presses_outwards(found),
+    )
+
+
+def _contradiction(means: Sequence[Measured], known: Fit) -> Contradicted | None:
+    found = contradiction(known)
+    if found is None:
+        return None
+    mean, (low, high) = means[found.index], found.allowed
+    return Contradicted(mean.named.name, mean.condition, mean.value, low, high, found.standard_errors, found.p)
+
+
+def _rows(
+    means: Sequence[Measured], known: Fit, left_out: Sequence[float], intervals: Sequence[Interval | None]
+) -> list[JointRow]:
+    without: Sequence[float | None] = left_out or [None] * len(means)
+    predicted, errors = known.predict(known.best)[0].tolist(), known.errors_percent(known.best).tolist()
+    return [
+        JointRow(mean.condition, mean.named.name, mean.named.unit, mean.value, mean.sd, mean.n, *values)
+        for mean, *values in zip(means, predicted, errors, without, intervals, strict=True)
+    ]

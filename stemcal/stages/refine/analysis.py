@@ -1,0 +1,195 @@
+"""The refinement as a stage: the loop in the study's own model, or in the program or mesh of `refine.in`."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import inf
+
+from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
+from stemcal.doe.validation.comparison import error_percent
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.naming import FIRST
+from stemcal.note import Note
+from stemcal.runs.answer import ignore
+from stemcal.solvers.protocol import Belonging, Request
+from stemcal.stages.design import Later
+from stemcal.stages.fitting import Measured, measured_of
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
+from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
+from stemcal.stages.refine.words import notes_of
+from stemcal.stages.result import Head, Interval
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.work import Work, a_stage
+from stemcal.study.model import EmbeddedSolver, RefineOptions, Study, Target, program_of
+from stemcal.study.types.units import from_internal
+from stemcal.version import __version__
+from stemcal.words import counted, listed
+
+_USUAL_ROUNDS = 2
+# The failure strain depends on mesh and lengths: its range where these are different.
+_OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
+
+
+@a_stage(RefineResult)
+def refine(work: Work, head: Head) -> RefineResult:
+    """Simulate at the solution and correct it until the response is right, in the study's model or in `refine.in`."""
+    options = work.study.refine or RefineOptions()
+    if options.elsewhere:
+        return _refined_there(work, head, options)
+    steps = SurfaceSteps(work.study, work.result(SurfaceResult), work.result(InvertResult))
+    simulate = work.simulating("refine", pictured=True)
+    loop = Loop(steps, simulate, options.tolerance_percent, options.budget)
+    loop.run()
+    return _result(head, work, loop, steps.means, steps.solution.target)
+
+
+def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResult:
+    """Run the calibrated point in another model, correct it there, and run it at the other conditions."""
+    study, there, start = work.study, work.there(), work.result(InvertResult).parameters
+    target, expected = study.calibration_target, _own_response(work, start)
+    # a joint fit is a compromise between the conditions, which is kept
+    aim = expected if study.joint_targets else target.response
+    steps = PathSteps(_path(work, there, options, start), start, target.condition, aim, expected)
+    loop = Loop(steps, there.simulating("refine"), options.tolerance_percent, options.budget)
+    loop.run()
+    means = [mean for one in study.targets.means for mean in measured_of(one, [FIRST], study.naming)]
+    if loop.stopped == "tolerance":
+        others = (mean.condition for mean in means if mean.condition != target.condition)
+        loop.run_elsewhere(sorted(others, key=lambda condition: abs(condition - target.condition)))
+    adjusted = list(_adjusted(loop, steps, target))
+    return _result(head, there, loop, means, aim, adjusted)
+
+
+def _own_response(work: Work, levels: Mapping[str, float]) -> float:
+    """Return the response of the study's own model at the calibration, from the record that the validation left."""
+    target = work.study.calibration_target
+    simulate, row = (
+        replace(work, watch=ignore).simulating("validate", pictured=True),
+        work.study.targets.means.index(target),
+    )
+    (outcome,) = simulate(row, [levels], [target.condition])
+    return outcome.response or target.response
+
+
+def _result(
+    head: Head,
+    work: Work,
+    loop: Loop,
+    means: Sequence[Measured],
+    aim: float,
+    adjusted: Sequence[AdjustedFactor] = (),
+) -> RefineResult:
+    best, rows = loop.best, list(_rows(loop, means))
+    errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]
+    result = RefineResult(
+        head=head,
+        elsewhere=bool(adjusted),
+        model=_model(work, loop),
+        condition=work.study.calibration_target.condition,
+        aim=aim,
+        tolerance_percent=loop.tolerance_percent,
+        budget=loop.budget,
+        converged=loop.stopped == "tolerance",
+        stopped=loop.stopped,
+        error_percent=best.error_percent or 0.0,
+        parameters=best.point.levels,
+        adjusted=Rows(adjusted),
+        rows=Rows(rows),
+        max_abs_error_percent=max(errors, default=None),
+        made=Rows(loop.runs),
+    )
+    return replace(result, notes=tuple(notes_of(result, work.study)))
+
+
+def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
+    before, after = loop.responses(loop.points[0].point.levels), loop.responses(loop.best.point.levels)
+    for mean in means:
+        old, new = (at[mean.condition].of(mean.response) if mean.condition in at else None for at in (before, after))
+        yield RefineRow(mean.condition, mean.named.name, mean.value, old, new, error_percent(mean.value, new))
+
+
+def _model(work: Work, loop: Loop) -> Model:
+    """Return what simulated; its version as the spec names it, or as the program reported it in its first run."""
+    solver, at = work.study.solver, work.study.calibration_target.condition
+    version = (
+        __version__ if isinstance(solver, EmbeddedSolver) else getattr(solver, "environment", {}).get("VERSION", "")
+    )
+    if not version:
+        records = (work.folder.peek(run.outcome.key) for run in loop.runs)
+        version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
+    return Model(
+        program_of(solver), version or None, work.solver.belongings(at) if isinstance(work.solver, Belonging) else None
+    )
+
+
+# ---- in another model: which factors move, and how far
+
+
+def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, float]) -> SearchPath:
+    """Return the path along the factors that may move, from the calibrated point."""
+    surface = work.result(SurfaceResult)
+    if unknown := [name for name in options.adjust if name not in surface.names]:
+        has = f"the surface has {listed(surface.names)}"
+        raise UsageError(f"refine.adjust: the effect of {', '.join(unknown)} is not known; {has}")
+    point = surface.scales.to_coded([start[name] for name in surface.names])
+    relative = surface.fitted.gradient(point) / float(surface.fitted.predict(point)[0])
+    slopes = dict(zip(surface.names, relative.tolist(), strict=True))
+    strongest = _OF_MESH if _OF_MESH in slopes else max(slopes, key=lambda name: abs(slopes[name]))
+    free = _same_mesh(work, there)
+    return SearchPath(
+        tuple(
+            Mover(name, start[name], *_range(work.study, options, name, free), slopes[name] / _step(surface, name))
+            for name in tuple(options.adjust) or (strongest,)
+        )
+    )
+
+
+def _step(surface: SurfaceResult, name: str) -> float:
+    return surface.coding[name].half_step
+
+
+def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> Interval:
+    """Return the range of a factor there: of the spec, or the study's; that of the failure strain is wider."""
+    factor = study.factor(name)
+    if (given := options.adjust.get(name)) is not None:
+        return given
+    if name == _OF_MESH and not same_mesh:
+        return _LOWEST_SHARE * factor.low, max(factor.high, from_internal(_HIGHEST, factor.unit))
+    return factor.low, factor.high
+
+
+def _same_mesh(work: Work, there: Work) -> bool:
+    """Whether mesh and lengths there are known to be the study's own."""
+    at = work.study.targets.calibrate_at
+    if not isinstance(work.solver, Belonging) or not isinstance(there.solver, Belonging):
+        return False
+    return work.solver.belongings(at) == there.solver.belongings(at)
+
+
+def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:
+    best, scatter = loop.best.point, _scatter(target)
+    tried = next(one for one in steps.tried if one.place == best.place)
+    known = ends_of(steps.tried, tried, steps.path, *scatter) if scatter else {}
+    for mover in steps.path.movers:
+        value = best.levels[mover.name]
+        yield AdjustedFactor(mover.name, mover.start, value, known.get(mover.name), mover.low, mover.high)
+
+
+def _scatter(target: Target) -> tuple[float, float] | None:
+    """Return the relative standard error of the measured mean and its degrees of freedom; None where it is exact."""
+    if not target.sd or target.n == 1:
+        return None
+    relative = target.sd / target.response
+    return (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
+
+
+def later(study: Study) -> Later | None:
+    """Return the rounds as many as there usually are, and how many runs there may be."""
+    options = study.refine
+    if options is None or options.elsewhere:
+        return None
+    conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
+    round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
+    text = f"refine: at most {counted(options.budget, 'more run')}, chosen one by one."
+    return Later([round_] * min(_USUAL_ROUNDS, options.budget), Note("decided_later", "caution", text))

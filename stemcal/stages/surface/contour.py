@@ -1,0 +1,218 @@
+"""The response surface over two factors, as contours and as a relief."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stemcal.report.figures.style import (
+    FAINT,
+    ORANGE,
+    Axes,
+    Figure,
+    axis_of,
+    frame_in_space,
+    in_lines,
+    new_figure,
+    plain,
+)
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.surface.result import SurfaceResult
+
+GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
+LONGEST, LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
+ROOM = 0.03  # what a number needs on each side, as a share of the axes
+HEIGHT = "viridis"  # its lightness rises steadily with the force
+
+Place = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Section:
+    """The surface over two factors, the others held: values (GRID, GRID) in natural units, force in N."""
+
+    across: Any
+    up: Any
+    response: Any
+
+
+def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, count: int) -> Section:
+    """Return the surface over a pair, the others at the solution, or at the centre without one."""
+    at = invert.point.coded if invert is not None else dict.fromkeys(rsm.names, 0.0)
+    x, y = np.meshgrid(*(np.linspace(*_ends(rsm, name), count) for name in pair))
+    response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
+    return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
+
+
+def _ends(rsm: SurfaceResult, name: str) -> tuple[float, float]:
+    """Return between which coded values a factor is drawn: the design's reach within its range, and all its runs."""
+    reach, factor, scale = rsm.radius or 1.0, rsm.factor(name), rsm.coding[name]
+    runs = [run.levels[name] for run in rsm.design.runs]
+    low, high = scale.natural(-reach), scale.natural(reach)
+    low = min(*runs, low if factor.low is None else max(low, factor.low))
+    high = max(*runs, high if factor.high is None else min(high, factor.high))
+    return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
+
+
+def contours(
+    rsm: SurfaceResult,
+    pair: tuple[str, str],
+    invert: InvertResult | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Figure:
+    """Return lines of equal force over two factors, the others at the solution (at centre without one).
+
+    `labels` has what to write for a factor, its name by default.
+    """
+    section = section_of(rsm, pair, invert, GRID)
+    levels = levels_of(section.response)
+    with new_figure(height=3.7) as figure:
+        axes = figure.add_subplot()
+        filled = axes.contourf(section.across, section.up, section.response, levels=levels, cmap=HEIGHT)
+        lines = axes.contour(
+            section.across, section.up, section.response, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
+        )
+        figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
+        marks = _draw_runs(axes, rsm, pair)
+        if invert is not None:
+            marks += _mark_target(axes, section, invert, pair)
+        _number(axes, lines, marks)
+        _label(axes, rsm, pair, labels)
+    return figure
+
+
+def _height(rsm: SurfaceResult) -> str:
+    """Return what is drawn as height."""
+    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
+
+
+def levels_of(response: Any) -> Any:
+    """Return round levels that span all forces."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
+
+
+def _number(axes: Axes, lines: Any, marks: list[Place]) -> None:
+    """Write the force on each line, at its place farthest from the marks and the frame; on none that has no room."""
+    share = axes.transData + axes.transAxes.inverted()  # from natural units to shares of the axes
+    places = []
+    for path in lines.get_paths():
+        along = share.transform(path.vertices)
+        if len(along):
+            room = np.linalg.norm(along[:, None] - share.transform(np.array(marks)), axis=2).min(axis=1)
+            room = np.minimum(room, np.minimum(along, 1.0 - along).min(axis=1))
+            places += [path.vertices[int(np.argmax(room))]] if room.max() > ROOM else []
+    for text in axes.clabel(lines, fmt="%g", fontsize=7.5, inline_spacing=3, manual=places) if places else []:
+        text.set_color("white")
+        text.set_path_effects(_halo("#00000090", 1.2))
+
+
+def _halo(colour: str, width: float) -> list[Any]:
+    from matplotlib import patheffects
+
+    return [patheffects.withStroke(linewidth=width, foreground=colour)]
+
+
+def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[Place]:
+    """Draw the points of the design, where several runs lie at one with their number; return them."""
+    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
+    dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
+    axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+    for place, count in counts.items():
+        if count > 1:
+            axes.annotate(
+                str(count), place, (5, 4), textcoords="offset points", size=8, color="white",
+                path_effects=_halo("black", 1.5),
+            )  # fmt: skip
+    return list(counts)
+
+
+def _label(
+    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = LONGEST
+) -> None:
+    for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), most))
+        axis.set_major_locator(round_ticks())
+
+
+def round_ticks(most: int = 6) -> Any:
+    """Return what sets a few ticks at round values."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=most, steps=[1, 2, 5, 10])
+
+
+def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple[str, str]) -> list[Place]:
+    """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
+    solution = (invert.point.solution[pair[0]], invert.point.solution[pair[1]])
+    places = [solution]
+    if section.response.min() < invert.target < section.response.max():
+        line = axes.contour(
+            section.across, section.up, section.response, levels=[invert.target], colors=[ORANGE], linewidths=2.2
+        )
+        line.set_path_effects(_halo("white", 3.2))
+        places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
+    axes.plot(*solution, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
+    return places
+
+
+def relief(
+    rsm: SurfaceResult,
+    pair: tuple[str, str],
+    invert: InvertResult | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Figure:
+    """Return the predicted force as height over two factors, the others at the solution (at centre without one).
+
+    On the floor lie the lines of equal force; dots are the runs, full above the surface and open below it.
+    """
+    section = section_of(rsm, pair, invert, COARSE)
+    levels = levels_of(section.response)
+    floor = levels[0] - 0.35 * (levels[-1] - levels[0])
+    with new_figure(width=4.7, height=3.9) as figure:
+        axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+        axes.contourf(section.across, section.up, section.response, levels=levels, zdir="z", offset=floor, cmap=HEIGHT,
+                      alpha=0.45, zorder=0)  # fmt: skip
+        lines = {"levels": levels, "zdir": "z", "offset": floor, "cmap": HEIGHT, "linewidths": 1.2, "zorder": 1}
+        axes.contour(section.across, section.up, section.response, **lines)
+        axes.plot_surface(
+            section.across, section.up, section.response, cmap=HEIGHT, vmin=levels[0], vmax=levels[-1],
+            edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
+        )  # fmt: skip
+        _raise_runs(axes, rsm, pair, invert)
+        if invert is not None:
+            point = [[invert.point.solution[name]] for name in pair]
+            axes.plot(*point, [invert.point.predicted], "*", color=ORANGE, markeredgecolor="white", markersize=14,
+                      zorder=9)  # fmt: skip
+        _frame(axes, rsm, pair, labels)
+        axes.set_zlim(floor, levels[-1])
+        axes.set_zticks([level for level in levels[::2] if level > floor])
+    return figure
+
+
+def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None) -> None:
+    """Draw the runs of a surface over two factors at their forces; with more factors they lie elsewhere."""
+    if len(rsm.names) > 2:
+        return
+    for run in rsm.design.runs:
+        if run.response is not None:
+            above = run.response >= float(rsm.response_at(run.coded))
+            place = ([run.levels[name]] for name in pair)
+            axes.plot(*place, [run.response], "o", color="black" if above else "white", markeredgecolor="black",
+                      markersize=3.6, markeredgewidth=0.7, zorder=8)  # fmt: skip
+
+
+def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+    """Name the axes and look at the surface from where it rises away."""
+    _label(axes, rsm, pair, labels, LONGEST_IN_SPACE)
+    axes.set_zlabel(_height(rsm))
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.label.set_size(8)
+        axis.set_pane_color((0.5, 0.5, 0.5, 0.06))
+        axis.line.set_color(FAINT)
+    axes.tick_params(labelsize=7, pad=0)
+    axes.view_init(elev=24, azim=-128)
+    frame_in_space(axes)

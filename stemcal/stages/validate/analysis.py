@@ -1,0 +1,149 @@
+"""The validation as a stage: whatever was measured is simulated with the calibrated parameters and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
+from stemcal.doe.validation.null_model import Formula, formula_elsewhere
+from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.naming import FIRST
+from stemcal.note import Note
+from stemcal.runs.outcome import Outcome, lower_bound_notes
+from stemcal.runs.replicates import merged, repeated
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.design import Asked
+from stemcal.stages.fitting import measured_of
+from stemcal.stages.fresh import calibrated_parameters
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.result import Head
+from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
+from stemcal.stages.validate.words import notes_of
+from stemcal.stages.work import Work, a_stage
+from stemcal.study.model import Study, Target
+
+
+@a_stage(ValidateResult)
+def validate(work: Work, head: Head) -> ValidateResult:
+    """Simulate at every measured condition with the calibrated parameters."""
+    parameters = calibrated_parameters(work.study, work.solver, work.folder)
+    study, solver = work.study, work.solver
+    requests = requests_at(study, parameters)
+    answers = work.answers(requests)
+    outcomes = merged(work.outcomes(requests, answers), study.replicates)
+    found = _compared(study, outcomes)
+    left_out = _left_out(work.result(InvertResult))
+    compared = zip(study.targets.means, found.rows, outcomes, strict=True)
+    rows = [
+        _row(study, target, replace(row, left_out_percent=left_out.get(row.condition)), outcome)
+        for target, row, outcome in compared
+    ]
+    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(answers)]
+    result = _result(study, head, parameters, found, rows)
+    return replace(result, notes=(*notes_of(result), *notes))
+
+
+def _left_out(found: InvertResult) -> dict[float, float | None]:
+    """Return the error of the first response at each fitted condition, predicted from a fit to the others."""
+    rows = found.joint.rows if found.joint is not None else ()
+    first = found.naming.response.name
+    return {row.condition: row.left_out_error_percent for row in rows if row.response in (FIRST, first)}
+
+
+def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
+    targets = study.targets.means
+    return compare_conditions(
+        [target.condition for target in targets],
+        [target.response for target in targets],
+        [outcome.response for outcome in outcomes],
+        [target.condition for target in study.joint_targets] or study.targets.calibrate_at,
+        [(target.sd, target.n) for target in targets],
+        study.naming,
+    )
+
+
+def _result(
+    study: Study,
+    head: Head,
+    parameters: dict[str, float],
+    found: Validation,
+    rows: list[ValidateRow],
+) -> ValidateResult:
+    errors = [abs(error) for row in rows for error in row.errors_percent]
+    formula = _formula(found.rows) if study.naming.is_force_on_stems else None
+    return ValidateResult(
+        head=head,
+        parameters=parameters,
+        rows=Rows(rows),
+        tolerance_percent=study.validation.tolerance_percent,
+        worst_percent=max(errors, default=None),
+        mean_abs_error_percent=float(np.mean(errors)) if errors else None,
+        worst_held_out_percent=found.worst_held_out_percent,
+        error_slope_percent_per_unit=found.error_slope_percent_per_unit,
+        measured_exponent=found.measured_exponent,
+        simulated_exponent=found.simulated_exponent,
+        formula=formula,
+    )
+
+
+def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
+    """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
+    if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
+        response = study.naming.response.long
+        text = f"The simulated {response} is read from a table, so it may be that of other parameters than these."
+        yield Note("from_table", "warning", text)
+
+
+def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
+    """Return F = a·dᵇ through the fitted forces, and its error at the others that were simulated."""
+    done = [row for row in rows if row.simulated is not None]
+    pairs = {
+        role: [(row.condition, row.measured) for row in done if row.role == role] for role in ("fitted", "held_out")
+    }
+    return formula_elsewhere(pairs["fitted"], pairs["held_out"])
+
+
+def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
+    """Return a request per measured diameter at these levels, or as many as the program is asked for."""
+    targets = enumerate(study.targets.means)
+    requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
+    return repeated(requests, study.replicates)
+
+
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    """Return a run per condition, at the solution if there is one, else at mid-levels."""
+    levels = None
+    if folder is not None:
+        with suppress(UsageError):
+            levels = calibrated_parameters(study, solver, folder)
+    middle = study.midlevels() if levels is None else levels
+    return Asked("validate", requests_at(study, middle), settled=levels is not None)
+
+
+def _row(
+    study: Study,
+    target: Target,
+    compared: ValidationRow,
+    outcome: Outcome,
+) -> ValidateRow:
+    further = [
+        FurtherRow.of(mean, value)
+        for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
+        if (value := outcome.of(mean.response)) is not None
+    ]
+    return ValidateRow(
+        compared=compared,
+        status=outcome.status,
+        censored=outcome.censored,
+        reason=outcome.reason,
+        message=outcome.message,
+        key=outcome.key,
+        replicates=outcome.replicates,
+        further=Rows(further),
+    )
