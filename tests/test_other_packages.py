@@ -16,9 +16,9 @@ from fakes import FakeSolver, make_study
 
 from stemcal.doe.designs.catalogue import SURFACES
 from stemcal.doe.regression.terms import term_columns
-from stemcal.errors import SpecError
+from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
-from stemcal.stages.stage import STAGES, Stage, stage_called
+from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
 from stemcal.stages.surface_design import surface_design
 
 ROOT = Path(__file__).parents[1]
@@ -59,6 +59,14 @@ def test_a_broken_package_is_left_out_and_named(tmp_path: Path, monkeypatch: pyt
     module.write_text(good + "# corrected\n", encoding="utf-8")
     assert before.startswith("good_package 1.0+") and found.version_of("good_one") != before
     assert found.version_of("screen") == found.version_of("bad_one") == ""
+
+
+def test_stages_that_need_each_other_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = make_study(tmp_path)
+    assert [stage.name for stage in stages_of(study)] == ["screen", "rsm", "invert", "validate"]
+    monkeypatch.setattr(type(stage_called("screen")), "needs", lambda _self, _study: "validate")
+    with pytest.raises(UsageError, match="need each other"):
+        stages_of(study)
 
 
 def test_a_member_that_nothing_calls_is_refused() -> None:
