@@ -61,7 +61,7 @@ class Registry(Generic[T]):
     def __init__(self, kind: type[T], group: str, built_in: tuple[str, ...]) -> None:
         self.kind, self.group, self._places = kind, group, built_in
         self.broken: dict[str, str] = {}
-        """Why things of other packages are left out, by their names."""
+        """Why things of other packages are left out, by their names; of a second one also by its package."""
         self._loaded: dict[str, T] = {}
 
     @cached_property
@@ -81,7 +81,7 @@ class Registry(Generic[T]):
         own = {one.name for one in self.built_in}
         for entry in sorted(entry_points(group=self.group), key=lambda one: (one.name, one.value)):
             if entry.name in own or entry.name in found:
-                self._leave_out(entry, f"{entry.name} exists already")
+                self._leave_out(entry, f"{entry.name} exists already", f"{entry.name} of {_package(entry)}")
             else:
                 found[entry.name] = entry
         return found
@@ -124,9 +124,9 @@ class Registry(Generic[T]):
                     self._leave_out(entry, f"{entry.value} is no {self.kind.__name__} with the name {name}")
         return self._loaded.get(name)
 
-    def _leave_out(self, entry: EntryPoint, reason: str) -> None:
-        self.broken[entry.name] = f"{_package(entry)}: {reason}"
-        logger.warning("%s is left out: %s", entry.name, self.broken[entry.name])
+    def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
+        self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
+        logger.warning("%s is left out: %s: %s", entry.name, _package(entry), reason)
 
 
 def stages() -> Registry[Any]:

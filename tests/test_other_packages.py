@@ -48,13 +48,14 @@ def test_a_broken_package_is_left_out_and_named(tmp_path: Path, monkeypatch: pyt
     installed(tmp_path, "bad_package", "bad_one = bad_package:Bad", "import no_such_module\n")
     installed(tmp_path, "same_package", "screen = same_package:Same", good)
     installed(tmp_path, "wrong_package", "other_one = wrong_package:Good", good)
+    installed(tmp_path, "second_package", "good_one = second_package:Good", good)
     found = registry(monkeypatch, tmp_path)
     assert [one.name for one in found.all if one.name in ("screen", "climb", "good_one")] == [
         *("screen", "climb", "good_one")
     ]
     assert found.named("screen") is found.built_in[0] and found.named("bad_one") is None
     assert found.broken["bad_one"].startswith("bad_package 1.0: ModuleNotFoundError")
-    assert {"bad_one", "screen", "other_one"} <= set(found.broken)
+    assert {"bad_one", "other_one", "screen of same_package 1.0", "good_one of second_package 1.0"} <= set(found.broken)
     before = found.version_of("good_one")
     module.write_text(good + "# corrected\n", encoding="utf-8")
     assert before.startswith("good_package 1.0+") and found.version_of("good_one") != before
