@@ -2,7 +2,7 @@
 
     study = stemcal.load_study("my-stems.yaml")
     results = stemcal.calibrate(study, workers=2)
-    results.parameters, results.surface.anova, results.surface.plot.contour()
+    results.parameters, results.surface.anova, results.figure("contour")
 
 Names are loaded when they are first asked for, so that the import itself takes no time.
 """

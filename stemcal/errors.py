@@ -123,13 +123,13 @@ class Waiting(StemcalError):
 
 
 class SimulationFailed(StemcalError):
-    """A simulation stopped because its state was no longer physical.
+    """A run has no result: its state was no longer physical, or a program left none that can be read.
 
     Parameters
     ----------
     reason : str
         One word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``,
-        ``contact_energy``.
+        ``contact_energy``, ``no_result``, ``bad_result``.
     message : str
         The sentence for people, with time and element.
     """

@@ -178,7 +178,7 @@ def test_importing_and_calling_the_python_face_starts_no_thread_and_sets_no_hand
         "import stemcal\n"
         "study = stemcal.load_study(sys.argv[1])\n"
         "results = stemcal.calibrate(study, out=sys.argv[2], workers=1, progress=False)\n"
-        "results.surface.plot.contour(); results.verdict; stemcal.open_results(sys.argv[2])\n"
+        "results.figure('contour'); results.verdict; stemcal.open_results(sys.argv[2])\n"
         "assert state() == before and started == [], (state(), started)\n"
     )
     replay = Path(__file__).parents[1] / "configs" / "paper-replay.yaml"

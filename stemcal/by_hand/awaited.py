@@ -15,7 +15,7 @@ from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore
 from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
-from stemcal.solvers.programs.seeds import seed_of
+from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Request
 from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
 from stemcal.solvers.sheet.solver import Sheet

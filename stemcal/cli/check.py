@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
@@ -14,7 +13,6 @@ from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
     from stemcal.overview.plan import Plan
-    from stemcal.solvers.protocol import Solver
     from stemcal.study.model import Study
 
 
@@ -96,19 +94,15 @@ def not_ready(study: Study) -> list[str]:
     """Return why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
     from stemcal.study.model import ProgramOptions
 
-    owned, said = [test for test in study.tests if test.solver], list[str]()
-    if not owned and not isinstance(study.solver, ProgramOptions):
-        return said
+    if not isinstance(study.solver, ProgramOptions):
+        return []
     from stemcal.solvers import make_solver
-    from stemcal.solvers.laboratory_programs import program_of
 
-    makers: list[Callable[[], Solver]] = [partial(program_of, study, test) for test in owned]
-    for make in makers or [partial(make_solver, study)]:
-        try:
-            make().prepare()
-        except UsageError as error:
-            said += [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
-    return said
+    try:
+        make_solver(study).prepare()
+    except UsageError as error:
+        return [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
+    return []
 
 
 def _too_much_for_one(study: Study) -> list[str]:

@@ -15,7 +15,6 @@ from stemcal.cli.session import read_study, require_sense
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.showing import csv_text
 from stemcal.files.typed import from_json, to_json
-from stemcal.naming import capital
 from stemcal.outputs import refuse_link, write_output
 from stemcal.words import nearest
 
@@ -76,10 +75,6 @@ def simulate(
         one_run(study, levels, at, as_json, quiet, csv_file)
         return
     section = test_called(study, test)
-    if section is not None and section.solver is not None:
-        _for_embedded_alone({"--frames": frames, "--csv": csv_file, "--figure": figure})
-        one_test_run(study, section, levels, at, as_json, quiet)
-        return
     stroke = stroke_of(study, section, at)
 
     from stemcal.overview.foresight import demand_of_one
@@ -272,30 +267,6 @@ def one_run(
         _write_curve(answer, csv_file)
         if not quiet:
             note(f"wrote {csv_file}")
-
-
-def one_test_run(
-    study: Study, section: LaboratorySection, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool
-) -> None:
-    """Let the program of a test do it once and show its responses, beside each what was measured."""
-    from stemcal.report.tables.terminal import response_text
-    from stemcal.solvers.laboratory_programs import program_of
-    from stemcal.solvers.protocol import RESPONSES, Request
-    from stemcal.study.model.measured_targets import RESPONSES as KNOWN
-
-    program = program_of(study, section)
-    program.prepare()
-    with waiting(f"test {section.name}", quiet):
-        answer = program.solve(Request("simulate", 0, dict(levels), at))
-    if not answer.ok:
-        raise RunsFailed(f"the run failed ({answer.reason}): {answer.message}")
-    found, measured = answer.details[RESPONSES], section.means_at(at)
-    if as_json:
-        say_json({"test": section.name, "responses": found})
-        return
-    for name, value in found.items():
-        _, unit, words = KNOWN[name]
-        say(f"{capital(words)}: {response_text(value, unit, measured.get(name))}")
 
 
 def _lines(study: Study, answer: Answer) -> list[str]:

@@ -15,11 +15,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.overview.status import Entry, ledger
-from stemcal.report.figures.certainty import profiles
-from stemcal.report.figures.contour import contours, relief, solutions, with_unit
-from stemcal.report.figures.effects import diagnostics, half_normal, observed_predicted, pareto, residuals
-from stemcal.report.figures.gallery import gallery, spread_of
-from stemcal.report.figures.validation import growth, validation
+from stemcal.report.figures.gallery import gallery
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
@@ -44,105 +40,8 @@ if TYPE_CHECKING:
 V = TypeVar("V", bound=StageResult)
 
 
-class ScreenPlots:
-    """Figures of a screening."""
-
-    def __init__(self, result: ScreenResult) -> None:
-        self._result = result
-
-    def pareto(self) -> Figure:
-        """Draw the effects by size."""
-        return pareto(self._result)
-
-    def half_normal(self) -> Figure:
-        """Draw the effects against half-normal scores."""
-        return half_normal(self._result)
-
-
-class SurfacePlots:
-    """Figures of a surface; where there is a solution they show it."""
-
-    def __init__(self, result: SurfaceResult, inversion: InvertResult | None) -> None:
-        self._result, self._inversion = result, inversion
-
-    def contour(self, across: str | None = None, up: str | None = None) -> Figure:
-        """Draw lines of equal response over two factors, the two that matter most by default."""
-        return contours(self._result, self._pair(across, up), self._inversion)
-
-    def relief(self, across: str | None = None, up: str | None = None) -> Figure:
-        """Draw the response as height over two factors."""
-        return relief(self._result, self._pair(across, up), self._inversion)
-
-    def observed_predicted(self) -> Figure:
-        """Draw the simulated response against its prediction."""
-        return observed_predicted(self._result)
-
-    def residuals(self) -> Figure:
-        """Draw what the surface leaves unexplained."""
-        return residuals(self._result)
-
-    def diagnostics(self) -> Figure:
-        """Draw residuals against the normal law and in order of the runs, and Cook's distances."""
-        return diagnostics(self._result)
-
-    def _pair(self, across: str | None, up: str | None) -> tuple[str, str]:
-        names = self._result.names
-        for name in (across, up):
-            if name is not None and name not in names:
-                raise UsageError(f"the surface has no factor {name!r}; {did_you_mean(str(name), names)}")
-        if across == up and across is not None:
-            raise UsageError(f"a contour needs two factors, not {across} twice")
-        wanted = [name for name in (across, up) if name is not None]
-        free = [name for name in names if name not in wanted]
-        pair = (across or free.pop(0), up or (free.pop(0) if free else ""))
-        if not pair[1]:
-            raise UsageError("a contour needs two factors; the surface has one")
-        return pair
-
-
-class InversionPlots:
-    """Figures of a calibration."""
-
-    def __init__(self, result: InvertResult, surface: SurfaceResult) -> None:
-        self._result, self._surface = result, surface
-
-    def solutions(self) -> Figure:
-        """Draw the range of each factor over all solutions."""
-        return solutions(self._surface, self._result)
-
-    def profiles(self) -> Figure:
-        """Draw the rise of the misfit over each factor."""
-        return profiles(self._result, self._labels())
-
-    def _labels(self) -> dict[str, str]:
-        return {name: with_unit(self._surface, name) for name in self._result.point.solution}
-
-
-class ValidationPlots:
-    """Figures of a validation."""
-
-    def __init__(self, result: ValidateResult, study: Study) -> None:
-        self._result, self._study = result, study
-
-    def responses(self) -> Figure:
-        """Draw the first response, measured and simulated, over the condition: forces over diameters by default."""
-        return validation(self._result, spread_of(self._study, self._result.naming.response))
-
-    def growth(self) -> Figure:
-        """Draw them on logarithmic axes."""
-        return growth(self._result)
-
-
-class Screen(ScreenResult):
-    """A screening with its figures."""
-
-    plot: ScreenPlots
-
-
 class Surface(SurfaceResult):
-    """A surface with its figures."""
-
-    plot: SurfacePlots
+    """A surface that checks the levels it is asked for."""
 
     def predict(self, levels: Mapping[str, float]) -> Prediction:
         """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
@@ -155,9 +54,8 @@ class Surface(SurfaceResult):
 
 
 class Inversion(InvertResult):
-    """A calibration with its figures and its likelihood."""
+    """A calibration with its likelihood."""
 
-    plot: InversionPlots
     _study: Study
     _surface: SurfaceResult
 
@@ -181,17 +79,11 @@ class Inversion(InvertResult):
         return found if found.ndim else float(found)
 
 
-class Validation(ValidateResult):
-    """A validation with its figures."""
-
-    plot: ValidationPlots
-
-
-def _plotted(kind: type[V], result: StageResult, plot: object, **more: object) -> V:
-    """Return a result as the class that has figures."""
-    plotted = object.__new__(kind)
-    plotted.__dict__.update(vars(result), plot=plot, **more)
-    return plotted
+def _extended(kind: type[V], result: StageResult, **more: object) -> V:
+    """Return a result as the class that can do more."""
+    extended = object.__new__(kind)
+    extended.__dict__.update(vars(result), **more)
+    return extended
 
 
 class StudyResults:
@@ -214,10 +106,9 @@ class StudyResults:
         return cls(study, folder, fresh_results(study, folder))
 
     @property
-    def screen(self) -> Screen:
+    def screen(self) -> ScreenResult:
         """Which factors move the response."""
-        found = self._there(self._results.screen, "screen")
-        return _plotted(Screen, found, ScreenPlots(found))
+        return self._there(self._results.screen, "screen")
 
     @property
     def climb(self) -> ClimbResult:
@@ -227,14 +118,13 @@ class StudyResults:
     @property
     def surface(self) -> Surface:
         """The response as a quadratic surface."""
-        found = self._there(self._results.surface, "rsm")
-        return _plotted(Surface, found, SurfacePlots(found, self._results.inversion))
+        return _extended(Surface, self._there(self._results.surface, "rsm"))
 
     @property
     def inversion(self) -> Inversion:
         """The calibrated parameters and how well they are known."""
         found, surface = self._there(self._results.inversion, "invert"), self._there(self._results.surface, "rsm")
-        return _plotted(Inversion, found, InversionPlots(found, surface), _study=self.study, _surface=surface)
+        return _extended(Inversion, found, _study=self.study, _surface=surface)
 
     @property
     def refinement(self) -> RefineResult:
@@ -242,10 +132,9 @@ class StudyResults:
         return self._there(self._results.refinement, "refine")
 
     @property
-    def validation(self) -> Validation:
+    def validation(self) -> ValidateResult:
         """Measured against simulated response."""
-        found = self._there(self._results.validation, "validate")
-        return _plotted(Validation, found, ValidationPlots(found, self.study))
+        return self._there(self._results.validation, "validate")
 
     def _there(self, result: R | None, stage: str) -> R:
         if result is None:
@@ -286,11 +175,12 @@ class StudyResults:
         return [plot.name for plot in gallery(self.study, self._results, self.records)]
 
     def figure(self, name: str) -> Figure:
-        """Draw the figure of that name."""
+        """Draw the figure of that name, or the first that begins so: ``contour`` over the first two factors."""
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
-        if name not in plots:
+        found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
+        if found is None:
             raise UsageError(f"no figure {name!r}; {did_you_mean(str(name), plots)}")
-        return plots[name].draw()
+        return found.draw()
 
     # ---- how they show themselves
 

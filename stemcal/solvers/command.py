@@ -8,10 +8,9 @@ from typing import Any
 
 from stemcal.naming import FIRST
 from stemcal.solvers.measures import curve_scores, kept_curve
-from stemcal.solvers.programs.inputs import Inputs, values_of
+from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.program_base import Program, executable, run_command
 from stemcal.solvers.programs.readers import read_curve, read_number
-from stemcal.solvers.programs.seeds import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import CommandSolver
@@ -41,10 +40,7 @@ class Command(Program):
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
         drawn = {"seed": seed_of(request)} if request.replicate else {}
-        if options.result is not None:
-            return {"result": options.result.model_dump(mode="json"), **drawn}
-        readers = {name: reader.model_dump(mode="json") for name, reader in options.results.items()}
-        return {"results": readers, **drawn}
+        return {"result": {name: one.model_dump(mode="json") for name, one in options.result.items()}, **drawn}
 
     def _write(self, folder: Path, request: Request) -> dict[str, Any]:
         self.inputs.write(folder, self._values(request))
@@ -59,15 +55,12 @@ class Command(Program):
         return run_command(folder, self.options.command, self.options, place, values, read)
 
     def _read(self, folder: Path, request: Request, _ended: Ended) -> Answer:
-        found, naming = self._numbers(folder), self.study.naming
+        naming = self.study.naming
+        found = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
         first = found.pop(naming.response.name if naming.response.name in found else FIRST)
         modes, curve = self.study.targets.modes_at(request.condition), {}
-        if modes is not None and self.options.result is not None:
-            travel, force = read_curve(self.options.result, folder)
+        if modes is not None and FIRST in self.options.result:
+            travel, force = read_curve(self.options.result[FIRST], folder)
             found |= curve_scores(modes, travel, force)
             curve = {"curve": kept_curve(travel, force)}
         return Answer("ok", response=first, details={**({RESPONSES: found} if found else {}), **curve})
-
-    def _numbers(self, folder: Path) -> dict[str, float]:
-        """Return what each reader finds."""
-        return {name: read_number(reader, folder) for name, reader in self.options.readers.items()}

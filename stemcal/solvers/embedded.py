@@ -1,10 +1,10 @@
 """The embedded finite element solver: a study's levels become a virtual shear test."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from math import inf
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from stemcal.laboratory import LaboratoryResult, LaboratoryTest
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
-from stemcal.solvers.laboratory_programs import TestProgram, program_of, run_all
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
     determining,
@@ -37,7 +36,7 @@ from stemcal.solvers.laboratory_runs import (
     seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
-from stemcal.solvers.programs.seeds import MOST_SEED, seed_of
+from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
 from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.field_types import Length
@@ -58,27 +57,9 @@ class Embedded(OfSpecAlone):
     """Answers requests by explicit finite element simulation; same request, same bits."""
 
     study: Study
-    place: Path | None = None
-    programs: tuple[tuple[LaboratorySection, TestProgram], ...] = field(init=False)
-
-    def __post_init__(self) -> None:
-        programs = ((test, program_of(self.study, test, self.place)) for test in self.study.tests if test.solver)
-        object.__setattr__(self, "programs", tuple(programs))
-
-    def placed(self, place: Path) -> Self:
-        """Return the same solver with the folders of programs that do tests below `place`."""
-        return replace(self, place=place)
 
     def prepare(self) -> None:
-        """Compile the kernels before workers load them, unless the cache has them; see that tests' programs are there.
-
-        Raises
-        ------
-        UsageError
-            If one is not.
-        """
-        for _, program in self.programs:
-            program.prepare()
+        """Compile the kernels before workers load them, unless the cache has them."""
         compile_once()
 
     def get_ready(self) -> None:
@@ -92,11 +73,12 @@ class Embedded(OfSpecAlone):
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
         tests = self._tests(request)
+        beside = [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
             "tests": [determining(test) for test in tests],
-            **({"laboratory": beside} if (beside := self._identities(request)) else {}),
+            **({"laboratory": beside} if beside else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({"pictured": True} if request.pictured else {}),
         }
@@ -107,7 +89,7 @@ class Embedded(OfSpecAlone):
             tests = self._tests(request)
             film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
             results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
-            beside = perform_all(self._beside(request)).beside(run_all(self._programs(request), request))
+            beside = perform_all(self._beside(request))
             scores = _scores(self.study.targets.modes_at(request.condition), results)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
@@ -175,24 +157,11 @@ class Embedded(OfSpecAlone):
 
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
-        wanted = [test for test in measured_at(self.study, request.condition) if test.solver is None]
+        wanted = measured_at(self.study, request.condition)
         each = [(one, _test_of(self.study, one, request.levels, request.condition)) for one in wanted]
         return [
             (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
         ]
-
-    def _programs(self, request: Request) -> list[tuple[LaboratorySection, TestProgram]]:
-        """Return the tests of a run that programs do."""
-        wanted = {test.name for test in measured_at(self.study, request.condition)}
-        return [(section, program) for section, program in self.programs if section.name in wanted]
-
-    def _identities(self, request: Request) -> list[dict[str, Any]]:
-        simulated = [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
-        done = [
-            {"name": section.name, "measured": list(section.measured), **program.identity(request)}
-            for section, program in self._programs(request)
-        ]
-        return [*simulated, *done]
 
     def _tests(self, request: Request) -> tuple[cutting.ShearTest, ...]:
         test = shear_test(meshed_as(self.study, request), request.levels, request.condition)

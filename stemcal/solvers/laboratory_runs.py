@@ -112,14 +112,6 @@ class Performed:
     warnings: tuple[Note, ...]
     details: dict[str, Any]
 
-    def beside(self, other: Performed) -> Performed:
-        """Return both."""
-        return Performed(
-            {**self.responses, **other.responses},
-            (*self.warnings, *other.warnings),
-            {**self.details, **other.details},
-        )
-
 
 def perform(
     test: AnyTest,

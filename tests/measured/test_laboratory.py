@@ -166,7 +166,7 @@ def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     assert max(map(len, section.splitlines())) <= 72
     spec = DATA.parent / "smoke.yaml"
     (target,) = read_study(with_rows(spec.read_text("utf-8"), {"": rows}).encode(), spec).targets.means
-    assert (target.work, target.work_sd, target.n) == (11.0, 0.7071, 2)
+    assert (*target.mean_of("work"), target.n) == (11.0, 0.7071, 2)
 
 
 def test_files_are_sorted_by_number() -> None:

@@ -13,7 +13,7 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
-from stemcal.solvers.programs.seeds import seed_of
+from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.design import screening_design, surface_design
 from stemcal.stages.screen import ScreenResult, screen

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from stemcal.errors import SimulationFailed
 from stemcal.solvers.programs import readers
-from stemcal.solvers.programs.readers import read_curve, read_number
-from stemcal.solvers.programs.reductions import NoResult, Series, plotted, reduce_series
+from stemcal.solvers.programs.readers import Series, plotted, read_curve, read_number, reduce_series
 from stemcal.study.model import ResultReader
 
 SERIES = Series([1.0, 9.0, -2.0, 4.0], [0.0, 1.0, 2.0, 3.0])
@@ -23,14 +23,14 @@ def test_reductions(reduction: str, known: float) -> None:
     ("series", "reason"), [(Series([]), "no_result"), (Series([1.0, float("nan")]), "nan")], ids=["empty", "NaN"]
 )
 def test_a_series_without_numbers_is_refused(series: Series, reason: str) -> None:
-    with pytest.raises(NoResult) as caught:
+    with pytest.raises(SimulationFailed) as caught:
         reduce_series(series, "first")
     assert caught.value.reason == reason
 
 
 @pytest.mark.parametrize("travel", [[1.0, 0.0], [1.0], None, [0.0, float("inf")]])
 def test_a_curve_needs_a_travel_that_rises(travel: list[float] | None) -> None:
-    with pytest.raises(NoResult) as caught:
+    with pytest.raises(SimulationFailed) as caught:
         plotted(Series([1.0, 2.0], travel))
     assert caught.value.reason == "bad_result"
 
@@ -56,7 +56,7 @@ def test_csv_column(tmp_path: Path) -> None:
 )
 def test_csv_failures(tmp_path: Path, text: str, column: str, reason: str) -> None:
     (tmp_path / "out.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(NoResult) as caught:
+    with pytest.raises(SimulationFailed) as caught:
         read_number(ResultReader(file="out.csv", column=column), tmp_path)
     assert caught.value.reason == reason
 
@@ -84,7 +84,7 @@ def test_a_pattern_without_end_is_a_failed_run(
 ) -> None:
     monkeypatch.setattr(readers, "SEARCH_SECONDS", 0.5)
     (tmp_path / "log.txt").write_text(text, encoding="utf-8")
-    with pytest.raises(NoResult, match=r"more than 0.5 s") as caught:
+    with pytest.raises(SimulationFailed, match=r"more than 0.5 s") as caught:
         read_number(ResultReader(file="log.txt", pattern=pattern), tmp_path)
     assert caught.value.reason == "timeout"
 
@@ -92,12 +92,12 @@ def test_a_pattern_without_end_is_a_failed_run(
 def test_a_result_beyond_the_limit_is_not_read(tmp_path: Path) -> None:
     with (tmp_path / "log.txt").open("wb") as file:
         file.truncate(readers.MAX_BYTES + 1)
-    with pytest.raises(NoResult, match="larger than 20 MiB"):
+    with pytest.raises(SimulationFailed, match="larger than 20 MiB"):
         read_number(ResultReader(file="log.txt", pattern="F=(.*)"), tmp_path)
 
 
 def test_regex_without_match(tmp_path: Path) -> None:
     (tmp_path / "log.txt").write_text("nothing\n", encoding="utf-8")
-    with pytest.raises(NoResult) as caught:
+    with pytest.raises(SimulationFailed) as caught:
         read_number(ResultReader(file="log.txt", pattern="F=(.*)"), tmp_path)
     assert caught.value.reason == "no_result"

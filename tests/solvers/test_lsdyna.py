@@ -23,7 +23,6 @@ from stemcal.solvers.deck.own_deck import FIELDS, find_material, replaced
 from stemcal.solvers.deck.peak import ContactForce, peak_answer
 from stemcal.solvers.deck.program import DeckProgram
 from stemcal.solvers.programs.readers import read_text
-from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import GAP, DeckSolver, LoadingSection, Study
 from stemcal.study.reading import load_study
@@ -245,17 +244,17 @@ def test_rcforc_of_both_generations_and_fortran_numbers(tmp_path: Path) -> None:
 
 
 def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(NoResult, match="no file rcforc"):
+    with pytest.raises(SimulationFailed, match="no file rcforc"):
         contact_force(read_text(tmp_path, "rcforc"), 1, "z")
     text = "  slave 1 time  0.0  x  0. y  0. z 1.\n  slave 1 time 0.5 x 0. y 0. z ************\n"
     (tmp_path / "rcforc").write_text(text, encoding="utf-8")
-    with pytest.raises(NoResult) as caught:
+    with pytest.raises(SimulationFailed) as caught:
         contact_force(read_text(tmp_path, "rcforc"), 1, "z")
     assert caught.value.reason == "nan"
 
 
 def test_no_force_is_no_contact() -> None:
-    with pytest.raises(NoResult) as caught:
+    with pytest.raises(SimulationFailed) as caught:
         peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), UNFILTERED, LoadingSection())
     assert caught.value.reason == "no_contact"
 

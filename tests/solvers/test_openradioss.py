@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 from stemcal.cli import doctor
 from stemcal.cli.app import app
 from stemcal.cutting.result import moving_mean
-from stemcal.errors import UsageError
+from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
@@ -28,7 +28,6 @@ from stemcal.solvers.deck.listing import (
 )
 from stemcal.solvers.deck.openradioss import leave_engine_input
 from stemcal.solvers.deck.program import DeckProgram
-from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import GAP, Study
 from stemcal.study.reading import load_study
@@ -273,9 +272,9 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
     text = f'"time",{",".join(names)}\n0.0,0,0,0,0\n1.0,-2.0,-0.5,3.0,1.0\n2.0,-1.0,-0.5,2.0,1.0\n'
     assert contact_force(text, 1).force.tolist() == [0.0, 2.5, 1.5]
     assert contact_force(text, 2).force.tolist() == [0.0, 4.0, 3.0]
-    with pytest.raises(NoResult, match=r"no contact 3, only \[1, 2\]"):
+    with pytest.raises(SimulationFailed, match=r"no contact 3, only \[1, 2\]"):
         contact_force(text, 3)
-    with pytest.raises(NoResult, match="no numbers"):
+    with pytest.raises(SimulationFailed, match="no numbers"):
         contact_force(text.replace("-2.0", "NaN"), 1)
     assert np.allclose(contact_force(text, 1).time, [0.0, 1.0, 2.0])
 
@@ -283,11 +282,11 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
 def test_impulses_are_no_forces() -> None:
     """Without /TH/TITLE th_to_csv has no titles and leaves impulses, which only grow while the blade presses."""
     untitled = "time,DEFAULT 1 var 1,DEFAULT 1 var 2\n0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n"
-    with pytest.raises(NoResult, match="no titles, so they may hold impulses") as caught:
+    with pytest.raises(SimulationFailed, match="no titles, so they may hold impulses") as caught:
         contact_force(untitled, 1)
     assert caught.value.reason == "impulse"
     titled = '"time","TH-INTER 1 a FNZ","TH-INTER 1 a FTZ"\n'
-    with pytest.raises(NoResult, match="force of contact 1 never drops") as caught:
+    with pytest.raises(SimulationFailed, match="force of contact 1 never drops") as caught:
         contact_force(titled + "0.0,0,0\n1.0,-2.0,-0.5\n2.0,-5.0,-0.5\n3.0,-5.0,-0.5\n", 1)
     assert caught.value.reason == "impulse"
     assert contact_force(titled + "0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n", 1).force.max() == 2.5

@@ -14,13 +14,12 @@ from pathlib import Path
 import psutil
 import pytest
 
-from stemcal.errors import UsageError
+from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.plain import open_plain, read_plain
 from stemcal.solvers.deck.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
 from stemcal.solvers.programs.readers import read_text
-from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.time_limited_program import Ended, run_program
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")
@@ -73,7 +72,7 @@ def test_only_plain_files_are_read(tmp_path: Path, kind: str) -> None:
         open_plain(place)
     assert tail(place) == ""
     assert failed_elements(tmp_path, "element 7 failed at time 0.25") == [0.25]
-    with pytest.raises(NoResult):
+    with pytest.raises(SimulationFailed):
         read_text(tmp_path, "messag")
 
 
@@ -116,7 +115,7 @@ TEXTS: dict[str, Callable[[int], str]] = {
 def seconds_for(read: Callable[[str], object], text: str) -> float:
     gc.disable()  # a collection takes as long as what the other tests have left is large
     begun = time.process_time()
-    with contextlib.suppress(NoResult, UsageError):
+    with contextlib.suppress(SimulationFailed, UsageError):
         read(text)
     taken = time.process_time() - begun
     gc.enable()

@@ -17,7 +17,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
-from stemcal.solvers.programs.seeds import seed_of
+from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import Answer, Immediate, Request
 from stemcal.stages.invert.certainty import fit_over, measured_of
 from stemcal.stages.surface.result import SurfaceResult, box_of

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stemcal.errors import SimulationFailed
 from stemcal.solvers.deck.peak import ContactForce
 from stemcal.solvers.deck.radioss_files import TITLES
-from stemcal.solvers.fortran import NUMBER
-from stemcal.solvers.programs.reductions import NoResult, required_number
+from stemcal.solvers.programs.readers import NUMBER, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _BLOCK = re.compile(
@@ -146,7 +146,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
 
     Raises
     ------
-    NoResult
+    SimulationFailed
         ``impulse`` if the table has no titles or its force never drops: OpenRadioss stores impulses, of which
         ``th_to_csv`` makes forces by their titles. ``no_result`` if the contact is not there, ``nan`` or
         ``bad_result`` if its numbers are none.
@@ -154,32 +154,32 @@ def contact_force(text: str, interface: int) -> ContactForce:
     try:
         header, *rows = csv.reader(text.splitlines())
     except (csv.Error, ValueError) as error:
-        raise NoResult("bad_result", f"the table of time histories is not a CSV table: {error}") from None
+        raise SimulationFailed("bad_result", f"the table of time histories is not a CSV table: {error}") from None
     names = [" ".join(name.split()) for name in header]
     chosen = [index for index, number in _columns(names) if number == interface]
     if not any(_columns(names)):
-        raise NoResult(
+        raise SimulationFailed(
             "impulse",
             "the time histories have no titles, so they may hold impulses in place of forces; the engine's file needs "
             f"{TITLES}, and th_to_csv the file runT01_TITLES",
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
-        raise NoResult(
+        raise SimulationFailed(
             "no_result", f"the time histories have no contact {interface}, only {there}; see solver.interface"
         )
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
-        raise NoResult("bad_result", "the table of time histories has a row that ends too early") from None
+        raise SimulationFailed("bad_result", "the table of time histories has a row that ends too early") from None
     if len(values) < 2 or not np.isfinite(values).all():
-        raise NoResult("nan", f"the force of contact {interface} has no numbers")
+        raise SimulationFailed("nan", f"the force of contact {interface} has no numbers")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
     if not (np.diff(time) > 0).all():
-        raise NoResult("bad_result", "the times of the time histories do not rise")
+        raise SimulationFailed("bad_result", "the times of the time histories do not rise")
     found = ContactForce.turned(time, force)
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
-        raise NoResult(
+        raise SimulationFailed(
             "impulse",
             f"the force of contact {interface} never drops, so the time histories hold impulses in place of forces; "
             "install a th_to_csv of the same OpenRadioss",

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from stemcal.errors import SimulationFailed
 from stemcal.files.encodings import lenient
 from stemcal.files.plain import open_plain
 from stemcal.solvers.deck.peak import Array, ContactForce
 from stemcal.solvers.deck.radioss_files import DECK
-from stemcal.solvers.fortran import NUMBER, number_of
 from stemcal.solvers.programs.program_base import executable, run_command
-from stemcal.solvers.programs.readers import read_text
-from stemcal.solvers.programs.reductions import NoResult
+from stemcal.solvers.programs.readers import NUMBER, number_of, read_text
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import DeckSolver
@@ -45,7 +44,7 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 
 
 def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], ended: Ended) -> Answer:
-    """Return the peak force by what LS-DYNA has printed and left; raise `NoResult` if it did not end normally."""
+    """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
     _require_normal_termination(folder, ended.output)
     contact = contact_force(read_text(folder, FORCES), options.interface, options.component)
     return peak(contact, failed=failed_elements(folder, ended.output))
@@ -58,21 +57,21 @@ def contact_force(text: str, interface: int, component: str) -> ContactForce:
 
     Raises
     ------
-    NoResult
+    SimulationFailed
         ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
     """
     rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
     mine = [match for match in rows if int(match[2]) == interface]
     if not mine:
         there = sorted({int(match[2]) for match in rows})
-        raise NoResult("no_result", f"{FORCES} has no contact {interface}, only {there}; see solver.interface")
+        raise SimulationFailed("no_result", f"{FORCES} has no contact {interface}, only {there}; see solver.interface")
     side = mine[0][1].lower()
     series = [(number_of(m[3]), number_of(m[_COLUMN[component]])) for m in mine if m[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
     if not np.isfinite(time).all() or not np.isfinite(force).all():
-        raise NoResult("nan", f"the force of contact {interface} is NaN from {_last_good(time, force):g} s on")
+        raise SimulationFailed("nan", f"the force of contact {interface} is NaN from {_last_good(time, force):g} s on")
     if len(time) < 2 or not (np.diff(time) > 0).all():
-        raise NoResult("bad_result", f"the times of contact {interface} in {FORCES} do not rise")
+        raise SimulationFailed("bad_result", f"the times of contact {interface} in {FORCES} do not rise")
     return ContactForce.turned(time, force)
 
 
@@ -90,14 +89,16 @@ def failed_elements(folder: Path, printed: str) -> list[float]:
 
 
 def _require_normal_termination(folder: Path, printed: str) -> None:
-    """Raise `NoResult` unless LS-DYNA says, in spaced letters, that it came to its normal end."""
+    """Raise `SimulationFailed` unless LS-DYNA says, in spaced letters, that it came to its normal end."""
     said = printed + "".join(tail(folder / name) for name in _MESSAGES)
     letters = "".join(said.lower().split())
     if "errortermination" in letters:
         lines = [line.strip() for line in said.splitlines() if "*** error" in line.lower()]
-        raise NoResult("error_termination", f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}")
+        raise SimulationFailed(
+            "error_termination", f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}"
+        )
     if "normaltermination" not in letters:
-        raise NoResult("no_termination", "LS-DYNA did not say that it came to its normal end")
+        raise SimulationFailed("no_termination", "LS-DYNA did not say that it came to its normal end")
 
 
 def tail(path: Path, most: int = _TAIL_BYTES) -> str:

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from stemcal.errors import SimulationFailed
 from stemcal.outputs import write_output
 from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck.installation import Installation, installation, program_version
@@ -31,10 +32,9 @@ from stemcal.solvers.deck.radioss_files import (
     engine_text,
 )
 from stemcal.solvers.deck.writer import STEM
+from stemcal.solvers.programs.inputs import OUTPUT
 from stemcal.solvers.programs.program_base import code_is_zero, run_in
 from stemcal.solvers.programs.readers import read_text
-from stemcal.solvers.programs.reductions import NoResult
-from stemcal.solvers.programs.run_folders import OUTPUT
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
 from stemcal.study.model import DeckSolver
@@ -43,7 +43,7 @@ _LEAST_SECONDS = 2.0  # for each program, also after one that took all of the ti
 
 
 class _Step(NamedTuple):
-    """One program of a run: its name, command, and what raises `NoResult` if it ended badly."""
+    """One program of a run: its name, command, and what raises `SimulationFailed` if it ended badly."""
 
     name: str
     command: Sequence[str]
@@ -72,8 +72,7 @@ def run_programs(
 ) -> Answer:
     """Run starter, engine and ``th_to_csv`` one after the other, in one time limit; then read the force.
 
-    The starter begins with the file `given`; `starter_ran` raises `NoResult` if it went wrong, and leaves the engine
-    its input.
+    The starter begins with the file `given`; `starter_ran` raises if it went wrong, and leaves the engine its input.
     """
     options = options.model_copy(update={"environment": there.environment})
     *first, last = (
@@ -110,20 +109,22 @@ def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], _ended
 
 
 def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
-    """Raise `NoResult` unless the starter has read the deck as it was written; then leave the engine its input."""
+    """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
     wrong = differences(starter_accepted(folder, ended), STEM, deck.material, deck.nonlocal_length)
     if wrong:
-        raise NoResult("not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}")
+        raise SimulationFailed(
+            "not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}"
+        )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
 
 
 def starter_accepted(folder: Path, ended: Ended) -> str:
-    """Return the starter's listing; raise `NoResult` if it tells of errors."""
+    """Return the starter's listing; raise `SimulationFailed` if it tells of errors."""
     listing = _text_left(folder, STARTER_LISTING)
     found = problems(listing) or problems(ended.output)
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise NoResult("starter_error", f"the starter refused the deck: {found[0]}{more}")
+        raise SimulationFailed("starter_error", f"the starter refused the deck: {found[0]}{more}")
     code_is_zero(ended)
     return listing
 
@@ -131,11 +132,13 @@ def starter_accepted(folder: Path, ended: Ended) -> str:
 def leave_engine_input(folder: Path, text: str | None) -> None:
     """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
     if (folder / ENGINE_INPUT).is_symlink():
-        raise NoResult("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
+        raise SimulationFailed("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text
-    except NoResult as missing:
-        raise NoResult("no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}") from None
+    except SimulationFailed as missing:
+        raise SimulationFailed(
+            "no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}"
+        ) from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's
     engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
     if TITLES not in engine:
@@ -144,29 +147,33 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
 
 
 def _engine_ran(folder: Path, ended: Ended) -> None:
-    """Raise `NoResult` unless the engine came to its normal end."""
+    """Raise `SimulationFailed` unless the engine came to its normal end."""
     said = f"{_text_left(folder, ENGINE_LISTING)}\n{ended.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
-        raise NoResult("no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there")
+        raise SimulationFailed(
+            "no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there"
+        )
     if ended.code == 0 and is_normal_end(said):
         return
     if "ERROR TERMINATION" in said:
         wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]
-        raise NoResult("engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}")
+        raise SimulationFailed(
+            "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
+        )
     code_is_zero(ended)
-    raise NoResult("no_termination", "the engine did not say that it came to its normal end")
+    raise SimulationFailed("no_termination", "the engine did not say that it came to its normal end")
 
 
 def _table_made(folder: Path, ended: Ended) -> None:
-    """Raise `NoResult` unless there is a table of the time histories."""
+    """Raise `SimulationFailed` unless there is a table of the time histories."""
     if ended.code != 0 or not (folder / TABLE).is_file():
         because = "" if (folder / HISTORY).is_file() else f": the engine has left no {HISTORY}"
-        raise NoResult("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
+        raise SimulationFailed("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
 
 
 def _text_left(folder: Path, name: str) -> str:
     """Return a text file of the run, empty if there is none."""
     try:
         return read_text(folder, name)
-    except NoResult:
+    except SimulationFailed:
         return ""

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.result import break_row, moving_mean
 from stemcal.cutting.stroke import stroke_end
+from stemcal.errors import SimulationFailed
 from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
-from stemcal.solvers.programs.reductions import NoResult
 from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.study.model import BREAK_DROP, GAP, DeckSolver, LoadingSection
 
@@ -57,7 +57,7 @@ def peak_answer(
     broken = break_row(filtered, deleted, BREAK_DROP)
     peak = int(np.argmax(filtered[:broken]))
     if filtered[peak] <= 0.0:
-        raise NoResult("no_contact", "the blade met no resistance: check gap, speed and duration")
+        raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
     travel = loading.speed * time - GAP
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)

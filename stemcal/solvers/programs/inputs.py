@@ -1,18 +1,27 @@
-"""What a run is given: copies of files, with the values of the factors in those that are templates."""
+"""What a run is given: its folder, its seed, files, and templates with the values of the factors."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.files.durable import digest
 from stemcal.files.plain import open_plain
 from stemcal.naming import CUTTING, Naming
+from stemcal.outputs import make_folder
 from stemcal.solvers.protocol import Request
 from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
+
+OUTPUT = "program-output.txt"
+MOST_SEED = 900_000_000  # the largest that LAMMPS takes
+_KEY_LENGTH = 32
 
 
 @dataclass(frozen=True)
@@ -63,3 +72,30 @@ def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict
     levels = {name: number(value) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
     return {**drawn, **at, **levels}
+
+
+def seed_of(request: Request) -> int:
+    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
+
+    >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
+    >>> seed_of(run)
+    409313303
+    """
+    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
+    found = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
+    return 1 + int.from_bytes(found[:8], "big") % MOST_SEED
+
+
+def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
+    """Make an empty folder: below `place`, named by the run's key, or among the temporary files."""
+    if place is None:
+        return Path(tempfile.mkdtemp(prefix="stemcal-run-"))
+    folder = make_folder(place) / digest(dict(identity))[:_KEY_LENGTH]
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def discard(folder: Path) -> None:
+    """Remove a run folder; what another program still holds open stays (Windows)."""
+    shutil.rmtree(folder, ignore_errors=True)

@@ -10,9 +10,7 @@ from typing import Any, ClassVar, Self
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.outputs import write_output
-from stemcal.solvers.programs.inputs import Inputs
-from stemcal.solvers.programs.reductions import NoResult
-from stemcal.solvers.programs.run_folders import OUTPUT, discard, run_folder
+from stemcal.solvers.programs.inputs import OUTPUT, Inputs, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.time_limited_program import Ended, run_program
 from stemcal.study.model import ProgramOptions, Study
@@ -152,8 +150,8 @@ def run_in(
 ) -> Answer:
     """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
 
-    It may take so many `seconds`, all of the time limit by default. `check` raises `NoResult` if it ended badly; by
-    default an exit code other than 0 says so.
+    It may take so many `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
+    is an exit code other than 0.
     """
     try:
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
@@ -163,20 +161,20 @@ def run_in(
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:
-            raise NoResult("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
+            raise SimulationFailed("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
         (check or code_is_zero)(ended)
         answer = read(ended)
-    except (NoResult, SimulationFailed) as failure:
+    except SimulationFailed as failure:
         details["output"] = ended.output[-_KEPT_OUTPUT:]
         return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})", details=details)
     return replace(answer, details={**details, **answer.details})
 
 
 def code_is_zero(ended: Ended) -> None:
-    """Raise `NoResult` if a program ended with another code than 0."""
+    """Raise `SimulationFailed` if a program ended with another code than 0."""
     if ended.code < 0:
-        raise NoResult("exit_code", f"the program was ended by signal {-ended.code}")
+        raise SimulationFailed("exit_code", f"the program was ended by signal {-ended.code}")
     if ended.code != 0:
         last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
         said = f": {last[:200]}" if last else ""
-        raise NoResult("exit_code", f"the program ended with exit code {ended.code}{said}")
+        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{said}")

@@ -9,8 +9,7 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain
-from stemcal.solvers.programs.inputs import Inputs, values_of
-from stemcal.solvers.programs.seeds import seed_of
+from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.protocol import Answer, ByHand, Immediate, Request
 from stemcal.solvers.sheet.columns import run_name
 from stemcal.solvers.sheet.numbers import Unread, number_in

@@ -19,10 +19,9 @@ from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.naming import FIRST, Named, capital
+from stemcal.naming import FIRST, Named, Naming, capital
 from stemcal.study.model.factor import Frozen, Size
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.model.solver_options import CommandSolver
 from stemcal.study.types.field_types import ColumnName, Length, Quantity, StemLength, Whole, complain
 
 Patterns = Annotated[
@@ -78,18 +77,14 @@ class Mean(Frozen):
 class Target(Frozen):
     """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
-    In the shear test these are the maximum force at a stem diameter. `further` has the other responses that a study
-    declares itself, `row` is the place in the spec.
+    In the shear test these are the maximum force at a stem diameter. `further` has the other responses by name, `row`
+    is the place in the spec.
     """
 
     condition: float
     response: float
     sd: float | None = None
     n: int | None = None
-    travel: float | None = None
-    travel_sd: float | None = None
-    work: float | None = None
-    work_sd: float | None = None
     curves: tuple[str, ...] | None = None
     further: dict[str, Mean] = {}
     modes: CurveModes | None = None
@@ -114,14 +109,10 @@ class Target(Frozen):
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
         """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
-        if response in self.further:
-            return self.further[response].value, self.further[response].sd
-        known = {
-            FIRST: (self.response, self.sd),
-            "travel": (self.travel, self.travel_sd),
-            "work": (self.work, self.work_sd),
-        }
-        return known.get(response, (None, None))
+        if response == FIRST:
+            return self.response, self.sd
+        mean = self.further.get(response)
+        return (None, None) if mean is None else (mean.value, mean.sd)
 
 
 class Targets(Frozen):
@@ -180,7 +171,6 @@ TestKind = Literal[
     "radial-compression",
     "axial-compression",
     "axial-tension",
-    "other",
 ]
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
@@ -221,10 +211,7 @@ class LaboratorySection(Frozen):
     """Name in tables, files and `simulate --test`."""
     kind: TestKind
     """What is done: the cut of the sections above in another way, a nose between two rollers, plates across the stem,
-    or ends that move along its axis; `other` what the program under `solver` alone knows."""
-    solver: CommandSolver | None = None
-    """A program of your own that does this test in place of the embedded solver. Its `result` is a mapping of readers
-    by response, `slope: {file: …}`; no keys but `name` and `kind` are given with it."""
+    or ends that move along its axis."""
     blade: BladeSection | None = None
     """What differs from the spec's blade, in cutting: keys that are not given here are the spec's."""
     supports: SupportsSection | None = None
@@ -248,13 +235,13 @@ class LaboratorySection(Frozen):
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     def stroke_at(self, diameter: float) -> float:
-        """Return how far the machine moves at a stem diameter, mm; 0 where that is a program's matter."""
+        """Return how far the machine moves at a stem diameter, mm; 0 where a further cut has the spec's own stroke."""
         return 0.0 if self.stroke is None else self.stroke.at(diameter)
 
     @property
     def is_further_cut(self) -> bool:
         """Whether it is the spec's own cutting test in another way, simulated as that is."""
-        return self.kind == "cutting" and self.solver is None
+        return self.kind == "cutting"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
         """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
@@ -275,9 +262,7 @@ class LaboratorySection(Frozen):
 
     @property
     def told(self) -> tuple[str, ...]:
-        """The responses that a calibration would use if all were measured: of a program all that are read."""
-        if self.solver is not None:
-            return tuple(self.solver.results)
+        """The responses that a calibration would use if all were measured."""
         return ("force",) if self.is_further_cut else USUAL
 
     @property
@@ -330,6 +315,7 @@ def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
     return targets.model_copy(update={"means": tuple(merged)})
 
 
-def fitted_responses(targets: Targets) -> tuple[str, ...]:
-    """Return the responses that are fitted unless a spec chooses: the first, and all further ones that are measured."""
-    return (FIRST, *dict.fromkeys(name for target in targets.means for name in target.further))
+def fitted_responses(targets: Targets, naming: Naming) -> tuple[str, ...]:
+    """Return the responses that are fitted unless a spec chooses: the first, and all others that are measured."""
+    measured = dict.fromkeys(name for target in targets.means for name in target.further)
+    return (FIRST, *(name for name in measured if name in [other.name for other in naming.others]))

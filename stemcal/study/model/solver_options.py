@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -228,6 +228,12 @@ class ProgramOptions(Frozen):
     """Files put beside each run under their own names."""
 
 
+def _by_response(given: Any) -> Any:
+    """Return readers by response: a single one is that of `FIRST`."""
+    several = isinstance(given, dict) and all(isinstance(one, dict | ResultReader) for one in given.values())
+    return given if several else {FIRST: given}
+
+
 class CommandSolver(ProgramOptions):
     """Any program that reads text files and leaves its result in one.
 
@@ -246,19 +252,12 @@ class CommandSolver(ProgramOptions):
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
     program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
-    result: ResultReader | None = None
+    result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
     """Where the program leaves its number; of several responses a mapping of such readers by their names."""
-    results: Annotated[dict[str, ResultReader], Field(max_length=20)] = {}
-    """The same by the names of the responses."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Simulations of each point, each with another `{{seed}}`, for a program whose equal inputs give different answers;
     `1` simulates each run of the design once, repeated centre points too. Without the key the program must give equal
     answers: its first run is repeated at the start to check this."""
-
-    @property
-    def readers(self) -> dict[str, ResultReader]:
-        """How each response is read; the one of a single reader is called `FIRST`."""
-        return dict(self.results) if self.result is None else {FIRST: self.result}
 
     @property
     def by_chance(self) -> bool:

@@ -24,10 +24,6 @@ def json_schema() -> dict[str, Any]:
     schema["$defs"]["TargetRow"]["additionalProperties"] = {
         "anyOf": [{"type": "string"}, {"type": "number"}]
     }  # a study's own names
-    command = schema["$defs"]["CommandSolver"]["properties"]
-    command["result"]["anyOf"].append(
-        {"type": "object", "additionalProperties": command.pop("results")["additionalProperties"]}
-    )
     return schema
 
 
@@ -38,6 +34,9 @@ def _form() -> dict[str, Any]:
     schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "stemcal study"
+    results = schema["$defs"]["CommandSolver"]["properties"]["result"]
+    several = {key: results.pop(key) for key in ("type", "additionalProperties", "maxProperties")}
+    results["anyOf"] = [several["additionalProperties"], several]
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
     models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
@@ -155,13 +154,14 @@ def _at(path: NodePath) -> dict[str, Any]:
 
 
 def _below(node: dict[str, Any], step: str | int) -> dict[str, Any]:
-    node = _resolved(node)
+    forms, node = node.get("anyOf", ()), _resolved(node)
     if "discriminator" in node:
         return {"$ref": node["discriminator"]["mapping"].get(step, "")}
     if isinstance(step, int):
         found = node.get("items", {})
     else:
-        found = node.get("properties", {}).get(step, node.get("additionalProperties", {}))
+        by_name = (form["additionalProperties"] for form in forms if "additionalProperties" in form)
+        found = node.get("properties", {}).get(step) or node.get("additionalProperties") or next(by_name, {})
     return found if isinstance(found, dict) else {}
 
 

@@ -56,7 +56,6 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
         raise SpecError(problems)
     read = read_sections(document.data, path.absolute().parent)
     findings = [*read.findings, *broken_rules(_draft(document.data, read))]
-    findings = [_as_spelled(finding, document.data) for finding in findings]
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
@@ -124,13 +123,6 @@ def _draft(data: Any, sections: Sections) -> Draft:
     factors = sections.good.get("factors", {})
     good = {name: section for name, section in sections.good.items() if name != "factors"}
     return Draft.of(good, factors=factors, tests=sections.tests, names=names, naming=sections.naming)
-
-
-def _as_spelled(finding: Finding, data: Any) -> Finding:
-    """Return a finding with the path that the spec writes."""
-    path = finding.path
-    above = zip(("", *path), path, strict=False)
-    return finding._replace(path=tuple("result" if pair == ("solver", "results") else pair[1] for pair in above))
 
 
 def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:

@@ -11,7 +11,7 @@ from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from stemcal.measured.curve_modes import Machine
-from stemcal.naming import CUTTING, DIAMETER, FORCE, Naming
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.study.model import (
     MOST_FACTORS,
     EmbeddedSolver,
@@ -103,19 +103,10 @@ class Sections:
             self.good[name] = targets
             self.take_in_tests(targets)
 
-    def read_solver(self, name: str, given: Any) -> None:
-        """Read the solver; a program's ``result`` may be a mapping of readers by response."""
-        self.read(name, _readers_by_response(given))
-
-    def read_refine(self, name: str, given: Any) -> None:
-        """Read the refinement, which may have a solver of its own."""
-        self.read(name, _with_solver(given, "in"))
-
     def read_tests(self, name: str, given: Any) -> None:
-        """Read the tests, each of which may have a solver of its own: good ones are kept by their place in the list."""
-        tests = [_with_solver(test) for test in given] if isinstance(given, list) else given
-        self.read(name, tests)
-        read = [_field(LaboratorySection, test, self.context) for test in tests] if isinstance(given, list) else []
+        """Read the tests: good ones are kept by their place in the list."""
+        self.read(name, given)
+        read = [_field(LaboratorySection, test, self.context) for test in given] if isinstance(given, list) else []
         self.tests = {index: test for index, test in enumerate(read) if test is not None}
 
     def read_invert(self, name: str, given: Any) -> None:
@@ -155,7 +146,7 @@ class Sections:
         chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
         if self.naming.is_cutting or not _complete(targets) or invert is None or chosen:
             return
-        measured = fitted_responses(targets)
+        measured = fitted_responses(targets, self.naming)
         if len(measured) > 1:
             self.good["invert"] = invert.model_copy(update={"responses": measured})
 
@@ -163,9 +154,7 @@ class Sections:
 _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "factors": Sections.read_factors,
     "targets": Sections.read_targets,
-    "solver": Sections.read_solver,
     "tests": Sections.read_tests,
-    "refine": Sections.read_refine,
     "invert": Sections.read_invert,
 }
 
@@ -173,20 +162,6 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 def _complete(targets: Targets | None) -> TypeGuard[Targets]:
     """Tell whether all rows of the targets could be read."""
     return targets is not None and all({"condition", "response"} <= one.__dict__.keys() for one in targets.means)
-
-
-def _readers_by_response(solver: Any) -> Any:
-    """Return a solver with a mapping of readers by response under a key of its own."""
-    result = solver.get("result") if isinstance(solver, dict) else None
-    if isinstance(result, dict) and result and {*map(type, result.values())} == {dict}:
-        return {**{key: value for key, value in solver.items() if key != "result"}, "results": result}
-    return solver
-
-
-def _with_solver(section: Any, key: str = "solver") -> Any:
-    """Return a section whose solver, if it has one, is as `_readers_by_response` gives it."""
-    has_one = isinstance(section, dict) and key in section
-    return {**section, key: _readers_by_response(section[key])} if has_one else section
 
 
 def _spelled(name: str) -> str:
@@ -233,7 +208,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
     for entry in error.errors(include_url=False):
         if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
-        shown = (*section, *entry["loc"])
+        shown = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
         if shown in told:
             continue
         depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0

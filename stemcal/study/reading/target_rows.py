@@ -138,8 +138,7 @@ class Rows:
     def _read_main(self, index: int, row: Mapping[str, Any]) -> None:
         """Read a row of the main test; of a wrong one what is good of it, for the rules."""
         naming = self.naming
-        own = not naming.is_cutting
-        entry = _Row(row, ("targets", index), naming, not own, self.findings)
+        entry = _Row(row, ("targets", index), naming, naming.is_cutting, self.findings)
         first = naming.response.name
         values: dict[str, Any] = {"row": index, "n": entry.n, "curves": entry.curves}
         if entry.condition is not None:
@@ -148,14 +147,8 @@ class Rows:
             values |= {"response": entry.means[first].value}
         elif first not in row and not row.get("curves"):
             self._find(("targets", index), f"{first!r} is missing", f"add {first}: …")
-        further = {name: mean for name, mean in entry.means.items() if name != first}
-        if own:
-            values["further"] = further
-        else:
-            values |= {name: mean.value for name, mean in further.items()}
-        for name, mean in entry.means.items():
-            if name == first or not own:
-                values["sd" if name == first else f"{name}_sd"] = getattr(mean, "sd", None)
+        values["further"] = {name: mean for name, mean in entry.means.items() if name != first}
+        values["sd"] = getattr(entry.means.get(first), "sd", None)
         target = Target.model_construct(**values)
         if entry.scatter_is_wrong:
             target.__dict__.pop("sd")

@@ -47,7 +47,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.tests_differ,
     target_rules.tests_have_what_they_need,
     target_rules.further_cuts_are_possible,
-    target_rules.test_programs_are_complete,
     target_rules.tests_fit_the_stem,
     target_rules.test_targets_stand_beside_forces,
     program_rules.placeholders_are_known,

@@ -27,6 +27,7 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "element_size"): (0.05, 10, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
+    ("solver", "time_step"): (1e-6, 1e-3, "s"),
     ("refine", "duration"): (1e-5, 1000, "s"),
 }
 _OF_TESTS = {"radius": (0.1, 100), "stroke": (0.01, 500), "span": (1, 2000)}  # mm
@@ -35,9 +36,6 @@ _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s
 # Elements: fewer through the wall are questioned; of a wall thinner than a fifth of the diameter the second number.
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
-# What the stem swings with, of the measured force, and how long once, of the test, before it is questioned.
-_SWING, _PERIOD = 0.05, 0.25
-_TUBE = 0.5  # the share of a tube's section that shear counts
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
@@ -46,7 +44,7 @@ _FALL = "elements two thirds as long give up to a tenth less"
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _tests, _speed, _mesh, _swing, _path_and_work), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _tests, _speed, _mesh, _path_and_work), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement, _programs)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
@@ -59,7 +57,7 @@ def _of_further_cuts(study: Study) -> Iterator[Finding]:
         if not test.is_further_cut:
             continue
         cut = study.cut_as(test, study.targets.calibrate_at)
-        for finding in (one for of in (_sizes, _speed, _swing) for one in of(cut)):
+        for finding in (*_sizes(cut), *_speed(cut)):
             own = finding.path[0] in ("loading", "blade", "supports")
             yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
         if late := sorted({"travel", "work"} & set(test.measured)):
@@ -78,7 +76,7 @@ def _sizes(study: Study) -> Iterator[Finding]:
 def _tests(study: Study) -> Iterator[Finding]:
     """Question the sizes of laboratory tests that are simulated here."""
     for index, test in enumerate(study.tests):
-        if test.solver is None and not test.is_further_cut:
+        if not test.is_further_cut:
             at = study.targets.calibrate_at
             lengths = {"radius": test.radius, "stroke": test.stroke_at(at)}
             lengths |= {"span": test.span.at(at)} if test.span is not None else {}
@@ -139,67 +137,10 @@ def _wall(study: Study, solver: EmbeddedSolver | DeckSolver) -> Iterator[Finding
             return
 
 
-def _swing(study: Study) -> Iterator[Finding]:
-    """Question added mass with which the stem swings too far or too slowly for a test that is to be quasi-static."""
-    solver, test = study.solver, study.loading
-    if not isinstance(solver, EmbeddedSolver) or study.naming.response != FORCE:
-        return
-    target, more = study.calibration_target, any(_wall(study, solver))
-    if more:  # whoever follows that warning has the time step's mass of the finer wall
-        solver = solver.model_copy(update={"elements_through_wall": _THROUGH_THIN})
-    heavier = _mass_factor(study, solver.at_speed(test.speed), target.condition)
-    if heavier == 1.0:
-        return
-    force, period = _struck(study, target.condition, heavier)
-    excess = max(force / (_SWING * target.response), period / (_PERIOD * test.duration))
-    if 1.0 < excess < math.inf:  # elements without size are questioned as what they are
-        wall = f" and {_THROUGH_THIN} elements through the wall" if more else ""
-        message = (
-            f"with this mass{wall} a stem of {target.condition:g} mm swings once in {period:.2g} s with {force:.2g} N, "
-            f"in a test of {test.duration:.3g} s that measured {target.response:g} N: the force is partly inertia"
-        )
-        times = 2.0 * excess
-        less, dearer = (float(f"{number:.2g}") for number in (max(1.0, solver.mass_scaling / times**2), times))
-        step = "" if solver.time_step is None else f" and time_step: {1e6 * solver.time_step / times:.2g} us"
-        remedy = f"write mass_scaling: {less:g}{step} under solver, for about {dearer:g} times the time"
-        yield Finding(("solver", "mass_scaling"), message, remedy)
-
-
-def _mass_factor(study: Study, solver: EmbeddedSolver, diameter: float) -> float:
-    """Return how many times its own mass a stem has by mass scaling, and by the time step that its elements must take.
-
-    A block with sides a, b, c and the P-wave modulus M takes the step s √(ρ/M) / √(1/a² + 1/b² + 1/c²), s the safety.
-    Here a is its share of the wall and b its length; the third is longer and left out.
-    """
-    given, size = study.parameters({}, diameter), solver.element_size.at(diameter)
-    elastic_modulus, poisson_ratio = given["elastic_modulus"], given["poisson_ratio"]
-    wall = 0.5 * diameter * (1.0 - study.specimen.diameter_ratio)
-    layer = wall / _through(solver, wall, diameter)
-    p_wave = elastic_modulus * (1.0 - poisson_ratio) / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
-    step = (solver.time_step or 0.0) / solver.time_step_safety
-    steps = math.hypot(step / layer, step / size)
-    return max(solver.mass_scaling, p_wave / given["density"] * steps * steps)
-
-
 def _through(solver: EmbeddedSolver | DeckSolver, wall: float, diameter: float) -> int:
     """Return how many elements there are through a wall (mm)."""
     count = min(wall / solver.element_size.at(diameter), 1e300)  # of a size near zero it overflows
     return solver.elements_through_wall or max(1, math.ceil(count - 1e-9))
-
-
-def _struck(study: Study, diameter: float, heavier: float) -> tuple[float, float]:
-    """Return the force (N) with which the blade sets a stem swinging, and how long it swings once (s).
-
-    What strikes a beam of stiffness k and mass m at the speed V sets it swinging with V √(k m), once in 2π √(m/k). It
-    gives way by bending, 48EI/L³, and by shear, 4κGA/L; half the mass between the supports takes part.
-    """
-    given, ratio = study.parameters({}, diameter), study.specimen.diameter_ratio
-    elastic_modulus, span = given["elastic_modulus"], study.supports.clearance + 2.0 * study.supports.fillet_radius
-    area, inertia = math.pi / 4.0 * diameter**2 * (1.0 - ratio**2), math.pi / 64.0 * diameter**4 * (1.0 - ratio**4)
-    bending = 48.0 * elastic_modulus * inertia / span**3
-    shear = 4.0 * _TUBE * elastic_modulus / (2.0 * (1.0 + given["poisson_ratio"])) * area / span
-    stiffness, mass = bending * shear / (bending + shear), 0.5 * given["density"] * heavier * area * span
-    return study.loading.speed * math.sqrt(stiffness * mass), 2.0 * math.pi * math.sqrt(mass / stiffness)
 
 
 def _path_and_work(study: Study) -> Iterator[Finding]:
@@ -222,13 +163,12 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield from _doubt((*path, "diameter"), target.condition, 1, 100, "mm")
         if study.naming.response == FORCE:
             yield from _doubt((*path, "force"), target.response, 1, 1e5, "N")
-        if 0.0 in (target.sd, target.travel_sd, target.work_sd):
+        if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
             yield Finding((*path, "sd"), message, "leave it out if it is not known")
-        if target.travel is not None and target.travel > study.loading.stroke:
-            message = (
-                f"{target.travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
-            )
+        travel, _ = target.mean_of(TRAVEL.name)
+        if study.naming.is_cutting and travel is not None and travel > study.loading.stroke:
+            message = f"{travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
             yield Finding((*path, "travel"), message, "lengthen loading.duration")
 
 
@@ -324,17 +264,16 @@ def _agreement(study: Study) -> Iterator[Finding]:
 
 def _programs(study: Study) -> Iterator[Finding]:
     """Question an argument that is a file beside the spec: a program runs in the folder of its run."""
-    tests: dict[NodePath, object] = {("tests", i, "solver"): test.solver for i, test in enumerate(study.tests)}
-    for path, solver in {("solver",): study.solver, **tests}.items():
-        if not isinstance(solver, CommandSolver):
-            continue
-        beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-        written = {reader.file for reader in solver.readers.values()}
-        lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
-        for index, argument in enumerate(solver.command):
-            if index and argument in lacking:
-                message = f"{argument} lies beside the spec, but not in the folder of a run"
-                yield Finding((*path, "command", index), message, f"add files: [{argument}]")
+    solver = study.solver
+    if not isinstance(solver, CommandSolver):
+        return
+    beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
+    written = {reader.file for reader in solver.result.values()}
+    lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
+    for index, argument in enumerate(solver.command):
+        if index and argument in lacking:
+            message = f"{argument} lies beside the spec, but not in the folder of a run"
+            yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
 
 
 def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from stemcal.naming import CUTTING, DIAMETER, FORCE
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE
 from stemcal.study import model
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules.draft import Draft, Finding
@@ -97,7 +97,7 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
     if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver):
         return
-    readers = draft.study.solver.readers.values() if isinstance(draft.study.solver, model.CommandSolver) else ()
+    readers = draft.study.solver.result.values() if isinstance(draft.study.solver, model.CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(draft.study.solver, key, ())):
@@ -118,16 +118,18 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
     if draft.naming.response == FORCE:
         scores = named_modes(draft.study.targets.modes.values())
         names = [FORCE.name, *(n.name for n in draft.naming.further if n not in (*CUTTING.further, *scores))]
-    if draft.study.solver.result is None and not draft.study.solver.results:
+    if not (readers := draft.study.solver.result):
         yield Finding(("solver",), "'result' is missing", "add a line result: …")
-    elif draft.study.solver.result is not None and len(names) > 1:
-        remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
-        yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
-    for name in draft.study.solver.results:
+    elif FIRST in readers:
+        if len(names) > 1:
+            remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
+            yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
+        return
+    for name in readers:
         if name not in names:
             yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
-    for name in names if draft.study.solver.results else ():
-        if name not in draft.study.solver.results:
+    for name in names if readers else ():
+        if name not in readers:
             yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
 
 

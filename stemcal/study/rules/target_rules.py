@@ -8,19 +8,13 @@ from math import isclose
 from stemcal.naming import FIRST, FORCE, Naming
 from stemcal.study.model import CommandSolver, DeckSolver, EmbeddedSolver, LaboratorySection, OwnQuantity, Target
 from stemcal.study.model.factor import PARAMETERS
-from stemcal.study.model.measured_targets import RESPONSES
 from stemcal.study.rules import surface_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.factors import reached
-from stemcal.study.rules.program_rules import (
-    has_abscissa,
-    placeholders_are_known,
-    run_files_differ,
-)
+from stemcal.study.rules.program_rules import has_abscissa
 from stemcal.study.types.named import declared_once
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.study.types.units import UnitError, convert
-from stemcal.words import did_you_mean
 
 _CLOSE = 1e-9
 _TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
@@ -147,7 +141,6 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
 
 
 _CUTTING = "cutting"
-_OF_PROGRAMS = {"name", "kind", "solver"}
 _OF_CUTTING = {"name", "kind", "blade", "supports", "stroke", "speed"}
 _ABOUT_CUTTING = (
     surface_rules.stem_reaches_over_supports,
@@ -178,7 +171,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     for index in curved:
         path = ("targets", index, "curves")
         if isinstance(draft.study.solver, CommandSolver):
-            result = draft.study.solver.result
+            result = draft.study.solver.result.get(FIRST)
             if result is None or result.reduction != "max" or not has_abscissa(result):
                 message = "needs a result that is the largest force along the travel in mm"
                 yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
@@ -221,8 +214,7 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     """Bending has a span; what is measured has a scatter."""
     for index, test in draft.tests.items():
         path = ("tests", index)
-        if test.solver is None:
-            yield from _simulated_needs(path, test)
+        yield from _simulated_needs(path, test)
         for means in test.targets:
             for response, mean in means.means.items():
                 if mean.sd is None:
@@ -242,8 +234,6 @@ def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Findin
         return
     for key in sorted({"blade", "supports"} & test.model_fields_set):
         yield Finding((*path, key), f"{test.kind} has no {key}", "remove it", at_key=True)
-    if test.kind == "other":
-        yield Finding((*path, "kind"), "only a program of yours can do another test", "add solver: {kind: command, …}")
     if test.stroke is None:
         yield Finding(path, "'stroke' is missing", "add a line stroke: …")
     if bends and test.span is None:
@@ -263,34 +253,6 @@ def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
             for finding in (one for one in rule(changed) if one not in told):
                 where = finding.path[1:] if finding.path[0] == "solver" else finding.path
                 yield finding._replace(path=("tests", index, *where))
-
-
-def test_programs_are_complete(draft: Draft) -> Iterator[Finding]:
-    """What was measured is read of a program that does a test; nothing is drawn by chance, nothing simulated here."""
-    for index, test in draft.tests.items():
-        if test.solver is None:
-            continue
-        path, own = (
-            ("tests", index, "solver"),
-            replace(draft, study=draft.study.model_copy(update={"solver": test.solver}), tests={}),
-        )
-        for rule in (placeholders_are_known, run_files_differ):
-            for finding in rule(own):
-                yield finding._replace(path=("tests", index, *finding.path))
-        if test.solver.result is not None:
-            message = "a test has responses of several kinds"
-            yield Finding((*path, "result"), message, "write a reader under its name: slope: {file: …}")
-        elif missing := [name for name in test.measured if name not in test.solver.results]:
-            yield Finding((*path, "result"), f"nothing reads {missing[0]}", f"add {missing[0]}: {{file: …}}")
-        for name in test.solver.results:
-            if name not in RESPONSES:
-                message = f"{name[:60]!r} is no response of a test"
-                yield Finding((*path, "result", name), message, did_you_mean(name, RESPONSES), at_key=True)
-        if test.solver.by_chance:
-            yield Finding(path, "a test's program gives the same answer every time", "remove replicates")
-        for key in sorted(test.model_fields_set - {*_OF_PROGRAMS, "targets"}):
-            message = f"{key} is for a test that is simulated here"
-            yield Finding((*path[:2], key), message, "remove it, or the solver", at_key=True)
 
 
 def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
