@@ -16,6 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.gallery import gallery
+from stemcal.report.page.profiler import for_notebook, profiler_data
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb import ClimbResult
@@ -41,7 +42,9 @@ V = TypeVar("V", bound=StageResult)
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels it is asked for."""
+    """A surface that checks the levels it is asked for; a notebook shows it as the profiler of the page."""
+
+    _owner: StudyResults
 
     def predict(self, levels: Mapping[str, float]) -> Prediction:
         """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
@@ -51,6 +54,11 @@ class Surface(SurfaceResult):
                 f"predict: no level of {', '.join(missing)}; give one by name, as in {{{missing[0]!r}: …}}"
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
+
+    def _repr_html_(self) -> str:
+        owner = self._owner
+        values = owner.parameters if owner._results.inversion else {}
+        return for_notebook(profiler_data(owner.study, self, values, owner.verdict.holds))
 
 
 class Inversion(InvertResult):
@@ -118,7 +126,7 @@ class StudyResults:
     @property
     def surface(self) -> Surface:
         """The response as a quadratic surface."""
-        return _extended(Surface, self._there(self._results.surface, "rsm"))
+        return _extended(Surface, self._there(self._results.surface, "rsm"), _owner=self)
 
     @property
     def inversion(self) -> Inversion:

@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, fromstring
 
 from markupsafe import escape
 
-from stemcal.report.figures.style import COLOURS, Axes, Figure
+from stemcal.report.figures.style import COLOURS, Figure
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _ROUNDED = ("x", "y", "width", "height", "transform")
@@ -149,8 +149,8 @@ def readings(figure: Figure) -> list[dict[str, Any]]:
     A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
     """
     wide, high = (72.0 * inches for inches in figure.get_size_inches())
-    found = []
-    for axes in figure.axes:
+    found, panels = [], list[Any](figure.axes)  # flat ones and such in space
+    for axes in panels:
         if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
             box = axes.get_position()
             x = _axis(axes.xaxis, [box.x0 * wide, box.x1 * wide], axes.get_xlim())
@@ -174,7 +174,7 @@ def _words(axis: Any) -> dict[float, str]:
     return {} if all(re.fullmatch(r"[\d.,−+e-]*", text) for text in texts.values()) else texts
 
 
-def _series(axes: Axes) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
     """Yield the lines with names, those with few points, and the ends of the bars."""
     words = {**_words(axes.xaxis), **_words(axes.yaxis)}
     for line in axes.lines:
