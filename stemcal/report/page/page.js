@@ -117,7 +117,7 @@ const predict = ({ beta, covariance, own, t }, x) => {
 
 const mark = (tag, set, inside = "") => `<${tag}${Object.entries(set).map(([name, value]) => (
   ` ${name}="${typeof value === "number" ? +value.toFixed(2) : value}"`)).join("")}>${inside}</${tag}>`;
-const path = points => "M" + points.map(point => point.map(place => +place.toFixed(1)).join(" ")).join("L");
+const path = points => "M" + points.map(point => point.map(place => Math.round(10 * place) / 10).join(" ")).join("L");
 const trace = (kind, d) => mark("path", { class: kind, d });
 const dot = (kind, cx, cy, r, opacity = 1) => mark("circle", { class: kind, cx, cy, r, opacity });
 const write = (x, y, anchor, text) => mark("text", { x, y, "text-anchor": anchor }, text);

@@ -144,7 +144,7 @@ def alone(data: Mapping[str, Any]) -> str:
 
 def for_notebook(data: Mapping[str, Any]) -> str:
     """Return the profiler for a notebook: a page in a frame, which shares no names, styles or scripts with it."""
-    high = 760 + 260 * (len(data["factors"]) // 3)
+    high = 500 + 270 * len(data["factors"])
     return (
         f'<iframe srcdoc="{escape(alone(data))}" title="Profiler" width="100%" height="{high}" '
         'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
