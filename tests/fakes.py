@@ -1,7 +1,6 @@
 """A study and a solver whose answers are known; the solver is picklable, so that workers can use it."""
 
-from __future__ import annotations
-
+import base64
 import os
 import signal
 import time
@@ -86,12 +85,7 @@ class FakeSolver:
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels, diameter, version."""
-        return {
-            "kind": "fake",
-            "version": self.version,
-            "levels": dict(request.levels),
-            "diameter": request.condition,
-        }
+        return {"kind": "fake", "version": self.version, "levels": dict(request.levels), "diameter": request.condition}
 
     def given_design(self, _stage: str) -> None:
         """Any design is fine."""
@@ -154,3 +148,14 @@ def lines(witness: Path) -> list[str]:
 
 class SpecSolver(FakeSolver, OfSpecAlone):
     """In the place of the embedded solver: nothing but the spec determines what it answers."""
+
+
+POINT = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAXhzq5QAAAABJRU5ErkJggg==")
+
+
+def leave_blank(patch: Any) -> None:
+    """Leave every figure empty, by pytest's patch: an SVG of nothing, a PNG of one white point."""
+    from stemcal.report.figures.gallery import Plot
+
+    patch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
+    patch.setattr(Plot, "pixels", POINT)

@@ -1,7 +1,5 @@
 """The documentation builds without a warning, and what is made from the code is up to date."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The shipped verification page: complete, every case within its tolerance, and made by its script."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

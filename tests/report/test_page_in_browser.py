@@ -4,8 +4,6 @@ Needs `pip install stemcal[test-browser]` and a Chromium, found on the PATH or n
 needs axe.min.js of the npm package axe-core, named in STEMCAL_AXE, and is not checked without it.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
