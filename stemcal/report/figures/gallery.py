@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 from stemcal.cutting.end_state import Shape
 from stemcal.names import Names
@@ -17,6 +18,7 @@ from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.effects import diagnostics, half_normal, observed_predicted, pareto, residuals
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fields, fracture_frames, mesh
+from stemcal.report.figures.inline import readings
 from stemcal.report.figures.style import Figure, png, resize, save, svg, write_both
 from stemcal.report.figures.validation import growth, refined, validation
 from stemcal.report.records import Details, Records, curves_of
@@ -60,6 +62,11 @@ class Plot:
     def document(self) -> str:
         """The figure as SVG."""
         return svg(self.draw())
+
+    @cached_property
+    def readings(self) -> list[dict[str, Any]]:
+        """What its lines and bars show, where they are in its `document`."""
+        return readings(self.draw()) if self.document else []
 
     @cached_property
     def pixels(self) -> bytes:

@@ -19,7 +19,7 @@ from stemcal.names import Names
 from stemcal.naming import small
 from stemcal.numbers import short
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
-from stemcal.report.figures.inline import Shared, inline, readings
+from stemcal.report.figures.inline import Shared, inline
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import (
     failures,
@@ -244,4 +244,4 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
 
 def drawn(plot: Plot, shared: Shared) -> Picture:
     """Return a figure as the page shows it."""
-    return Picture(inline(plot.document, plot.caption, shared, readings(plot.draw())), plot.caption, plot.wide)
+    return Picture(inline(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
