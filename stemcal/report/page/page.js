@@ -117,7 +117,7 @@ const predict = ({ beta, covariance, own, t }, x) => {
 
 const mark = (tag, set, inside = "") => `<${tag}${Object.entries(set).map(([name, value]) => (
   ` ${name}="${typeof value === "number" ? +value.toFixed(2) : value}"`)).join("")}>${inside}</${tag}>`;
-const path = points => "M" + points.map(point => point.map(place => Math.round(10 * place) / 10).join(" ")).join("L");
+const path = points => "M" + points.map(point => point.map(at => Math.round(10 * at) / 10).join(" ")).join("L");
 const trace = (kind, d) => mark("path", { class: kind, d });
 const dot = (kind, cx, cy, r, opacity = 1) => mark("circle", { class: kind, cx, cy, r, opacity });
 const write = (x, y, anchor, text) => mark("text", { x, y, "text-anchor": anchor }, text);
@@ -362,7 +362,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       const [whole, one] = run ? [span(mean), span(run)] : [];
       choice.checked = i === seen;
       texts[0].textContent = short(y) + unit;
-      texts[1].textContent = !run ? "No interval: as many coefficients as runs"
+      texts[1].textContent = !run ? "No interval: the fit is saturated"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
       texts[2].textContent = `Measured ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: error ${
         (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
