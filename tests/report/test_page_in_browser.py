@@ -22,8 +22,8 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.page.profiler import alone, profiler_data
 from stemcal.report.page.render import render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
-from stemcal.stages.invert.joint import joint_surfaces
-from stemcal.stages.surface.stage import fit_response_surface
+from stemcal.stages.fitting import joint_surfaces
+from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")

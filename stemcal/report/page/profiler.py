@@ -18,9 +18,7 @@ from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import CUTTING, DIAMETER, FIRST, capital
 from stemcal.numbers import unit_written
-from stemcal.report.figures.contour import drawn_between
-from stemcal.stages.invert.certainty import Measured, measured_of
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import Measured, joint_surfaces, measured_means, measured_of
 from stemcal.stages.surface.result import FactorCoding, SurfaceResult
 from stemcal.study.model import Study
 
@@ -66,7 +64,7 @@ def _chosen(study: Study, mean: Measured) -> bool:
 
 
 def _factor(rsm: SurfaceResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
-    ends = (rsm.coding[entry.factor].natural(coded) for coded in drawn_between(rsm, entry.factor))
+    ends = (rsm.coding[entry.factor].natural(coded) for coded in rsm.drawn_between(entry.factor))
     unit, far = unit_written(entry.unit), entry.half_step * rsm.radius
     return {
         "name": entry.factor,
