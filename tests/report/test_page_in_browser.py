@@ -18,12 +18,16 @@ import numpy as np
 import pytest
 from fakes import SPEC, FakeSolver
 
+from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.page.profiler import alone, profiler_data
 from stemcal.report.page.render import render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import joint_surfaces
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.results import Results
 from stemcal.stages.surface.analysis import fit_response_surface
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")
@@ -163,7 +167,7 @@ def shown_force(view: Any) -> str:
 
 
 def predicted(results: Any, levels: list[float]) -> str:
-    rsm = results.surface
+    rsm = results.of(SurfaceResult)
     return f"{rsm.predict(dict(zip(rsm.names, levels, strict=True))).response:.4g} N"
 
 
@@ -176,11 +180,8 @@ def test_dragging_sets_a_factor(fresh: Any, results: Any) -> None:
     fresh.mouse.down()
     fresh.mouse.move(at[1], box["y"] + 50)
     fresh.mouse.up()
-    low, high = (
-        results.surface.coding["yield_stress"].natural(-1.6818),
-        results.surface.coding["yield_stress"].natural(1.6818),
-    )
-    expected = low + (high - low) * (0.5 * 280 - 44) / (272 - 44)
+    scale = results.of(SurfaceResult).coding["yield_stress"]
+    low, high = scale.natural(-1.6818), scale.natural(1.6818)
     assert levels_of(fresh)[0] == pytest.approx(expected, rel=0.01)
     assert shown_force(fresh) == predicted(results, levels_of(fresh))
 
@@ -222,12 +223,12 @@ def test_settings_are_stored_copied_and_linked(fresh: Any, results: Any, browser
     fresh.get_by_role("button", name="Copy settings as CSV").click()
     heads, _, calibrated, kept, *_ = fresh.evaluate("copied").split("\n")
     assert heads.startswith("setting,yield_stress,") and kept.startswith('"\'=1+1 ""A"", <b>",16.25,')
-    assert float(calibrated.split(",")[1]) == results.inversion.point.solution["yield_stress"]
+    assert float(calibrated.split(",")[1]) == results.of(InvertResult).point.solution["yield_stress"]
     fresh.get_by_role("button", name="Copy current as YAML").click()
     assert fresh.evaluate("copied").startswith("yield_stress: 16.25\n")
     link = fresh.locator(".link").evaluate("node => node.href")
     rows.nth(1).get_by_role("button").click()
-    assert levels_of(fresh)[0] == pytest.approx(results.inversion.point.solution["yield_stress"], rel=1e-5)
+    assert levels_of(fresh)[0] == pytest.approx(results.of(InvertResult).point.solution["yield_stress"], rel=1e-5)
     fresh.goto(link)
     assert levels_of(fresh)[0] == 16.25 and rows.nth(2).locator("th").inner_text() == '=1+1 "A", <b>'
 
@@ -309,9 +310,10 @@ def test_names_of_the_study_are_never_markup(browser: Any, replayed: tuple[Any, 
     hostile = "</script><img src=x onerror='window.hacked=1'>\"'&\u2028" + "x" * 10_000
     what = shown(study, folder)
     factors = tuple(factor.model_copy(update={"label": hostile, "unit": hostile}) for factor in study.factors)
-    entries = [replace(entry, label=hostile, unit=hostile) for entry in what.results.surface.factors]
-    surface = replace(what.results.surface, factors=type(what.results.surface.factors)(entries))
-    what = replace(what, results=replace(what.results, surface=surface))
+    surface = what.results.of(SurfaceResult)
+    entries = Rows(replace(entry, label=hostile, unit=hostile) for entry in surface.factors)
+    done = tuple(replace(one, factors=entries) if one is surface else one for one in what.results.done)
+    what = replace(what, results=Results(done))
     path = tmp_path / "report.html"
     path.write_text(render(study.model_copy(update={"title": hostile, "factors": factors}), folder, what), "utf-8")
     with opened(browser, path) as view:

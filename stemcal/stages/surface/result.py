@@ -228,7 +228,7 @@ class SurfaceResult(StageResult):
         return self.deterministic if self.pure_error is None else self.pure_error.kind == "equal_repeats"
 
     def drawn_between(self, name: str) -> Interval:
-        """Return the coded values between which a factor is drawn: the reach of the design within its range, and all runs."""
+        """Return the coded ends of a factor's axis: the reach of the design within its range, and all its runs."""
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
         runs = [run.levels[name] for run in self.design.runs]
         low, high = scale.natural(-reach), scale.natural(reach)
