@@ -128,9 +128,9 @@ def beforehand(study: Study) -> Iterator[Note]:
     k, runs = len(study.factors), study.screen.runs
     if study.screen.design == "plackett-burman" and runs is not None and runs <= _SMALL and k >= 3:
         yield _small_screening(runs, k)
-    if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
+    if factors_taken(study.rsm.design)[0] > 2 and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
-        yield _box_behnken(least, most, k)
+        yield _factors_wanted(study.rsm.design, least, most, k)
     yield from _not_varied(study)
     yield from _short_stroke(study)
     if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
@@ -179,8 +179,8 @@ def _small_screening(runs: int, factors: int) -> Note:
     return Note("small_screening", "caution", text)
 
 
-def _box_behnken(least: int, most: int, factors: int) -> Note:
-    needs = f"rsm.design box-behnken needs {least} to {most} factors"
+def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
+    needs = f"rsm.design {design} needs {least} to {most} factors"
     if factors < least:
         text = f"{needs}, this study has {factors}: it will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
