@@ -16,7 +16,7 @@ def told(surface):
     return to_json([getattr(surface, name) for name in TOLD])
 
 
-TOLD = (
+TOLD = [
     "coefficients",
     "anova",
     "r2",
@@ -26,7 +26,7 @@ TOLD = (
     "cv_percent",
     "runs_diagnostics",
     "notes",
-)
+]
 
 
 def test_summary_numbers(ccd):
