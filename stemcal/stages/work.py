@@ -147,6 +147,6 @@ def chance_remedy(study: Study) -> Remedy:
 _REMEDIES = {
     "command": "Write replicates: 5 under solver, so that each point is simulated five times and its scatter counts, "
     "and {{seed}} where the program takes one",
-    "lsdyna": "Let it sum in the same order always: a negative number of processors (ncpu=-4) in its command",
-    "openradioss": "Let it sum in the same order always: /PARITH/ON in the starter's deck",
+    "lsdyna": "Set a fixed order of sums: a negative number of processors (ncpu=-4) in its command",
+    "openradioss": "Set a fixed order of sums: /PARITH/ON in the starter's deck",
 }

@@ -107,7 +107,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
-            message = "without this length the force belongs to the mesh: finer elements give another one"
+            message = "without this length the force depends on the mesh"
             yield Finding(path, message, "write d/9.5 for blade.edge_spread, d/4.5 for material.internal_length")
             continue
         coarse = [d for d in conditions if solver.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
@@ -274,7 +274,7 @@ def _programs(study: Study) -> Iterator[Finding]:
     lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
     for index, argument in enumerate(solver.command):
         if index and argument in lacking:
-            message = f"{argument} lies beside the spec, but not in the folder of a run"
+            message = f"{argument} is in the folder of the spec, but not in that of a run"
             yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
 
 

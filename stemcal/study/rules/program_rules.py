@@ -62,7 +62,7 @@ def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write it where its value belongs")
+            yield Finding(("factors", index, "name"), message, "write it in the place of its value")
 
 
 def chance_is_said(draft: Draft) -> Iterator[Finding]:
@@ -103,7 +103,7 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
         for index, path in enumerate(getattr(draft.study.solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
-                yield Finding(("solver", key, index), message, "remove it, or let the program write another file")
+                yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
                 yield Finding(("solver", key, index), message, "rename one of them")
