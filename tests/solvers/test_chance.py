@@ -162,5 +162,5 @@ def test_a_deterministic_program_is_run_once_more_and_goes_on(tmp_path):
 
 
 def test_a_seed_without_replicates_is_refused(tmp_path):
-    with pytest.raises(SpecError, match="is for a program with chance in it; write replicates: 1 under solver"):
+    with pytest.raises(SpecError, match="is for a stochastic program; write replicates: 1 under solver"):
         study_of(tmp_path, "")

@@ -96,7 +96,7 @@ def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     given = error["input"].get("kind") if isinstance(error["input"], dict) else None
     near = nearest(given, SOLVER_KINDS) if isinstance(given, str) else None
     remedy = f"did you mean {near}?" if near else f"write kind: {listed(SOLVER_KINDS)}"
-    return Finding((*path, "kind"), f"{_show(given)} is no kind of solver", remedy)
+    return Finding((*path, "kind"), f"{_show(given)} is not a kind of solver", remedy)
 
 
 def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

@@ -132,7 +132,7 @@ class Sections:
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
         if isinstance(given, list) and len(given) > MOST_FACTORS:
-            remedy = "screen those that may matter, and give the others under material"
+            remedy = "screen the important ones, and set the others under material"
             message = f"there are {len(given)} factors, at most {MOST_FACTORS} can be"
             self.findings.append(Finding((name,), message, remedy))
             return

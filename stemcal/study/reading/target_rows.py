@@ -56,7 +56,7 @@ def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[li
                 Finding(path, str(error), "correct the file; name the columns Travel (mm) and Force (N), for example")
             )
     if not wrong and len(read) < FEWEST:
-        message = f"curves of only {counted(len(read), 'specimen')}: how they scatter is not known"
+        message = f"curves of only {counted(len(read), 'specimen')}: their scatter is unknown"
         wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))
     return read, wrong[:_MOST_NAMES]
 
@@ -125,7 +125,7 @@ class Rows:
         test = row.get("test")
         if "test" in row and test not in self.tests:
             remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it, or describe the test in tests"
-            self._find(("targets", index, "test"), f"{str(test)[:60]!r} is no test of this study", remedy)
+            self._find(("targets", index, "test"), f"{str(test)[:60]!r} is not a test of this study", remedy)
             return
         if test is None:
             self._read_main(index, self._with_curves(index, row))
@@ -303,11 +303,11 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
         return Quantity(dimension, at_least=at_least, **bounds).checked(given, from_yaml=True)
     value = quantity(given, named)
     if not abs(value) <= LARGEST:
-        raise complain(f"{value:g} is beyond what can be computed with", "check number and unit")
+        raise complain(f"{value:g} is outside the computable range", "check number and unit")
     if above is not None and not value > above:
         raise complain(f"{named.text(value)} must be above 0", "errors are calculated in % of it")
     if value < at_least:
-        raise complain(f"{named.text(value)} is no standard deviation", "write a value of 0 or more")
+        raise complain(f"{named.text(value)} is not a standard deviation", "write a value of 0 or more")
     return value
 
 

@@ -64,12 +64,12 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
             message = f"low {factor.low:g} cannot be with a lognormal prior"
             yield Finding(("factors", index, "low"), message, "raise it above 0, or write kind: normal")
         elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
-            message = f"{prior.mean:g} ± {prior.sd:g} leaves nothing of the range {factor.low:g} to {factor.high:g}"
+            message = f"{prior.mean:g} ± {prior.sd:g} excludes the whole range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.invert.rule != "least_coded_distance":
         remedy = "leave it out: with priors the solution is the best fit to forces and priors"
-        yield Finding(("invert", "rule"), f"{draft.study.invert.rule} takes no account of the priors", remedy)
+        yield Finding(("invert", "rule"), f"{draft.study.invert.rule} ignores the priors", remedy)
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
@@ -126,14 +126,14 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
             continue
         parameter, value = EMBEDDED[factor.name], levels[factor.name]
         shown = units.from_internal(factor.internal(value), parameter.unit)
-        wrong = parameter.outside(shown) or ("is beyond what can be computed with" if abs(value) > MOST else None)
+        wrong = parameter.outside(shown) or ("is outside the computable range" if abs(value) > MOST else None)
         if wrong:
             unit = "" if factor.unit == "1" else f" {factor.unit}"
             yield f"{factor.name} = {value:g}{unit} {wrong}; {parameter.label} in plants is {_plausible(factor.name)}"
     given = study.parameters(levels, diameter)
     for name in study.material.growing():
         parameter, shown = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
-        if wrong := parameter.outside(shown) or ("is beyond what can be computed with" if abs(shown) > MOST else None):
+        if wrong := parameter.outside(shown) or ("is outside the computable range" if abs(shown) > MOST else None):
             yield f"{name} = {shown:g} {parameter.unit} at this diameter {wrong}; {_plausible(name)} is usual in plants"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
@@ -169,7 +169,7 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
                 message = f"the factor {name} takes its place"
                 yield Finding((section, key), message, "remove it here, or the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
-        yield Finding(("loading", "stroke"), "duration sets the stroke too", "remove one of the two", at_key=True)
+        yield Finding(("loading", "stroke"), "duration also sets the stroke", "remove one of the two", at_key=True)
 
 
 def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
@@ -209,7 +209,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
         message = f"the {draft.stem_solver} solver needs {name} ({low:g} to {high:g}{unit})"
         remedy = "add it to material, or to factors to calibrate it"
         if name in RATE and draft.rate_law is not None:
-            remedy += "; or write rate_law: none under solver, if speed shall not raise the yield stress"
+            remedy += "; or write rate_law: none under solver, if speed should not affect the yield stress"
         yield Finding(("material",), message, remedy)
 
 
@@ -306,7 +306,7 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             continue
         if exponent in EMBEDDED:
             free = [factor for factor in draft.names if factor not in EMBEDDED]
-            yield Finding(path, f"{exponent} is a parameter itself", did_you_mean(exponent, free or ["growth"]))
+            yield Finding(path, f"{exponent} is a material parameter", did_you_mean(exponent, free or ["growth"]))
         elif exponent not in draft.names:
             message = f"{exponent[:60]!r} is neither a number nor a factor of this study"
             yield Finding(path, message, f"add it to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
@@ -329,7 +329,7 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
     for name in draft.growing if draft.stem_solver else ():
         parameter = PARAMETERS[name]
         for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
-            wrong = parameter.outside(value) if value <= MOST else "is beyond what can be computed with"
+            wrong = parameter.outside(value) if value <= MOST else "is outside the computable range"
             if wrong:
                 unit = "" if parameter.unit == "1" else f" {parameter.unit}"
                 message = f"among the diameters of this study it becomes {value:.4g}{unit}, which {wrong}"

@@ -89,7 +89,7 @@ def _speed(study: Study) -> Iterator[Finding]:
     """Question a speed that a testing machine reaches in a minute, not in a second; a mower's is far above."""
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
-        message = f"{speed:g} mm/s is faster than testing machines move (up to {_MACHINE:g} mm/s)"
+        message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
         yield Finding(("loading", "speed"), message, "check its unit: testing machines are set in mm/min")
 
 
@@ -201,14 +201,14 @@ def _outliers(study: Study) -> Iterator[Finding]:
                 f"{target.response:g} N at {target.condition:g} mm, where the other targets suggest about "
                 f"{median(expected):.3g} N"
             )
-            yield Finding(("targets", target.row, "force"), message, "look for a slip of the point or the unit")
+            yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
 
 
 def _machine(study: Study) -> Iterator[Finding]:
     """Question a stiffness so badly known that the machine might as well be rigid: 1/k ± sd/k² would reach 0."""
     machine = study.machine
     if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
-        message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is hardly known: the machine may be rigid"
+        message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is too uncertain: the machine may be rigid"
         yield Finding(("machine", "stiffness_sd"), message, "measure its stiffness without a stem")
 
 

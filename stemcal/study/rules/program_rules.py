@@ -81,7 +81,7 @@ def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterat
         return
     for name in dict.fromkeys(name for _, name in placeholders(content)):
         if name in CHANCE and name not in draft.names:
-            message = f"{{{{{name}}}}} is for a program with chance in it"
+            message = f"{{{{{name}}}}} is for a stochastic program"
             yield Finding(node, message, "write replicates: 1 under solver")
 
 
@@ -102,7 +102,7 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(draft.study.solver, key, ())):
             if path.name.lower() in read:
-                message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
+                message = f"{path.name} is read as a result; if the program wrote none, this file would be read instead"
                 yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
@@ -127,7 +127,9 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
         return
     for name in readers:
         if name not in names:
-            yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
+            yield Finding(
+                (*path, name), f"{name[:60]!r} is not a response of this study", did_you_mean(name, names), True
+            )
     for name in names if readers else ():
         if name not in readers:
             yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
@@ -142,7 +144,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
         ("conditions", draft.naming.condition != DIAMETER),
     ):
         if is_own:
-            message = f"the {draft.stem_solver} solver answers with the maximum force on a stem of some diameter"
+            message = f"the {draft.stem_solver} solver returns only the maximum force of a stem"
             yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
 
 

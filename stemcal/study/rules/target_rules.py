@@ -31,7 +31,7 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
     for section, one in declared:
         index, counts[section] = counts[section], counts[section] + 1
         if one.name in clashes:
-            message = f"{one.name!r} is the name of {clashes[one.name]} already"
+            message = f"{one.name!r} is already {clashes[one.name]}"
             yield Finding((section, index, "name"), message, "choose another name")
 
 
@@ -118,7 +118,7 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
         return
     path, names, named = ("invert", "responses"), draft.study.invert.responses, draft.naming
     if named.is_cutting and draft.study.solver.kind != "embedded":
-        yield Finding(path, f"solver {draft.study.solver.kind} answers with a force only", "remove it")
+        yield Finding(path, f"solver {draft.study.solver.kind} returns a force only", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"{listed}: list the {named.response.noun}, and each response once"
@@ -136,7 +136,7 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
         yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
     elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
-        message = f"{name} has no sd{at_any}: there is nothing to weigh it by"
+        message = f"{name} has no sd{at_any}: its weight is unknown"
         yield Finding(("targets", min(given)), message, f"add {sd}")
 
 
@@ -182,10 +182,10 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, "give curves there too, or the force alone")
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
-        message = "no curves are given: what is known of the machine has no use"
+        message = "without curves the section machine has no effect"
         yield Finding(("machine",), message, "remove it, or name curves in targets", at_key=True)
     if machine.stiffness_sd and machine.stiffness is None:
-        message = "there is no stiffness that it is the standard deviation of"
+        message = "the stiffness is missing"
         yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
     if curved and draft.study.refine is not None and draft.study.refine.elsewhere:
         message = "curves are not compared in another model"
@@ -218,7 +218,7 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             for response, mean in means.means.items():
                 if mean.sd is None:
-                    message = f"{response} has no sd: there is nothing to weigh it by"
+                    message = f"{response} has no sd: its weight is unknown"
                     yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
 
 

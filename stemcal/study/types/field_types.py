@@ -73,7 +73,7 @@ class Quantity:
         value = self._parsed(given, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
-            raise complain(f"{given} is beyond what can be computed with", "check number and unit")
+            raise complain(f"{given} is outside the computable range", "check number and unit")
         if not value > self.above:
             raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
         if not value >= self.at_least:
@@ -166,7 +166,7 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and _, such as yield_stress"
-        raise complain(f"{name[:60]!r} is not a name that can head a column", remedy)
+        raise complain(f"{name[:60]!r} cannot be the name of a column", remedy)
     if len(name) > 40:
         raise complain(f"the name has {len(name)} characters", "use at most 40")
     return name
@@ -257,7 +257,7 @@ def _reader(millimetres: Quantity) -> BeforeValidator:
         if share is None:
             return Length(millimetres.read(given, info))
         if not 0.1 <= float(share[1]) <= 1000.0:
-            raise complain(f"{given} is no sensible part of a diameter", "divide by 0.1 to 1000, such as d/8")
+            raise complain(f"{given} is not a plausible fraction of a diameter", "divide by 0.1 to 1000, such as d/8")
         return Length(divisor=float(share[1]))
 
     return BeforeValidator(read)
