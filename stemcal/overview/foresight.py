@@ -11,7 +11,7 @@ from stemcal.note import Note, Remedy
 from stemcal.numbers import in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Weighing
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
@@ -45,12 +45,10 @@ def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
 
 def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
     """Return what these runs take; nothing where the solver cannot say."""
-    if isinstance(solver, Immediate) or not isinstance(solver, Estimating | Weighing):
-        return Demand(0, 0.0, 0.0)
-    runs = list(requests)
-    seconds = sum(map(solver.cost_estimate, runs)) if isinstance(solver, Estimating) else 0.0
-    memory = max(map(solver.memory_estimate, runs), default=0.0) if isinstance(solver, Weighing) else 0.0
-    return Demand(len(runs), seconds, memory)
+    runs = [] if solver.immediate else list(requests)
+    seconds = [second for run in runs if (second := solver.cost_estimate(run)) is not None]
+    memory = [bytes_ for run in runs if (bytes_ := solver.memory_estimate(run)) is not None]
+    return Demand(max(len(seconds), len(memory)), sum(seconds), max(memory, default=0.0))
 
 
 def scarce(demand: Demand, workers: int, free: float) -> Iterator[Note]:

@@ -16,7 +16,7 @@ from stemcal.numbers import duration, in_bytes
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import ByHand, Request, Solver, Weighing
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.base import stage_called
 from stemcal.stages.climb import ClimbResult
 from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
@@ -191,6 +191,7 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -> PlannedStage:
     distinct = {record_key(solver, request) for request in part.requests}
+    memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
     return PlannedStage(
         part.stage,
         len(part.requests),
@@ -198,7 +199,7 @@ def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -
         len(distinct) - len(left),
         len(left),
         None if costs.of is None else sum(map(costs.of, left)),
-        max(map(solver.memory_estimate, left), default=0.0) if isinstance(solver, Weighing) else None,
+        max(memory, default=None),
     )
 
 
@@ -212,7 +213,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
         request
         for key, request in distinct.items()
         if (record := recorded.get(key)) is None or not stands(record, study.runs)
-        if not (isinstance(solver, ByHand) and solver.knows(request))
+        if not solver.knows(request)
     ]
 
 

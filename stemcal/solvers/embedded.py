@@ -37,7 +37,7 @@ from stemcal.solvers.laboratory_runs import (
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
 from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
-from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
 from stemcal.study.types.field_types import Length
 
@@ -53,8 +53,10 @@ _PROCESS = 250.0e6
 
 
 @dataclass(frozen=True)
-class Embedded(OfSpecAlone):
+class Embedded(Solver):
     """Answers requests by explicit finite element simulation; same request, same bits."""
+
+    of_spec_alone = True
 
     study: Study
 
@@ -105,10 +107,6 @@ class Embedded(OfSpecAlone):
         if (distrust := distrusted(result)) is not None:
             return Answer("failed", reason=distrust.reason, message=str(distrust), details=details)
         return Answer("ok", response=result.peak_force, details=details)
-
-    def given_design(self, stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be simulated."""
-        return None
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""

@@ -23,7 +23,7 @@ from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.outcome import counted, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
-from stemcal.solvers.protocol import RESPONSES, ByHand, OfSpecAlone, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.stages.base import Stage, stage_called, stages_of, study_of
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.study.model import EmbeddedSolver, Study
@@ -73,13 +73,13 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
 
     Of the embedded solver the spec tells it, which spares the solver's loading; any other tells it itself.
     """
-    if isinstance(study.solver, EmbeddedSolver) and (solver is None or isinstance(solver, OfSpecAlone)):
+    if isinstance(study.solver, EmbeddedSolver) and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     solver = solver or make_solver(study)
-    identity = solver.identity(probe) | ({"given": solver.given(stage)} if isinstance(solver, ByHand) else {})
+    identity = solver.identity(probe) | {"given": solver.given(stage)}
     return {
         path: leaf
         for name, part in identity.items()

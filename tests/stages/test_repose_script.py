@@ -18,7 +18,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
 from stemcal.solvers.programs.inputs import seed_of
-from stemcal.solvers.protocol import Answer, Immediate, Request
+from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.certainty import fit_over, measured_of
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.stages.surface.stage import fit_response_surface
@@ -90,8 +90,10 @@ exec(SCRIPT, SPACE)
 
 
 @dataclass(frozen=True)
-class Called(Command, Immediate):
+class Called(Command):
     """Answers by calling the script's function, where a process for each of thousands of runs would take an hour."""
+
+    immediate = True
 
     number: int = 0
 

@@ -20,7 +20,7 @@ from stemcal.naming import Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
 from stemcal.solvers import SOLVERS
-from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.stages.results import fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -67,21 +67,19 @@ def written(folder: Path, text: str) -> Study:
 
 
 @dataclass(frozen=True)
-class Heap:
+class Heap(Solver):
     """A made-up heap; `low` scales what it gives in the validation."""
 
-    naming: Naming
+    words: Naming
     low: float = 1.0
 
-    def prepare(self) -> None:
-        """Do nothing."""
+    @property
+    def naming(self) -> Naming:
+        return self.words
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels and condition; the validation by itself where it differs."""
         return {"levels": dict(request.levels), "at": request.condition, "low": self._scale(request)}
-
-    def given_design(self, _stage: str) -> None:
-        """Any design is fine."""
 
     def solve(self, request: Request) -> Answer:
         """Answer an angle, and a density beside it."""

@@ -11,7 +11,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.outputs import write_output
 from stemcal.solvers.programs.inputs import OUTPUT, Inputs, discard, run_folder
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.time_limited_program import Ended, run_program
 from stemcal.study.model import ProgramOptions, Study
 from stemcal.study.types.placeholders import fill
@@ -21,7 +21,7 @@ _KEPT_OUTPUT = 2000
 
 
 @dataclass(frozen=True)
-class Program(ABC):
+class Program(Solver, ABC):
     """Answers requests by running a program in a folder of its own.
 
     A kind of program says what its input files are, how a run is written and made, and what beside the files
@@ -61,10 +61,6 @@ class Program(ABC):
     @abstractmethod
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""
-
-    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be written into the inputs."""
-        return None
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return everything that determines the answer: the files' content, how the program runs and is read."""

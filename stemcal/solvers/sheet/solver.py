@@ -10,7 +10,7 @@ from typing import Any
 from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
-from stemcal.solvers.protocol import Answer, ByHand, Immediate, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.sheet.columns import run_name
 from stemcal.solvers.sheet.numbers import Unread, number_in
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled
@@ -35,11 +35,13 @@ class KnownRow:
 
 
 @dataclass(frozen=True)
-class Sheet(ByHand, Immediate):
+class Sheet(Solver):
     """Answers from `solver.file`; results that were entered are the records of the study folder.
 
     Rows of a design with equal levels are runs of their own, unless the spec says that they answer equally.
     """
+
+    immediate, asks_people = True, True
 
     study: Study
     inputs: Inputs
@@ -58,9 +60,6 @@ class Sheet(ByHand, Immediate):
         """The section of the spec."""
         assert isinstance(self.study.solver, SheetSolver)
         return self.study.solver
-
-    def prepare(self) -> None:
-        """Do nothing."""
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return what was asked for, and the answer of the file; the row too unless equal levels answer equally."""

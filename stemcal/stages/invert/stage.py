@@ -7,7 +7,6 @@ import numpy as np
 
 from stemcal.doe.calibration.level_set import solve_target
 from stemcal.doe.regression.coding import Coding
-from stemcal.solvers.protocol import Belonging
 from stemcal.stages.invert import certainty, words
 from stemcal.stages.invert.joint import fit_of_study, solve_jointly
 from stemcal.stages.invert.result import InvertResult, Point
@@ -24,11 +23,9 @@ def invert(work: Work, head: Head) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
     study, surface = work.study, work.result(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
-    seen = work.solver
-    belongs_to = seen.belongings(solved.condition) if isinstance(seen, Belonging) else None
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
-    return replace(solved, belongs_to=belongs_to, notes=notes)
+    return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
 
 
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:

@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import ignore
-from stemcal.solvers.protocol import Belonging, Solver
+from stemcal.solvers.protocol import Solver
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.invert.certainty import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
@@ -119,9 +119,7 @@ def _model(work: Work, loop: Loop) -> Model:
     if not version:
         records = (work.folder.peek(run.outcome.key) for run in loop.runs)
         version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
-    return Model(
-        program_of(solver), version or None, work.solver.belongings(at) if isinstance(work.solver, Belonging) else None
-    )
+    return Model(program_of(solver), version or None, work.solver.belongings(at))
 
 
 # ---- in another model: which factors move, and how far
@@ -163,9 +161,8 @@ def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> 
 def _same_mesh(work: Work, there: Work) -> bool:
     """Whether mesh and lengths there are known to be the study's own."""
     at = work.study.targets.calibrate_at
-    if not isinstance(work.solver, Belonging) or not isinstance(there.solver, Belonging):
-        return False
-    return work.solver.belongings(at) == there.solver.belongings(at)
+    own = work.solver.belongings(at)
+    return own is not None and own == there.solver.belongings(at)
 
 
 def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:
