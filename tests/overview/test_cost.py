@@ -59,7 +59,7 @@ def test_without_records_a_run_is_tried_or_guessed(tmp_path: Path) -> None:
     tried, guessed = costs_of(TriedSolver(), None, asked(0)), costs_of(FakeSolver(), None, asked(0))
     assert tried.of is not None and guessed.of is not None
     assert (tried.of(asked(0)), guessed.of(asked(0))) == (5.0, 10.0)
-    assert (tried.source, guessed.source) == ("tried", "none")
+    assert (tried.source, guessed.source) == ("tried", "guess")
 
 
 def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:
