@@ -52,7 +52,7 @@ PLACES = {
     "rich": ("stemcal.cli", "stemcal.report"),
     "yaml": ("stemcal.study",),
     "pyDOE3": ("stemcal.doe",),
-    "statsmodels": ("stemcal.doe", "stemcal.measured.statistics"),
+    "statsmodels": ("stemcal.measured.statistics",),
     "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.formats"),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),

@@ -185,13 +185,13 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
 
 def graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:
     """Return every grade with the share of stems in it, counted and by the fitted normal distribution."""
-    from scipy import stats
+    from scipy.special import ndtr
 
-    normal = stats.norm(fit.mean, fit.sd)
+    sd = fit.sd or 0.0
     found = []
     for diameter in grades:
         low, high = diameter - step / 2, diameter + step / 2
         count = sum(low <= value < high for value in values)
-        fitted = float(100.0 * (normal.cdf(high) - normal.cdf(low)))
+        fitted = float(100.0 * (ndtr((high - fit.mean) / sd) - ndtr((low - fit.mean) / sd)))
         found.append(Grade(diameter, low, high, count, 100.0 * count / len(values), fitted))
     return Rows(found)

@@ -39,16 +39,16 @@ def summarise(values: Sequence[float], level: float = LEVEL) -> Summary:
     >>> round(low, 4), round(high, 4)
     (5.5159, 10.4841)
     """
-    from scipy import stats
+    from scipy.special import chdtri, stdtrit
 
     n, mean = len(values), fmean(values)
     if n < 2:
         return Summary(n, mean, None, None, None, None)
     sd = float(np.std(values, ddof=1))
     # mean ± t(1 − α/2; n − 1)·s/√n
-    reach = float(stats.t.ppf(0.5 + level / 2, n - 1)) * sd / sqrt(n)
+    reach = float(stdtrit(n - 1, 0.5 + level / 2)) * sd / sqrt(n)
     # s·√((n − 1)/χ²)
-    low, high = (sd * sqrt((n - 1) / float(stats.chi2.ppf(0.5 + side * level / 2, n - 1))) for side in (1, -1))
+    low, high = (sd * sqrt((n - 1) / float(chdtri(n - 1, 0.5 - side * level / 2))) for side in (1, -1))
     cv = 100.0 * sd / mean if mean else None
     return Summary(n, mean, sd, cv, (mean - reach, mean + reach), (low, high))
 
@@ -112,8 +112,8 @@ def critical_value(n: int, alpha: float = 0.05) -> float:
     >>> round(critical_value(6), 3), round(critical_value(10), 3)
     (1.887, 2.29)
     """
-    from scipy import stats
+    from scipy.special import stdtrit
 
     # G = (n − 1)/√n · √(t²/(n − 2 + t²)), t = t(1 − α/2n; n − 2)
-    t2 = float(stats.t.ppf(1.0 - alpha / (2 * n), n - 2)) ** 2
+    t2 = float(stdtrit(n - 2, 1.0 - alpha / (2 * n))) ** 2
     return (n - 1) / sqrt(n) * sqrt(t2 / (n - 2 + t2))

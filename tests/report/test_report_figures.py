@@ -10,7 +10,8 @@ import pytest
 from stemcal.report.figures.contour import contours
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.figures.effects import half_normal, observed_predicted, pareto, residuals
-from stemcal.report.figures.style import inline, save, save_both, svg
+from stemcal.report.figures.inline import Shared, inline
+from stemcal.report.figures.style import save, save_both, svg
 from stemcal.report.figures.validation import validation
 from stemcal.report.records import Curve
 
@@ -97,15 +98,19 @@ def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
     assert len(validation(validate).axes[0].lines[1].get_xdata()) == 4
 
 
-def test_inline_figures_have_ids_of_their_own_and_no_references(stages: dict[str, Any]) -> None:
-    text = inline(svg(validation(stages["validate"])), "v0", 'a "quoted" <caption>')
-    root = ElementTree.fromstring(text)
-    ids = [element.get("id") for element in root.iter() if element.get("id")]
-    assert ids and all(name.startswith("v0-") for name in ids)
-    assert len(ids) == len(set(ids))
-    assert "http" not in text
+def test_inline_figures_share_styles_and_marks(stages: dict[str, Any]) -> None:
+    """Every style and mark is there once however many figures have it; curves are where they were, to 0.1 pt."""
+    shared, document = Shared(), svg(validation(stages["validate"]))
+    text = inline(document, 'a "quoted" <caption>', shared)
+    classes, marks = len(shared.styles), len(shared.marks)
+    assert inline(document, 'a "quoted" <caption>', shared) == text
+    assert (len(shared.styles), len(shared.marks)) == (classes, marks)
+    root, defs = ElementTree.fromstring(text), ElementTree.fromstring(f"<defs>{shared.defs}</defs>")
+    known = {f"#{element.get('id')}" for element in defs}
+    assert {element.get("href") for element in root.iter("use")} <= known
     assert root.get("aria-label") == 'a "quoted" <caption>'
-    assert "currentColor" in text
+    assert "style=" not in text and "http" not in text and "currentColor" in shared.css
+    assert len(text) + len(shared.css) + len(shared.defs) < 0.5 * len(document)
 
 
 def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], edited: Any, tmp_path: Path) -> None:

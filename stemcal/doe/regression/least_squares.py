@@ -83,12 +83,9 @@ class LeastSquares:
 
 def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
     """Fit by QR; the columns must be independent (see `require_estimable`)."""
-    from statsmodels.regression.linear_model import OLS
-
-    with np.errstate(divide="ignore", invalid="ignore"):  # statsmodels divides by the residual df, also when 0
-        results = OLS(response, matrix).fit(method="qr")
-    beta = np.asarray(results.params, dtype=float)
-    covariance = np.asarray(results.normalized_cov_params, dtype=float)
+    q, r = np.linalg.qr(matrix)  # X = QR
+    beta = np.linalg.solve(r, q.T @ response)  # Rβ = Qᵀy
+    covariance = np.linalg.inv(r.T @ r)  # (XᵀX)⁻¹ = (RᵀR)⁻¹
     leverage = np.einsum("ij,jk,ik->i", matrix, covariance, matrix)
     return LeastSquares(matrix, response, beta, covariance, response - matrix @ beta, leverage)
 

@@ -5,7 +5,6 @@ In the page, figures take the page's text colour and fonts, so one drawing serve
 
 import io
 import logging
-import re
 import textwrap
 import warnings
 from collections.abc import Iterator
@@ -266,22 +265,3 @@ def _anonymous(kind: str) -> dict[str, None]:
         "png": ("Software",),
     }
     return dict.fromkeys(names[kind])
-
-
-def inline(text: str, name: str, description: str) -> str:
-    """Return a figure's `svg` as an element for the page: its own ids, the page's colours, no references."""
-    from markupsafe import escape
-
-    text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)
-    text = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", text).replace("xlink:href", "href")
-    text = re.sub(r"(font: [^;\"]*?px) [^;\"]*", r"\1 sans-serif", text)
-    for colour, variable in COLOURS.items():
-        text = text.replace(colour, variable)
-    box = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)
-    width = f'style="max-width:{float(box[1]) * 4 / 3:.0f}px"' if box else ""
-    opening = re.search(r"<svg[^>]*>", text)
-    view = box[0] if box else ""
-    head = f'<svg role="img" aria-label="{escape(description)}" {view} {width}>'
-    return head + text[opening.end() :].strip() if opening else text

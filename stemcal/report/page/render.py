@@ -4,8 +4,10 @@ The page depends on the spec, the stage files and the records only, so the same 
 """
 
 import re
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from markupsafe import Markup, escape
@@ -18,7 +20,7 @@ from stemcal.names import Names
 from stemcal.naming import small
 from stemcal.numbers import short
 from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
-from stemcal.report.figures.style import inline
+from stemcal.report.figures.inline import Shared, inline
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import failures, folded, headline, kind_of, made_with, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
@@ -110,6 +112,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
     people = Names(study.naming, labels=labels)
+    shared = Shared()
     environment = Environment(
         loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -131,15 +134,23 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         use=" ".join(uses(verdict, people)),
         further=counted(len(verdict.reasons) - 1, "more reason"),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
-        first=[drawn(plot, f"first{number}") for number, plot in enumerate(first)],
+        first=[drawn(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds, labels),
         headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
         valid_for=_beside_values(results, verdict.holds),
-        setting=part_of([*setting_tables(study), *_grown(study, results, verdict.holds)], ()),
-        sections=[section(result, plots, verdict, labels) for result in done],
-        runs=part_of(run_tables(results, records), _plots_of("runs", plots)),
+        setting=part_of([*setting_tables(study), *_grown(study, results, verdict.holds)], (), shared),
+        sections=[section(result, plots, verdict, labels, shared) for result in done],
+        runs=part_of(run_tables(results, records), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
+        css=(css := f"{Path(__file__).with_name('page.css').read_text('utf-8')}{shared.css}"),
+        css_hash=_hash(css),
+        marks=shared.defs,
     )
+
+
+def _hash(text: str) -> str:
+    """Return by which a browser knows a style or a script that the page may use."""
+    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def coded(text: str) -> Markup:
@@ -163,22 +174,25 @@ def _grown(study: Study, results: Results, holds: bool) -> list[Table]:
     return visible([grown_table(study, results.parameters)], holds)
 
 
-def section(result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str]) -> Section:
+def section(
+    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
+) -> Section:
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
     part = part_of(
         visible(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
+        shared,
         [str(note) for note in shown_notes(result, verdict.holds)],
     )
     came = outcome_of(result, verdict.holds, labels)
     return Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
-def part_of(tables: Iterable[Table], plots: Iterable[Plot], notes: Sequence[str] = ()) -> Part:
+def part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
-    pictures = [(plot.detail, drawn(plot, f"{plot.section}{number}")) for number, plot in enumerate(plots)]
+    pictures = [(plot.detail, drawn(plot, shared)) for plot in plots]
     return Part(
         tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
@@ -215,6 +229,6 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for plot in plots if plot.section == section and plot.on_page]
 
 
-def drawn(plot: Plot, name: str) -> Picture:
-    """Return a figure as the page shows it; `name` begins its ids."""
-    return Picture(inline(plot.document, name, plot.caption), plot.caption, plot.wide)
+def drawn(plot: Plot, shared: Shared) -> Picture:
+    """Return a figure as the page shows it."""
+    return Picture(inline(plot.document, plot.caption, shared), plot.caption, plot.wide)
