@@ -32,11 +32,11 @@ from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 SEEDS = 12
@@ -227,7 +227,7 @@ class Row:
 def judged(law: Law, spec: str) -> Judged:
     """Take a study as far as it comes, with the law in the solver's place."""
     for kind in ("embedded", "command"):
-        SOLVERS[kind] = lambda _study: law
+        vars(SOLVERS.named(kind))["make"] = lambda _study: law
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "study.yaml"
         path.write_text(spec, encoding="utf-8")

@@ -120,7 +120,7 @@ def _openradioss() -> Iterator[Finding]:
     from pathlib import Path
 
     from stemcal.solvers.deck.installation import HOME, installation
-    from stemcal.study.model import DeckSolver
+    from stemcal.solvers.options import DeckSolver
 
     try:
         there = installation(DeckSolver(program="openradioss"), Path.cwd())

@@ -12,7 +12,7 @@ from stemcal.numbers import in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
+from stemcal.study.model import Growth, Study, factors_taken
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
 _COMMAND, _WORKER = 0.35e9, 0.25e9  # bytes that the command and each of its workers hold beside their models
@@ -37,7 +37,7 @@ def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
-    if not isinstance(study.solver, EmbeddedSolver):
+    if not study.kind.foresees:
         return Demand(0, 0.0, 0.0)
     each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
@@ -131,7 +131,7 @@ def beforehand(study: Study) -> Iterator[Note]:
         yield _box_behnken(least, most, k)
     yield from _not_varied(study)
     yield from _short_stroke(study)
-    if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
+    if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
             f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
@@ -142,7 +142,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 def _short_stroke(study: Study) -> Iterator[Note]:
     """Yield a warning if the blade may stop before the maximum of the thickest stem."""
-    if not isinstance(study.solver, EmbeddedSolver) or not study.naming.is_cutting:
+    if not study.kind.force_history or not study.naming.is_cutting:
         return
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
     if study.loading.stroke < LEAST_STROKE * thickest:

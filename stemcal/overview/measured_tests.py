@@ -18,7 +18,8 @@ from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.measured.target_entries import row_of
 from stemcal.note import Note
-from stemcal.study.model import BREAK_DROP, LaboratorySection, Study
+from stemcal.solvers.options import BREAK_DROP
+from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.measured_targets import RESPONSES
 
 

@@ -26,7 +26,7 @@ from stemcal.stages.screen import ScreenResult
 from stemcal.stages.surface.stage import read_before, recentred
 from stemcal.stages.validate.stage import requests_at
 from stemcal.stages.work import second_time
-from stemcal.study.model import EmbeddedSolver, Study, program_of
+from stemcal.study.model import Study
 from stemcal.words import counted, series
 
 USUAL_FACTORS = 3
@@ -156,7 +156,7 @@ def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]
         return 0, None
     there, left = study.there, max(0, study.refine.budget - _recorded({"refine"}, study.there, folder))
     probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
-    cost = costs_of(make_solver(there), folder, probes[0]).of if isinstance(there.solver, EmbeddedSolver) else None
+    cost = costs_of(make_solver(there), folder, probes[0]).of if there.kind.foresees else None
     return left, None if cost is None or not left else left * max(map(cost, probes))
 
 
@@ -175,7 +175,7 @@ def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None)
 def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:
     """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
     if study.refine is not None and study.refine.in_ is not None:
-        text = f"{counted(here, 'run')} here, at most {left} in {program(program_of(study.refine.in_))} (refine)."
+        text = f"{counted(here, 'run')} here, at most {left} in {program(study.refine.in_.program_name)} (refine)."
         time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 

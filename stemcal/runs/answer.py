@@ -15,7 +15,7 @@ from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.outcome import TRIES, counted, judged, record_key, stands
+from stemcal.runs.outcome import TRIES, counted, identity_of, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.study.model import RunsOptions
@@ -182,7 +182,7 @@ def keep(key: str, request: Request, computed: Computed, solver: Solver, folder:
     folder.save(
         {
             "key": key,
-            "identity": solver.identity(request),
+            "identity": identity_of(solver, request),
             "request": request.as_record(),
             **asdict(answer),
             "provenance": computed.circumstances,

@@ -36,9 +36,10 @@ from stemcal.solvers.laboratory_runs import (
     seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
+from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
+from stemcal.study.model import DAMPING, GAP, LaboratorySection, Study
 from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.

@@ -122,6 +122,9 @@ class Solver:
         """Return what its known answers of a stage are made from, as JSON values."""
         return []
 
+    def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
+        """Write what people need for a run into a folder of that name."""
+
     def cost_estimate(self, _request: Request) -> float | None:
         """Return the seconds that a run takes on one core, roughly; None where that is unknown."""
         return None

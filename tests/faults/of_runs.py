@@ -22,8 +22,8 @@ from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.solvers.options import ResultReader
 from stemcal.solvers.programs.readers import read_number
-from stemcal.study.model import ResultReader
 
 # ---- physics
 

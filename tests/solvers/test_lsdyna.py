@@ -22,9 +22,10 @@ from stemcal.solvers.deck.lsdyna import contact_force
 from stemcal.solvers.deck.own_deck import FIELDS, find_material, replaced
 from stemcal.solvers.deck.peak import ContactForce, peak_answer
 from stemcal.solvers.deck.program import DeckProgram
+from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import GAP, DeckSolver, LoadingSection, Study
+from stemcal.study.model import GAP, LoadingSection, Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")

@@ -22,10 +22,11 @@ from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.writer import curve_text
+from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length

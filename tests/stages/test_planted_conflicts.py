@@ -17,11 +17,11 @@ from fakes import TWO_FACTORS, SpecSolver
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 SPECIMENS, SEEDS = 8, (1, 2, 3)
@@ -95,7 +95,7 @@ def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Takes a planted study through its stages and judges it."""
 
     def judged(plant: Plant, diameters: Sequence[float], seed: int, extra: str, spec: str = SPEC) -> Judged:
-        monkeypatch.setitem(SOLVERS, "embedded", lambda _study: plant.law)
+        monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: plant.law)
         folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         (folder / "study.yaml").write_text(spec + plant.targets(diameters, seed) + extra, encoding="utf-8")

@@ -17,11 +17,11 @@ from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
@@ -94,7 +94,7 @@ class Plant:
         place.mkdir()
         path = place / "study.yaml"
         path.write_text((TWO_FACTORS + more).replace(*change), encoding="utf-8")
-        self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: self.solver)
+        self.monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: self.solver)
         study, out = load_study(path), StudyFolder(place / "out")
         workflow.calibrate(study, out, InlineExecutor())
         return verdict_of(study, out), fresh_results(study, out)

@@ -15,11 +15,11 @@ from stemcal import workflow
 from stemcal.errors import TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 SPEC = (
@@ -46,7 +46,7 @@ class Wave(SpecSolver):
 @pytest.fixture
 def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     def judged(wave: SpecSolver, asked: float, extra: str = "", spec: str = SPEC) -> tuple[Verdict, Results]:
-        monkeypatch.setitem(SOLVERS, "embedded", lambda _study: wave)
+        monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: wave)
         folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         (folder / "study.yaml").write_text(spec.replace("ASKED", f"{asked:g}") + extra, encoding="utf-8")

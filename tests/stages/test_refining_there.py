@@ -19,8 +19,8 @@ from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.solvers.options import CommandSolver, EmbeddedSolver
 from stemcal.stages.base import study_of
-from stemcal.study.model import CommandSolver, EmbeddedSolver
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -19,13 +19,12 @@ from stemcal.names import Names
 from stemcal.naming import Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.stages.results import fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
-from stemcal.study.model import Study
+from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
 
 KEY = re.compile(r"invert(: {|\.|:\\n +)diameters")  # invert.diameters, whatever the condition
@@ -98,7 +97,7 @@ def calibrated(
     folder: Path, study: Study, monkeypatch: pytest.MonkeyPatch, low: float = 1.0
 ) -> tuple[StudyFolder, Verdict]:
     """Take a study through its stages."""
-    monkeypatch.setitem(SOLVERS, "command", lambda s: Heap(s.naming, low))
+    monkeypatch.setattr(SOLVERS.named("command"), "make", lambda s: Heap(s.naming, low))
     place = StudyFolder(folder / "out")
     workflow.calibrate(study, place, InlineExecutor())
     return place, verdict_of(study, place)

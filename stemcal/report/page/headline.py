@@ -10,7 +10,7 @@ from stemcal.report.tables.stages import cited_ranges
 from stemcal.stages.base import stage_called
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import StageResult
-from stemcal.study.model import Study, program_of
+from stemcal.study.model import Study
 from stemcal.version import __version__
 from stemcal.words import counted, series
 
@@ -106,7 +106,7 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
     """Return what a reader needs to repeat the study and to cite it: spec, solver, program."""
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
-        ("Solver", program_of(study.solver)),
+        ("Solver", study.solver.program_name),
         ("Page made by", f"stemcal {code_version()}"),
         ("Cite", f"The stemcal developers, stemcal, version {__version__}, with this spec."),
     ]

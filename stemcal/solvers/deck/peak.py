@@ -13,8 +13,9 @@ from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
+from stemcal.solvers.options import BREAK_DROP, DeckSolver
 from stemcal.solvers.protocol import RESPONSES, Answer
-from stemcal.study.model import BREAK_DROP, GAP, DeckSolver, LoadingSection
+from stemcal.study.model import GAP, LoadingSection
 
 Array = NDArray[np.float64]
 

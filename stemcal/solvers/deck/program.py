@@ -16,10 +16,10 @@ from stemcal.solvers.deck.own_deck import find_material, replaced
 from stemcal.solvers.deck.peak import peak_answer
 from stemcal.solvers.deck.radioss_files import DECK, STARTER_INPUT, starter_text
 from stemcal.solvers.deck.writer import deck_text
+from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.inputs import Inputs
 from stemcal.solvers.programs.program_base import Program
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import DeckSolver
 from stemcal.study.types.placeholders import template_bytes
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")

@@ -21,9 +21,8 @@ from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import EmbeddedSolver, RefineOptions, Study, Target, program_of
+from stemcal.study.model import RefineOptions, Study, Target
 from stemcal.study.types.units import from_internal
-from stemcal.version import __version__
 from stemcal.words import listed
 
 __all__ = ["RefineResult", "calibrated_parameters", "refine"]
@@ -113,13 +112,11 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
 def _model(work: Work, loop: Loop) -> Model:
     """Return what simulated; its version as the spec names it, or as the program reported it in its first run."""
     solver, at = work.study.solver, work.study.calibration_target.condition
-    version = (
-        __version__ if isinstance(solver, EmbeddedSolver) else getattr(solver, "environment", {}).get("VERSION", "")
-    )
+    version = solver.version
     if not version:
         records = (work.folder.peek(run.outcome.key) for run in loop.runs)
         version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
-    return Model(program_of(solver), version or None, work.solver.belongings(at))
+    return Model(solver.program_name, version or None, work.solver.belongings(at))
 
 
 # ---- in another model: which factors move, and how far

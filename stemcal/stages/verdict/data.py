@@ -23,7 +23,7 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Physics
 from stemcal.stages.verdict.result import Judged
-from stemcal.stages.work import SAME, chance_remedy
+from stemcal.stages.work import SAME
 from stemcal.study.model import Study
 from stemcal.words import counted, series
 
@@ -119,7 +119,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
             text = (
                 f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
             )
-            yield Note("undeclared_scatter", "error", text, chance_remedy(evidence.study))
+            yield Note("undeclared_scatter", "error", text, evidence.study.solver.chance_remedy())
             return
 
 
@@ -139,9 +139,7 @@ def units(evidence: Evidence) -> Iterator[Note]:
                 f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
                 f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
             )
-            place = (
-                "the target and of the program's result" if evidence.study.solver.kind == "command" else "the target"
-            )
+            place = "the target and of the program's result" if evidence.study.kind.starts_program else "the target"
             yield Note(
                 "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
             )

@@ -28,7 +28,7 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
+from stemcal.study.model.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
 from stemcal.study.model.stage_options import (
     ClimbOptions,
     InvertOptions,
@@ -43,9 +43,6 @@ from stemcal.study.types.named import naming_of
 from stemcal.words import counted, did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
-
-
-AnySolver = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
 
 
 class StudyForm(Frozen):
@@ -76,7 +73,7 @@ class StudyForm(Frozen):
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
     """Fixed values of the parameters that are no factors, and the length behind failure."""
-    solver: Annotated[AnySolver, Field(discriminator="kind")] = EmbeddedSolver()
+    solver: AnySolver = Field(default_factory=usual_solver)
     """What answers which force a set of levels gives."""
     tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
     """Laboratory tests of pieces of the same stems besides cutting, which the sections above describe."""
@@ -209,6 +206,11 @@ class Study(StudyForm):
 
     __str__ = __repr__
 
+    @property
+    def kind(self) -> SolverKind:
+        """The kind of its solver, and so what that can do."""
+        return kind_of(self.solver)
+
     @cached_property
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
@@ -301,7 +303,8 @@ class Study(StudyForm):
     def by_hand(self) -> Study:
         """The study as the solver whose runs people do sees it: the study's own, or that of `refine.in`."""
         there = self.there
-        return there if there.solver.kind == "sheet" and self.solver.kind != "sheet" else self
+        people = [study.kind.answers == "asks_people" for study in (self, there)]
+        return there if people == [False, True] else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
@@ -311,18 +314,17 @@ class Study(StudyForm):
     @property
     def runs(self) -> RunsOptions:
         """How long a run may take, and how many must succeed."""
-        return RunsOptions(time_limit=self.solver.time_limit if isinstance(self.solver, EmbeddedSolver) else None)
+        return RunsOptions(time_limit=self.solver.run_limit)
 
     @property
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
-        return isinstance(self.solver, EmbeddedSolver | DeckSolver) and self.solver.rate_law == "none"
+        return self.solver.rate == "none"
 
     @property
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
-        solver = self.solver
-        return 0 if isinstance(solver, DeckSolver) else solver.replicates or 0
+        return self.solver.repeats
 
     @property
     def calibration_target(self) -> Target:

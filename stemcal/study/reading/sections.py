@@ -14,15 +14,17 @@ from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.study.model import (
     MOST_FACTORS,
-    EmbeddedSolver,
     Factor,
     LaboratorySection,
     MachineSection,
+    RefineOptions,
+    Study,
     StudyForm,
     Targets,
 )
 from stemcal.study.model.measured_targets import fitted_responses, named_modes, named_responses, with_tests
-from stemcal.study.reading.json_schema import SOLVER_KINDS, section_with
+from stemcal.study.model.solver_kind import known_kinds, learn, usual_solver
+from stemcal.study.reading.json_schema import form, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.rules.draft import Finding
@@ -39,6 +41,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
         sections.findings.append(Finding((), message, "start from `stemcal init`"))
         return sections
     sections.findings += _unknown_sections(data)
+    _learn_kinds(data)
     for name, key in StudyForm.model_fields.items():
         spelled = str(key.validation_alias or name)
         if spelled in data:
@@ -46,7 +49,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
         elif key.is_required():
             sections.findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
         else:
-            sections.good[name] = key.get_default()
+            sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # what follows is written under the names declared by now
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
     sections.fit_all_responses(data)
@@ -187,14 +190,26 @@ def _with_defaults(entry: Any, index: int) -> Any:
     return {"symbol": f"X{index + 1}", "label": label, **entry}
 
 
+def _learn_kinds(data: dict[str, Any]) -> None:
+    """Make kinds of solvers known that other packages bring, as far as this spec names them."""
+    refine = data.get("refine")
+    named = (data.get("solver"), refine.get("in") if isinstance(refine, dict) else None)
+    learned = [learn(solver.get("kind")) for solver in named if isinstance(solver, dict)]
+    if any(learned):
+        for model in (RefineOptions, StudyForm, Study):
+            model.model_rebuild(force=True)
+        _adapter.cache_clear()
+        form.cache_clear()
+
+
 @functools.cache
 def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
 
 
 def _kind_of(section: str) -> Any:
-    """Return the type of a section; of a solver that of the embedded one, the only one that rules look into."""
-    return EmbeddedSolver if section == "solver" else get_type_hints(StudyForm)[section]
+    """Return the type of a section; of a solver the usual one, the only one that rules look into."""
+    return type(usual_solver()) if section == "solver" else get_type_hints(StudyForm)[section]
 
 
 @functools.cache
@@ -212,7 +227,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
         if shown in told:
             continue
         depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0
-        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
+        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in known_kinds()
         path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found

@@ -1,4 +1,4 @@
-"""Solvers as a spec describes them: the embedded one, any program, decks, a sheet."""
+"""The keys of each kind of solver: the embedded one, any program, decks, a sheet, a Python class."""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.note import Remedy
 from stemcal.study.model.factor import Flag, Frozen, Time
+from stemcal.study.model.solver_kind import Explicit, Mesh, SolverOptions
 from stemcal.study.types.field_types import Length, Number, Quantity, SpecFile, StemLength, Whole, complain
+from stemcal.version import __version__
 
 
 def _inside_run_folder(given: object) -> object:
@@ -139,7 +142,7 @@ CoarseningAround = Annotated[
 ]
 
 
-class EmbeddedSolver(Frozen):
+class EmbeddedSolver(SolverOptions):
     """The explicit finite element solver that comes with stemcal."""
 
     kind: Literal["embedded"] = "embedded"
@@ -169,6 +172,45 @@ class EmbeddedSolver(Frozen):
     """How long one run may take, counted from its start; as long as it needs by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
+
+    @property
+    def version(self) -> str:
+        """That of stemcal."""
+        return __version__
+
+    @property
+    def repeats(self) -> int:
+        """The mesh positions, 0 for one alone."""
+        return self.replicates or 0
+
+    @property
+    def run_limit(self) -> float | None:
+        """The time limit of the spec."""
+        return self.time_limit
+
+    @property
+    def rate(self) -> str | None:
+        """The rate law."""
+        return self.rate_law
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """The elements of the stem."""
+        return Mesh(self.element_size, self.elements_through_wall)
+
+    @property
+    def has_lengths(self) -> bool:
+        """Always: failure and contact are averaged over lengths."""
+        return True
+
+    @property
+    def explicit(self) -> Explicit | None:
+        """These options themselves."""
+        return self
+
+    def without_curve(self) -> tuple[str, str] | None:
+        """Return None: every run has its curve."""
+        return None
 
     def at_speed(self, speed: float) -> EmbeddedSolver:
         """Return the options for a blade of this speed (mm/s): as they stand up to 100 mm/min, above in proportion.
@@ -217,7 +259,7 @@ def _diameters(given: dict[str, Path]) -> dict[str, Path]:
     return given
 
 
-class ProgramOptions(Frozen):
+class ProgramOptions(SolverOptions):
     """What is said of every program that answers in place of the embedded solver."""
 
     environment: Environment = {}
@@ -226,6 +268,11 @@ class ProgramOptions(Frozen):
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files put beside each run under their own names."""
+
+    @property
+    def version(self) -> str:
+        """What `environment` calls the program's version."""
+        return self.environment.get("VERSION", "")
 
 
 def _by_response(given: Any) -> Any:
@@ -260,9 +307,18 @@ class CommandSolver(ProgramOptions):
     answers: its first run is repeated at the start to check this."""
 
     @property
-    def by_chance(self) -> bool:
-        """Whether equal inputs may give different answers."""
-        return self.replicates is not None
+    def repeats(self) -> int:
+        """The replicates; 0 where equal inputs give equal answers."""
+        return self.replicates or 0
+
+    def without_curve(self) -> tuple[str, str] | None:
+        """Return why its reader gives no curve, None if it does."""
+        reader = self.result.get(FIRST)
+        has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
+        if reader is not None and reader.reduction == "max" and has_travel:
+            return None
+        message = "needs a result that is the largest force along the travel in mm"
+        return message, "add along: TRAVEL and reduction: max to result, or give the force alone"
 
 
 class DeckSolver(ProgramOptions):
@@ -330,17 +386,59 @@ class DeckSolver(ProgramOptions):
         """The rate law, chosen or by default."""
         return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
 
+    @property
+    def title(self) -> str:
+        """The name of the program."""
+        return "LS-DYNA" if self.program == "lsdyna" else "OpenRadioss"
+
+    @property
+    def program_name(self) -> str:
+        """The program that runs the deck."""
+        return self.program
+
+    @property
+    def rate(self) -> str | None:
+        """The rate law, chosen or by default."""
+        return self.law
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """The elements of the deck that stemcal writes."""
+        return Mesh(self.element_size, self.elements_through_wall)
+
+    @property
+    def has_lengths(self) -> bool:
+        """Whether the deck carries the study's lengths."""
+        return self.nonlocal_failure
+
+    @property
+    def has_material(self) -> bool:
+        """Whether the user's own decks have values of the material."""
+        return bool(self.decks)
+
+    @property
+    def deck(self) -> str | None:
+        """The program whose deck it is."""
+        return self.program
+
+    def without_curve(self) -> tuple[str, str] | None:
+        """Return None: the contact force is a curve."""
+        return None
+
+    def chance_remedy(self) -> Remedy:
+        """Return how the program sums in the same order always."""
+        if self.program == "lsdyna":
+            how = "a negative number of processors (ncpu=-4) in its command"
+        else:
+            how = "/PARITH/ON in the starter's deck"
+        return Remedy(f"Let it sum in the same order always: {how}")
+
 
 OF_LSDYNA = ("command", "decks", "component")
 OF_OPENRADIOSS = ("programs",)
 
 
-def program_of(solver: object) -> str:
-    """Return the program that answers: that of a deck, else the kind of the solver."""
-    return solver.program if isinstance(solver, DeckSolver) else str(getattr(solver, "kind", ""))
-
-
-class SheetSolver(Frozen):
+class SheetSolver(SolverOptions):
     """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
 
     The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
@@ -358,6 +456,31 @@ class SheetSolver(Frozen):
     scatter counts. Without the key equal levels give equal answers, and are asked for once."""
 
     @property
-    def by_chance(self) -> bool:
-        """Whether equal levels may give different answers, whose scatter counts."""
-        return self.replicates is not None
+    def repeats(self) -> int:
+        """The replicates; 0 where equal levels give equal answers."""
+        return self.replicates or 0
+
+
+class PythonSolver(SolverOptions):
+    """A class of your own in a Python file beside the spec, with a method `solve(levels, condition)`.
+
+    `levels` are the values of the factors in the units of the spec, by name, `condition` is the stem's diameter in mm,
+    or what the spec declares in its place. It returns the responses by name, `{"force": 12.5}`; an exception is a
+    failed run with its text. The object is made without arguments, once in each process.
+    """
+
+    kind: Literal["python"] = "python"
+    """A class in a Python file."""
+    file: SpecFile
+    """The Python file. A change of it makes all runs anew."""
+    class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
+        validation_alias="class", serialization_alias="class"
+    )
+    """Name of the class in it."""
+    time_limit: Time | None = None
+    """How long one run may take, counted from its start; as long as it needs by default."""
+
+    @property
+    def run_limit(self) -> float | None:
+        """The time limit of the spec."""
+        return self.time_limit

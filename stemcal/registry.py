@@ -1,0 +1,127 @@
+"""Things of one kind by name: those of this package, and those of other packages, which declare an entry point.
+
+Built-in ones are loaded when they are used. The entry points of other packages are read only where a name is unknown,
+or where all are listed. A package that cannot be loaded, or takes a name that exists, is left out with a warning.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import sys
+from functools import cached_property
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+logger = logging.getLogger(__name__)
+
+
+class Named(Protocol):
+    """Anything with a name."""
+
+    @property
+    def name(self) -> str:
+        """The name."""
+
+
+T = TypeVar("T", bound=Named)
+
+
+class Registry(Generic[T]):
+    """The things of one kind.
+
+    Parameters
+    ----------
+    kind : type
+        Their class; another package's class is made without arguments.
+    group : str
+        The group of entry points. An entry point has the name of the thing and points to its class.
+    built_in : tuple of str
+        The places of this package's own classes, ``module:class``, in order.
+    """
+
+    def __init__(self, kind: type[T], group: str, built_in: tuple[str, ...]) -> None:
+        self.kind, self.group, self._places = kind, group, built_in
+        self.broken: dict[str, str] = {}
+        """Why things of other packages are left out, by their names."""
+        self._loaded: dict[str, T] = {}
+
+    @cached_property
+    def built_in(self) -> tuple[T, ...]:
+        """Those of this package, in order."""
+        places = [place.partition(":") for place in self._places]
+        return tuple(getattr(import_module(module), name)() for module, _, name in places)
+
+    @cached_property
+    def _entries(self) -> dict[str, EntryPoint]:
+        """The entry points of other packages, by name."""
+        found, own = dict[str, EntryPoint](), {one.name for one in self.built_in}
+        for entry in sorted(entry_points(group=self.group), key=lambda one: (one.name, one.value)):
+            if entry.name in own or entry.name in found:
+                self._leave_out(entry, f"{entry.name} exists already")
+            else:
+                found[entry.name] = entry
+        return found
+
+    @property
+    def external(self) -> tuple[T, ...]:
+        """Those of other packages that can be loaded, by name."""
+        return tuple(one for name in self._entries if (one := self._external(name)) is not None)
+
+    @property
+    def all(self) -> tuple[T, ...]:
+        """All: those of this package in order, then others by name."""
+        return (*self.built_in, *self.external)
+
+    def named(self, name: str) -> T | None:
+        """Return the one of that name; None if there is none, or it is broken."""
+        return next((one for one in self.built_in if one.name == name), None) or self._external(name)
+
+    def version_of(self, name: str) -> str:
+        """Return version and hash of the package that a thing comes from; nothing of a built-in one."""
+        if name in {one.name for one in self.built_in} or self._external(name) is None:
+            return ""
+        entry = self._entries[name]
+        top = sys.modules[entry.module.partition(".")[0]]
+        place = Path(top.__file__ or "")
+        return f"{_package(entry)}+{hash_of(place.parent if hasattr(top, '__path__') else place)}"
+
+    def _external(self, name: str) -> T | None:
+        if name not in self._loaded and name in self._entries and name not in self.broken:
+            entry = self._entries[name]
+            try:
+                one = entry.load()()
+            except Exception as error:  # whatever another package raises must not end a command
+                self._leave_out(entry, f"{type(error).__name__}: {error}")
+            else:
+                if isinstance(one, self.kind) and one.name == name:
+                    self._loaded[name] = one
+                else:
+                    self._leave_out(entry, f"{entry.value} is no {self.kind.__name__} with the name {name}")
+        return self._loaded.get(name)
+
+    def _leave_out(self, entry: EntryPoint, reason: str) -> None:
+        self.broken[entry.name] = f"{_package(entry)}: {reason}"
+        logger.warning("%s is left out: %s", entry.name, self.broken[entry.name])
+
+
+def stages() -> Registry[Any]:
+    """Return the list of stages, for code below them: `study` asks whether one of them has a section."""
+    found: Registry[Any] = import_module("stemcal.stages.stage").STAGES
+    return found
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.value if entry.dist is None else f"{entry.dist.name} {entry.dist.version}"
+
+
+def hash_of(place: Path, length: int = 12) -> str:
+    """Return a hash of a Python file, or of all Python files in a folder, alike on every system."""
+    root, found = place.parent if place.is_file() else place, hashlib.sha256()
+    files = [place] if place.is_file() else place.rglob("*.py")
+    for path in sorted(files, key=lambda path: path.relative_to(root).as_posix()):
+        found.update(path.relative_to(root).as_posix().encode())
+        found.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return found.hexdigest()[:length]
