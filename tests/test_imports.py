@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 FLOORS = {
     "stemcal.errors": 0,
     "stemcal.version": 0,
+    "stemcal.registry": 0,
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.outputs": 1,

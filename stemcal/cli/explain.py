@@ -38,8 +38,8 @@ def glossary() -> tuple[Entry, ...]:
 def look_up(term: str) -> list[Entry]:
     """Return the entries of a term or of a key of a spec, by name or other name; else those whose name holds it.
 
-    >>> [entry.term for entry in look_up("decks")]
-    ['solver.decks, kind: deck']
+    >>> [entry.term for entry in look_up("programs")]
+    ['solver.programs, kind: deck']
 
     Raises
     ------

@@ -42,9 +42,8 @@ class Command(Program):
         drawn = {"seed": seed_of(request)} if request.replicate else {}
         return {"result": {name: one.model_dump(mode="json") for name, one in options.result.items()}, **drawn}
 
-    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+    def _write(self, folder: Path, request: Request) -> None:
         self.inputs.write(folder, self._values(request))
-        return {}
 
     def _values(self, request: Request) -> Mapping[str, str]:
         return values_of(request, seed_of(request), self.study.naming)

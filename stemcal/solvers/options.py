@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Field,
     StringConstraints,
@@ -15,7 +13,6 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Remedy
@@ -250,15 +247,6 @@ TimeLimit = Annotated[
 ]
 
 
-def _diameters(given: dict[str, Path]) -> dict[str, Path]:
-    for text in given:
-        try:
-            Quantity("length", above=0).checked(text, from_yaml=True)
-        except PydanticCustomError as error:
-            raise complain(f"{text[:60]!r} is no diameter: {error.message()}", "write 8 mm: own.k") from None
-    return given
-
-
 class ProgramOptions(SolverOptions):
     """What is said of every program that answers in place of the embedded solver."""
 
@@ -324,13 +312,11 @@ class CommandSolver(ProgramOptions):
 class DeckSolver(ProgramOptions):
     """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
 
-    The force is that of contact `interface`, times `scale` (4 for a quarter model), filtered, and its peak found like
-    that of the embedded solver.
+    The force is that of the blade's contact, filtered, and its peak found like that of the embedded solver.
 
-    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. It can also
-    run your own `decks` with the stem's MAT_003 replaced. OpenRadioss needs starter, engine and ``th_to_csv``: those
-    of `programs`, else those of the installation in its `home` or in the environment variable
-    ``OPENRADIOSS_PATH``, else those on PATH.
+    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. OpenRadioss
+    needs starter, engine and ``th_to_csv``: those of `programs`, else those of the installation in its `home` or in
+    the environment variable ``OPENRADIOSS_PATH``, else those on PATH.
     """
 
     kind: Literal["deck"] = "deck"
@@ -338,10 +324,6 @@ class DeckSolver(ProgramOptions):
     program: Literal["lsdyna", "openradioss"]
     """The program that runs the deck."""
     time_limit: TimeLimit = 86400.0
-    interface: Annotated[Whole, Field(ge=1)] = 1
-    """Number of the contact whose force is read."""
-    scale: Number = 1.0
-    """The force is multiplied by it: 4 for a quarter model."""
     filter_window: FilterWindow = 0.010
     rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
     """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
@@ -357,19 +339,10 @@ class DeckSolver(ProgramOptions):
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """LS-DYNA: the program and its arguments, as a list; `{{deck}}` stands for the deck."""
-    decks: Annotated[dict[str, SpecFile], Field(max_length=MOST_FILES), AfterValidator(_diameters)] = {}
-    """LS-DYNA: your own decks by the diameter of the stem, as in `8 mm: own.k`; without them stemcal writes one."""
-    component: Literal["x", "y", "z"] = "z"
-    """LS-DYNA: direction of the force."""
     programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
     """OpenRadioss: `home`, the folder of the installation with `exec` and `hm_cfg_files` in it, by default what the
     environment variable `OPENRADIOSS_PATH` names; names or paths of `starter`, `engine` and `th_to_csv` where `home`
     has none of the usual name."""
-
-    def own_decks(self) -> dict[float, Path]:
-        """Return the user's own decks by the diameter of the stem, mm."""
-        diameter = Quantity("length", above=0)
-        return {diameter.checked(text, from_yaml=True): path for text, path in self.decks.items()}
 
     @property
     def time_step_safety(self) -> float:
@@ -412,11 +385,6 @@ class DeckSolver(ProgramOptions):
         return self.nonlocal_failure
 
     @property
-    def has_material(self) -> bool:
-        """Whether the user's own decks have values of the material."""
-        return bool(self.decks)
-
-    @property
     def deck(self) -> str | None:
         """The program whose deck it is."""
         return self.program
@@ -434,7 +402,7 @@ class DeckSolver(ProgramOptions):
         return Remedy(f"Let it sum in the same order always: {how}")
 
 
-OF_LSDYNA = ("command", "decks", "component")
+OF_LSDYNA = ("command",)
 OF_OPENRADIOSS = ("programs",)
 
 
@@ -477,10 +445,3 @@ class PythonSolver(SolverOptions):
         validation_alias="class", serialization_alias="class"
     )
     """Name of the class in it."""
-    time_limit: Time | None = None
-    """How long one run may take, counted from its start; as long as it needs by default."""
-
-    @property
-    def run_limit(self) -> float | None:
-        """The time limit of the spec."""
-        return self.time_limit

@@ -46,7 +46,7 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], ended: Ended) -> Answer:
     """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
     _require_normal_termination(folder, ended.output)
-    contact = contact_force(read_text(folder, FORCES), options.interface, options.component)
+    contact = contact_force(read_text(folder, FORCES), 1, "z")
     return peak(contact, failed=failed_elements(folder, ended.output))
 
 

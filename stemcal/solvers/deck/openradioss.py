@@ -102,7 +102,7 @@ def run_programs(
 
 def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], _ended: Ended) -> Answer:
     """Return the peak force by what the programs have left."""
-    contact = contact_force(read_text(folder, TABLE), options.interface)
+    contact = contact_force(read_text(folder, TABLE), 1)
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), _text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)

@@ -51,7 +51,7 @@ def peak_answer(
     modes : CurveModes, optional
         Those of the measured curves, which the filtered force until then is scored on.
     """
-    time, force = contact.time, options.scale * contact.force
+    time, force = contact.time, contact.force
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
     filtered = moving_mean(force, rows)
     deleted = np.searchsorted(np.sort(np.asarray(failed, dtype=float)), time, side="right")

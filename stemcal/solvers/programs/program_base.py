@@ -82,13 +82,13 @@ class Program(Solver, ABC):
         """Run the program for a request; its folder is kept if it fails."""
         folder = run_folder(self.place, self.identity(request))
         try:
-            written = self._write(folder, request)
+            self._write(folder, request)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
         answer = self._run(folder, request)
         if answer.ok:
             discard(folder)
-        return replace(answer, details={**answer.details, **written})
+        return answer
 
     @abstractmethod
     def _inputs(self) -> Inputs:
@@ -99,8 +99,8 @@ class Program(Solver, ABC):
         """Return what else determines an answer."""
 
     @abstractmethod
-    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
-        """Put what a run needs into its folder; return what its record shall tell of that."""
+    def _write(self, folder: Path, request: Request) -> None:
+        """Put what a run needs into its folder."""
 
     @abstractmethod
     def _run(self, folder: Path, request: Request) -> Answer:

@@ -6,7 +6,7 @@ Code asks a kind, or its options, what it can do; none asks for a class or for a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
@@ -15,9 +15,6 @@ from stemcal.note import Remedy
 from stemcal.registry import Registry
 from stemcal.study.model.factor import Frozen, Parameter
 from stemcal.study.types.field_types import Length
-
-if TYPE_CHECKING:
-    from stemcal.study.model.whole_study import Study
 
 Answers = Literal["computes", "looks_up", "asks_people"]
 
@@ -84,11 +81,6 @@ class SolverOptions(Frozen):
         return False
 
     @property
-    def has_material(self) -> bool:
-        """Whether it has values of its own for material parameters that are not given."""
-        return False
-
-    @property
     def explicit(self) -> Explicit | None:
         """What decides its time step, where advice may change that."""
         return None
@@ -145,7 +137,7 @@ class SolverKind:
         """Return the keys that a spec gives it."""
         raise NotImplementedError
 
-    def make(self, study: Study) -> Any:
+    def make(self, study: Any) -> Any:
         """Return the solver of a study, a `solvers.protocol.Solver`."""
         raise NotImplementedError
 
@@ -153,7 +145,7 @@ class SolverKind:
         """Return the rules of this kind: functions of a draft and its options that yield findings."""
         return ()
 
-    def doubts(self, _study: Study) -> Iterator[Any]:
+    def doubts(self, _study: Any) -> Iterator[Any]:
         """Yield findings on what is possible but looks like a slip."""
         yield from ()
 

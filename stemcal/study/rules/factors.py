@@ -189,8 +189,8 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
-    """The solver has a value for each of its nine parameters; the user's own deck has them."""
-    if not draft.kind.parameters or not draft.names or draft.study.solver.has_material:
+    """The solver has a value for each of its nine parameters."""
+    if not draft.kind.parameters or not draft.names:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
     wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # told of already
