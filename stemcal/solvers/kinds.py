@@ -1,12 +1,18 @@
-"""The kinds of solvers that come with stemcal: what each can do. Their modules are imported when they are used."""
+"""The kinds of solvers that come with stemcal, and what each can do. What computes is imported when it is made."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from stemcal.study.model.factor import EMBEDDED, PARAMETERS, Parameter
-from stemcal.study.model.solver_kind import SolverKind, SolverOptions
+from stemcal.errors import UsageError
+from stemcal.solvers import rules
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
+from stemcal.study.model.factor import EMBEDDED, PARAMETERS
+from stemcal.study.model.solver_kind import SolverKind
+from stemcal.study.rules.draft import Finding
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
@@ -16,145 +22,88 @@ if TYPE_CHECKING:
 class Embedded(SolverKind):
     """The explicit finite element solver that comes with stemcal."""
 
-    name = "embedded"
+    name, options = "embedded", EmbeddedSolver
     of_spec_alone = foresees = force_history = travel_and_work = any_element_size = True
     own_responses = False
     replicates = "mesh"
     tests = frozenset({"cutting", "three-point-bending", "radial-compression", "axial-compression", "axial-tension"})
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """The nine of the material, friction and wall."""
-        return EMBEDDED
-
-    def options(self) -> type[SolverOptions]:
-        """Return its keys."""
-        from stemcal.solvers.options import EmbeddedSolver
-
-        return EmbeddedSolver
+    parameters = EMBEDDED
+    rules = (rules.elements_fit_stem,)
 
     def make(self, study: Study) -> Solver:
-        """Return the solver of a study."""
         from stemcal.solvers.embedded import Embedded
 
         return Embedded(study)
-
-    def rules(self) -> tuple[Any, ...]:
-        """Return that its elements fit the stem."""
-        from stemcal.solvers import rules
-
-        return (rules.elements_fit_stem,)
 
 
 class Command(SolverKind):
     """Any program that reads text files and leaves its result in one."""
 
-    name = "command"
+    name, options = "command", CommandSolver
     starts_program = True
     replicates = "seed"
-
-    def options(self) -> type[SolverOptions]:
-        """Return its keys."""
-        from stemcal.solvers.options import CommandSolver
-
-        return CommandSolver
+    rules = (
+        rules.placeholders_are_known,
+        rules.placeholders_are_used,
+        rules.chance_is_said,
+        rules.run_files_differ,
+        rules.every_response_is_read,
+    )
 
     def make(self, study: Study) -> Solver:
-        """Return the solver of a study."""
         from stemcal.solvers.command import Command
 
         return Command(study)
 
-    def rules(self) -> tuple[Any, ...]:
-        """Return what its templates, arguments and readers must be."""
-        from stemcal.solvers import rules
-
-        return (
-            rules.placeholders_are_known,
-            rules.placeholders_are_used,
-            rules.chance_is_said,
-            rules.run_files_differ,
-            rules.every_response_is_read,
-        )
-
-    def doubts(self, study: Study) -> Iterator[Any]:
-        """Yield arguments that are files beside the spec."""
-        from stemcal.solvers.rules import files_are_given
-
-        yield from files_are_given(study)
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        return rules.files_are_given(study)
 
 
 class Sheet(SolverKind):
     """A sheet of runs that people do."""
 
-    name = "sheet"
+    name, options = "sheet", SheetSolver
     answers = "asks_people"
     replicates = "seed"
-
-    def options(self) -> type[SolverOptions]:
-        """Return its keys."""
-        from stemcal.solvers.options import SheetSolver
-
-        return SheetSolver
+    rules = (rules.placeholders_are_known, rules.chance_is_said, rules.run_files_differ)
 
     def make(self, study: Study) -> Solver:
-        """Return the solver of a study."""
         from stemcal.solvers.sheet.solver import Sheet
 
         return Sheet.of(study)
-
-    def rules(self) -> tuple[Any, ...]:
-        """Return what its templates must be."""
-        from stemcal.solvers import rules
-
-        return rules.placeholders_are_known, rules.chance_is_said, rules.run_files_differ
 
 
 class Deck(SolverKind):
     """LS-DYNA or OpenRadioss on a deck of the shear test."""
 
-    name = "deck"
+    name, options = "deck", DeckSolver
     starts_program = True
     own_responses = False
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """The nine of the material."""
-        return PARAMETERS
-
-    def options(self) -> type[SolverOptions]:
-        """Return its keys."""
-        from stemcal.solvers.options import DeckSolver
-
-        return DeckSolver
+    parameters = PARAMETERS
+    rules = (rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically)
 
     def make(self, study: Study) -> Solver:
-        """Return the solver of a study."""
         from stemcal.solvers.deck.program import DeckProgram
 
         return DeckProgram(study)
 
-    def rules(self) -> tuple[Any, ...]:
-        """Return what the keys of the program must be."""
-        from stemcal.solvers import rules
+    def ready(self) -> Iterator[tuple[str, str, bool | None]]:
+        from stemcal.solvers.deck.installation import HOME, installation
 
-        return rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically
+        try:
+            yield "OpenRadioss", installation(DeckSolver(program="openradioss"), Path.cwd()).starter, True
+        except UsageError as error:
+            missing = f"not there, {HOME} is not set; needed only for solver: {{kind: deck, program: openradioss}}"
+            yield ("OpenRadioss", str(error), False) if HOME in os.environ else ("OpenRadioss", missing, None)
 
 
 class Python(SolverKind):
     """A class in a Python file beside the spec."""
 
-    name = "python"
+    name, options = "python", PythonSolver
     starts_program = True
 
-    def options(self) -> type[SolverOptions]:
-        """Return its keys."""
-        from stemcal.solvers.options import PythonSolver
-
-        return PythonSolver
-
     def make(self, study: Study) -> Solver:
-        """Return the solver of a study."""
         from stemcal.solvers.python import PythonClass
 
         return PythonClass.of(study)

@@ -172,41 +172,33 @@ class EmbeddedSolver(SolverOptions):
 
     @property
     def version(self) -> str:
-        """That of stemcal."""
         return __version__
 
     @property
     def repeats(self) -> int:
-        """The mesh positions, 0 for one alone."""
         return self.replicates or 0
 
     @property
     def run_limit(self) -> float | None:
-        """The time limit of the spec."""
         return self.time_limit
 
     @property
     def rate(self) -> str | None:
-        """The rate law."""
         return self.rate_law
 
     @property
     def mesh(self) -> Mesh | None:
-        """The elements of the stem."""
         return Mesh(self.element_size, self.elements_through_wall)
 
     @property
     def has_lengths(self) -> bool:
-        """Always: failure and contact are averaged over lengths."""
         return True
 
     @property
     def explicit(self) -> Explicit | None:
-        """These options themselves."""
         return self
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return None: every run has its curve."""
         return None
 
     def at_speed(self, speed: float) -> EmbeddedSolver:
@@ -259,7 +251,6 @@ class ProgramOptions(SolverOptions):
 
     @property
     def version(self) -> str:
-        """What `environment` calls the program's version."""
         return self.environment.get("VERSION", "")
 
 
@@ -296,11 +287,9 @@ class CommandSolver(ProgramOptions):
 
     @property
     def repeats(self) -> int:
-        """The replicates; 0 where equal inputs give equal answers."""
         return self.replicates or 0
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return why its reader gives no curve, None if it does."""
         reader = self.result.get(FIRST)
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
@@ -361,40 +350,32 @@ class DeckSolver(ProgramOptions):
 
     @property
     def title(self) -> str:
-        """The name of the program."""
         return "LS-DYNA" if self.program == "lsdyna" else "OpenRadioss"
 
     @property
     def program_name(self) -> str:
-        """The program that runs the deck."""
         return self.program
 
     @property
     def rate(self) -> str | None:
-        """The rate law, chosen or by default."""
         return self.law
 
     @property
     def mesh(self) -> Mesh | None:
-        """The elements of the deck that stemcal writes."""
         return Mesh(self.element_size, self.elements_through_wall)
 
     @property
     def has_lengths(self) -> bool:
-        """Whether the deck carries the study's lengths."""
         return self.nonlocal_failure
 
     @property
     def deck(self) -> str | None:
-        """The program whose deck it is."""
         return self.program
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return None: the contact force is a curve."""
         return None
 
     def chance_remedy(self) -> Remedy:
-        """Return how the program sums in the same order always."""
         if self.program == "lsdyna":
             how = "a negative number of processors (ncpu=-4) in its command"
         else:
@@ -425,7 +406,6 @@ class SheetSolver(SolverOptions):
 
     @property
     def repeats(self) -> int:
-        """The replicates; 0 where equal levels give equal answers."""
         return self.replicates or 0
 
 

@@ -64,7 +64,7 @@ def test_what_the_kinds_declare() -> None:
         "deck": ("computes", False, False, None),
         "python": ("computes", False, True, None),
     }
-    assert all(kind.options().model_fields["kind"].default == kind.name for kind in SOLVERS.all)
+    assert all(kind.options.model_fields["kind"].default == kind.name for kind in SOLVERS.all)
 
 
 # ---- kinds of other packages
@@ -80,9 +80,7 @@ class SpringOptions(SolverOptions):
 
 class Spring(SolverKind):
     name = "spring"
-
-    def options(self):
-        return SpringOptions
+    options = SpringOptions
 
     def make(self, study):
         return Answering(study.solver.stiffness)

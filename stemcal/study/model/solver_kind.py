@@ -107,6 +107,8 @@ class SolverKind:
     """One kind of solver. A subclass gives `name`, `options` and `make`, and declares what it can do."""
 
     name: ClassVar[str]
+    options: ClassVar[type[SolverOptions]]
+    """The keys that a spec gives it."""
     answers: ClassVar[Answers] = "computes"
     """Whether it computes, looks answers up, or people do the runs."""
     of_spec_alone: ClassVar[bool] = False
@@ -127,23 +129,14 @@ class SolverKind:
     """Whether a request may ask for elements of another size."""
     tests: ClassVar[frozenset[str]] = frozenset()
     """The kinds of laboratory tests that it simulates."""
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """The material parameters that it knows; none where factors may have any name."""
-        return {}
-
-    def options(self) -> type[SolverOptions]:
-        """Return the keys that a spec gives it."""
-        raise NotImplementedError
+    parameters: ClassVar[Mapping[str, Parameter]] = {}
+    """The parameters that factors can be; none where they may have any name."""
+    rules: ClassVar[tuple[Callable[[Any, Any], Iterator[Any]], ...]] = ()
+    """What must hold for its keys: functions of a draft and its options that yield findings."""
 
     def make(self, study: Any) -> Any:
         """Return the solver of a study, a `solvers.protocol.Solver`."""
         raise NotImplementedError
-
-    def rules(self) -> tuple[Callable[[Any, Any], Iterator[Any]], ...]:
-        """Return the rules of this kind: functions of a draft and its options that yield findings."""
-        return ()
 
     def doubts(self, _study: Any) -> Iterator[Any]:
         """Yield findings on what is possible but looks like a slip."""
@@ -186,7 +179,7 @@ class _OfAKind:
     """Has a solver read by the options of its kind."""
 
     def __get_pydantic_core_schema__(self, _source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        choices = {name: handler.generate_schema(kind.options()) for name, kind in known_kinds().items()}
+        choices = {name: handler.generate_schema(kind.options) for name, kind in known_kinds().items()}
         return core_schema.tagged_union_schema(choices, discriminator="kind")
 
 
@@ -195,4 +188,4 @@ AnySolver = Annotated[SolverOptions, _OfAKind()]
 
 def usual_solver() -> SolverOptions:
     """Return the solver of a spec that names none."""
-    return SOLVERS.built_in[0].options()(kind=SOLVERS.built_in[0].name)
+    return SOLVERS.built_in[0].options(kind=SOLVERS.built_in[0].name)

@@ -61,7 +61,7 @@ def broken_rules(draft: Draft) -> list[Finding]:
 
 def _broken(draft: Draft) -> list[Finding]:
     solver = getattr(draft.study, "solver", None)
-    own = () if solver is None else draft.kind.rules()
+    own = () if solver is None else draft.kind.rules
     found = [*(rule(draft) for rule in RULES), *(rule(draft, solver) for rule in own)]
     return [finding for findings in found for finding in _as_far_as_read(findings)]
 
