@@ -10,9 +10,9 @@ from pathlib import Path
 from tally import Fault, each
 
 from stemcal.errors import UsageError
+from stemcal.measured.channels import CurveOptions
 from stemcal.measured.diameters import measure_diameters
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
-from stemcal.measured.shear_curves import CurveOptions
 
 CURVE = [(0.05 * i, round(300.0 * (i / 30) ** 2 if i <= 30 else 300.0 * (40 - i) / 10, 2)) for i in range(40)]
 PEAK = 300.0
