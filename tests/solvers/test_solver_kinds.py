@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Iterator
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -112,9 +111,13 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A package that brings a kind `spring`, one that breaks, and one whose name exists."""
     (tmp_path / "springs.py").write_text(OUTSIDE, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    places = {"spring": "springs:Spring", "broken": "springs:Broken", "sheet": "springs:Spring"}
-    entries = [EntryPoint(name, value, SOLVERS.group) for name, value in places.items()]
-    monkeypatch.setattr("stemcal.registry.entry_points", lambda group: entries)
+    told = tmp_path / "springs-1.0.dist-info"
+    told.mkdir()
+    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: springs\nVersion: 1.0\n", encoding="utf-8")
+    (told / "entry_points.txt").write_text(
+        "[stemcal.solvers]\nspring = springs:Spring\nbroken = springs:Broken\nsheet = springs:Spring\n",
+        encoding="utf-8",
+    )
     monkeypatch.setattr(solver_kind, "_learned", {})
     for name, value in (("_loaded", {}), ("broken", {})):
         monkeypatch.setitem(vars(SOLVERS), name, value)
@@ -160,7 +163,7 @@ def test_a_kind_that_breaks_or_is_not_there_is_refused_with_its_line(packages: P
     with pytest.raises(SpecError, match=f"5.* '{kind}' is no kind of solver"):
         study_of(packages, kind)
     assert set(SOLVERS.broken) == ({"broken", "sheet"} if kind == "broken" else {"sheet"})
-    assert "sheet exists already" in SOLVERS.broken["sheet"]
+    assert SOLVERS.broken["sheet"] == "springs 1.0: sheet exists already"
 
 
 def test_other_packages_are_not_read_for_the_kinds_that_are_known(packages: Path) -> None:
