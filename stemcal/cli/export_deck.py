@@ -62,7 +62,7 @@ def export_deck(
     require_material(study, levels, at)
     if not path.absolute().parent.is_dir():
         raise UsageError(f"{path}: the folder {path.parent} does not exist")
-    form = DeckForm(chosen, lengths=True) if study.solver.deck is None else form_of(study)
+    form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
     given = Deck.of(study, levels, at, form)
     forces = None if no_force or (quiet and not as_json) else _forces(given, quiet)
     deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
@@ -83,7 +83,7 @@ def export_deck(
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
     """Return the program that the deck is for; raise `UsageError` where nothing says it."""
-    own = study.solver.deck
+    own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:
         raise UsageError(f"{path}: LS-DYNA reads no {RADIOSS} file; name the deck {path.stem}.k")
@@ -108,7 +108,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
         for sentence in results.stale:
             warn(sentence)
         there, refined = study.there, results.refined_there
-        if refined is not None and there.solver.deck == program:
+        if refined is not None and there.solver.program_name == program:
             return there, {**study.midlevels(), **refined.parameters}
         if results.inversion is not None:
             return study, {**study.midlevels(), **results.parameters}

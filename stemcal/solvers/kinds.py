@@ -77,7 +77,7 @@ class Deck(SolverKind):
     """LS-DYNA or OpenRadioss on a deck of the shear test."""
 
     name, options = "deck", DeckSolver
-    starts_program = True
+    starts_program = writes_decks = True
     own_responses = False
     parameters = PARAMETERS
     rules = (rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically)

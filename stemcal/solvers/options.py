@@ -368,10 +368,6 @@ class DeckSolver(ProgramOptions):
     def has_lengths(self) -> bool:
         return self.nonlocal_failure
 
-    @property
-    def deck(self) -> str | None:
-        return self.program
-
     def without_curve(self) -> tuple[str, str] | None:
         return None
 

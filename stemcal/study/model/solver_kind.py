@@ -85,11 +85,6 @@ class SolverOptions(Frozen):
         """What decides its time step, where advice may change that."""
         return None
 
-    @property
-    def deck(self) -> str | None:
-        """The program whose decks the study is calibrated in."""
-        return None
-
     def without_curve(self) -> tuple[str, str] | None:
         """Return why a run tells no force over travel and what to do, None if it does."""
         return f"solver {self.title} has no curve to compare", "give the force alone"
@@ -121,6 +116,8 @@ class SolverKind:
     """Whether a single run gives the whole history of the force, for `simulate`."""
     travel_and_work: ClassVar[bool] = False
     """Whether it answers a cut with travel and work to the maximum, too."""
+    writes_decks: ClassVar[bool] = False
+    """Whether a study is calibrated in a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True
     """Whether a study may declare responses and conditions, rather than the force on a stem."""
     replicates: ClassVar[Literal["mesh", "seed"] | None] = None
