@@ -173,12 +173,9 @@ def _name(table: TextTable, column: int) -> str:
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
     """Tell whether names differ in numbers or single letters at most, and units not at all."""
-    roots = {tuple(filter(_is_word, re.split(r"[\W\d_]+", plain(table.columns[i])))) for i in columns}
+    parts = (re.split(r"[\W\d_]+", plain(table.columns[i])) for i in columns)
+    roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
-
-
-def _is_word(part: str) -> bool:
-    return len(part) > 1 or not part.isascii()
 
 
 def _alternate(acrosses: Sequence[int], ups: Sequence[int]) -> bool:

@@ -302,18 +302,14 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     Else the number would jump from one level to the next, and the force with it.
     """
     solver = _options(study)
-    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, _symmetry(study))
+    symmetry: cutting.Symmetry = "quarter" if study.blade.bevel == "both" else "half"
+    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, symmetry)
     if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
         return how
     thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
     return replace(
         how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
     )
-
-
-def _symmetry(study: Study) -> cutting.Symmetry:
-    """Return which part of the stem is computed: a quarter, or half where the blade is ground on one side."""
-    return "quarter" if study.blade.bevel == "both" else "half"
 
 
 def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symmetry) -> cutting.Discretisation:

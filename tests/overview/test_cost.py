@@ -13,7 +13,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.numbers import duration
 from stemcal.overview.cost import costs_of, elapsed, overhead
 from stemcal.overview.plan import plan
-from stemcal.runs.outcome import record_key
+from stemcal.runs.outcome import identity_of, record_key
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 
@@ -37,7 +37,7 @@ def asked(row: int, diameter: float = 8.0) -> Request:
 
 def recorded(folder: StudyFolder, solver: FakeSolver, request: Request, seconds: float, host: str) -> None:
     answer, told = asdict(Answer("ok", 100.0)), {"wall_seconds": seconds, "host": host}
-    key, identity = record_key(solver, request), solver.identity(request)
+    key, identity = record_key(solver, request), identity_of(solver, request)
     folder.save({"key": key, "identity": identity, "request": asdict(request), **answer, "provenance": told})
 
 

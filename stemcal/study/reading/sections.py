@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
@@ -81,7 +81,8 @@ class Sections:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
             self.findings += _findings(error, (_spelled(name),), told)
-            if (rest := partly(_kind_of(name), given, self.context)) is not None:
+            kind = type(usual_solver()) if name == "solver" else get_type_hints(StudyForm)[name]
+            if (rest := partly(kind, given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
     def read_targets(self, name: str, given: Any) -> None:
@@ -126,10 +127,10 @@ class Sections:
         if not isinstance(given, list) or not given:
             self.read(name, given)
             return
-        good: dict[int, Factor] = {}
+        good, adapter = dict[int, Factor](), TypeAdapter(Factor)
         for index, entry in enumerate(given):
             try:
-                good[index] = _factor_adapter().validate_python(_with_defaults(entry, index), context=self.context)
+                good[index] = adapter.validate_python(_with_defaults(entry, index), context=self.context)
             except ValidationError as error:
                 self.findings += _findings(error, (name, index))
         self.good[name] = good
@@ -207,16 +208,6 @@ def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
 
 
-def _kind_of(section: str) -> Any:
-    """Return the type of a section; of a solver the usual one, the only one that rules look into."""
-    return type(usual_solver()) if section == "solver" else get_type_hints(StudyForm)[section]
-
-
-@functools.cache
-def _factor_adapter() -> TypeAdapter[Factor]:
-    return TypeAdapter(Factor)
-
-
 def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
     """Return what pydantic finds wrong with a section, as findings; nothing at places that are `told` already."""
     found = []
@@ -243,7 +234,8 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
         return None  # another solver
     hints = get_type_hints(kind, include_extras=True)
-    keys = {name: key for name in kind.model_fields for key in _keys(kind, name) if key in given}
+    spelled = {name: str(one.validation_alias or name) for name, one in kind.model_fields.items()}
+    keys = {name: key for name, key in spelled.items() if key in given}
     read = {name: _field(hints[name], given[key], context) for name, key in keys.items()}
     good = {name: value for name, value in read.items() if value is not None}
     section = kind.model_construct(_fields_set={*good}, **good)
@@ -251,11 +243,6 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
         if name not in good and (name in keys or key.is_required()):
             section.__dict__.pop(name, None)
     return section
-
-
-def _keys(kind: type[BaseModel], name: str) -> Sequence[str]:
-    """Return the keys that a field may have in a spec."""
-    return [str(kind.model_fields[name].validation_alias or name)]
 
 
 def _field(hint: Any, given: Any, context: Mapping[str, Any]) -> Any:
