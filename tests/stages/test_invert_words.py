@@ -67,10 +67,10 @@ def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
     assert kinds(better)["without_mechanics"] == "info"
 
 
-def test_an_unknown_error_of_the_surface_is_a_warning_with_more_runs(joint: InvertResult) -> None:
-    unknown = replace(joint, certainty=replace(joint.certainty, surface_error_known=False))
-    (note,) = (note for note in words.notes_of(unknown) if note.kind == "surface_error_unknown")
-    assert note.severity == "warning" and note.remedy.edit == "rsm: {extra_runs: 4}" and "10 %" in note.text
+def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint: InvertResult) -> None:
+    assert words.assumption(joint.certainty) == []
+    (said,) = words.assumption(replace(joint.certainty, surface_error_known=False))
+    assert "unknown" in said and "10 %" in said
 
 
 def test_what_the_curves_show_of_the_machine() -> None:

@@ -174,13 +174,10 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
 
 
 def notes_of(stage: InvertResult) -> list[Note]:
-    """Return what limits a solution: other solutions, the region, unknown errors, a misfit, a formula."""
+    """Return what limits a solution: other solutions, the region, a misfit, a formula."""
     names = Names(stage.naming)
     found = [*(_of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names))]
     found += [Note("known", "caution", " ".join(known(part, stage, names))) for part in stage.known]
-    if stage.certainty is not None and not stage.certainty.surface_error_known:
-        remedy = Remedy("Add runs to estimate it.", "rsm: {extra_runs: 4}")
-        found.append(Note("surface_error_unknown", "warning", assumption(stage.certainty)[-1], remedy))
     return found
 
 

@@ -77,6 +77,18 @@ class Evidence:
                     found.append(Judged(further.response, at.condition, further.error_percent, own))
         return found
 
+    @cached_property
+    def mostly_off(self) -> bool:
+        """Whether more than half of what was compared is off by more than the percentage, fitted or not.
+
+        It decides between a reservation and not calibrated, the same however many conditions were fitted.
+        """
+        found = self.results.inversion
+        sizes = [row.size for row in self.judged if row.error_percent is not None]
+        if not sizes and found is not None and found.joint is not None:
+            sizes = [abs(row.error_percent) for row in found.joint.rows]
+        return 2 * sum(size > self.equivalent_percent for size in sizes) > len(sizes)
+
     @property
     def records(self) -> Iterator[Mapping[str, Any]]:
         """The records of the study folder, of all stages."""

@@ -35,7 +35,8 @@ _WITHIN = (
     "formula predicts."
 )
 _BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
-
+# What ends a study before its last stage: these reasons say what to do, in place of "not done yet".
+_ENDS = ("undeclared_scatter", "probable_unit", "failed_runs", "out_of_reach", "conflict")
 
 Rule = Callable[[Evidence], Iterator[Note]]
 
@@ -44,7 +45,10 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     """Judge a study as far as it has come; `results` if they are read already."""
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(results, folder), folder)
-    return Verdict.of([reason for rule in RULES for reason in rule(evidence)], _use(evidence), _use_there(evidence))
+    reasons = [reason for rule in RULES for reason in rule(evidence)]
+    if any(reason.kind in _ENDS for reason in reasons):
+        reasons = [reason for reason in reasons if reason.kind != "unfinished"]
+    return Verdict.of(reasons, _use(evidence), _use_there(evidence))
 
 
 # ---- where it may be used
@@ -91,7 +95,7 @@ def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
 def _unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done()}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
-    if missing and not any(any(rule(evidence)) for rule in (_reach, data.units, data.chance, data.failed_runs)):
+    if missing:
         by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
         remedy = Remedy(by_hand if evidence.study.kind.answers == "asks_people" else "`stemcal run SPEC` continues.")
         there_alone = [stage.name for stage in missing] == ["refine"] and not evidence.study.refined_here
@@ -117,7 +121,7 @@ def _reach(evidence: Evidence) -> Iterator[Note]:
 
 
 def _trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield first of all that the error follows the diameter: no other remedy helps against that."""
+    """Yield that the error follows the diameter: no other change of the model or the data helps against that."""
     study, surface, found = evidence.study, evidence.results.surface, evidence.results.inversion
     if surface is None or found is None or not (study.naming.is_force_on_stems and study.naming.is_cutting):
         return
@@ -141,7 +145,6 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
     law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
     if law is None or not study.kind.force_history or evidence.physics.share > MAJORITY:
         return
-    severity: Severity = "error" if joint is not None and worst > evidence.equivalent_percent else "warning"
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (
         f"The error follows the diameter: the measured force grows {how} than the simulated, by "
@@ -152,7 +155,7 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
     else:
         then = "What removes the trend is computed from the surfaces of all of them."
         remedy = advice.fit_all(study, "conditions", then)
-    yield Note("trend", severity, text, remedy)
+    yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
 
 
 def _standard_error(row: JointRow | ValidationRow) -> float | None:
@@ -168,12 +171,13 @@ def _conflict(evidence: Evidence) -> Iterator[Note]:
         return
     apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
     if apart is not None:
-        beyond = missed or (joint.df < 1 and apart.p < _BEYOND_DOUBT)
+        one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
+        beyond = evidence.mostly_off or (one_place and joint.df < 1 and apart.p < _BEYOND_DOUBT)
         text = words.contradiction(apart, joint, evidence.names)
         yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
     elif missed and joint.p is None:
         text = f"The joint fit misses a measured value by {joint.max_abs_error_percent:.0f} %."
-        yield Note("conflict", "error", text, _of_conflict(evidence, joint))
+        yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
@@ -196,7 +200,7 @@ def _target(evidence: Evidence) -> Iterator[Note]:
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
-    severity: Severity = "error" if 2 * len(far) >= len(fitted) else "warning"
+    severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
     remedy = _refine_more(refine.budget if refine is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
         remedy = next((conflict.remedy for conflict in _conflict(evidence) if conflict.remedy), remedy)
@@ -211,13 +215,31 @@ def _refine_more(budget: int | None) -> Remedy:
 
 
 def _physics(evidence: Evidence) -> Iterator[Note]:
+    """Yield doubts for which no force is to be trusted."""
+    return (note for note in _doubts(evidence) if note.severity == "error")
+
+
+def _some_physics(evidence: Evidence) -> Iterator[Note]:
+    """Yield doubts about a few runs: they come after a trend, which such runs do not make."""
+    return (note for note in _doubts(evidence) if note.severity == "warning")
+
+
+def _doubts(evidence: Evidence) -> Iterator[Note]:
+    """Yield what is doubtful of many runs; and of runs with the calibrated parameters, unless most are doubtful."""
     found = evidence.physics
-    if found.share < SOME:
-        return
     severity: Severity = "error" if found.share > MAJORITY else "warning"
-    for doubt in found.doubts:
-        text = words.doubtful(doubt, found.checked)
-        yield Note("physics", severity, text, advice.for_physics(evidence.study, doubt))
+    for doubt in found.doubts if found.share >= SOME else ():
+        yield Note("physics", severity, words.doubtful(doubt, found.checked), advice.for_physics(evidence.study, doubt))
+    worst: dict[DoubtKind, DoubtAt] = {}
+    for at in found.at_solution if found.share <= MAJORITY else ():
+        before = worst.get(at.doubt.kind)
+        if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
+            worst[at.doubt.kind] = at
+    for kind, at in worst.items():
+        far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
+        text = words.doubtful_solution(at, evidence.names)
+        remedy = advice.for_physics(evidence.study, at.doubt)
+        yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 
 
 def _edge(evidence: Evidence) -> Iterator[Note]:
@@ -300,7 +322,8 @@ def _validation(evidence: Evidence) -> Iterator[Note]:
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and advice.chose_conditions(study):  # no advice undoes an earlier one
             remedy = Remedy("Use the result only where it agrees, or add a factor that the error depends on.")
-        yield Note("validation", "warning", f"{words.miss(worst, evidence.names)}.", remedy)
+        severity: Severity = "error" if evidence.mostly_off else "warning"
+        yield Note("validation", severity, f"{words.miss(worst, evidence.names)}.", remedy)
     if not held_out and not _left_out(evidence):
         yield Note("unchecked", "warning", "No independent measurement checks the result.", advice.measure_more(study))
 
@@ -331,21 +354,6 @@ def _left_out(evidence: Evidence) -> bool:
     found = evidence.results.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
     return error is not None and error <= evidence.equivalent_percent
-
-
-def _solution_physics(evidence: Evidence) -> Iterator[Note]:
-    if evidence.physics.share > MAJORITY:
-        return  # said of all runs
-    worst: dict[DoubtKind, DoubtAt] = {}
-    for at in evidence.physics.at_solution:
-        before = worst.get(at.doubt.kind)
-        if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
-            worst[at.doubt.kind] = at
-    for kind, at in worst.items():
-        far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
-        severity: Severity = "error" if at.fitted and far else "warning"
-        text = words.doubtful_solution(at, evidence.names)
-        yield Note("physics_of_solution", severity, text, advice.for_physics(evidence.study, at.doubt))
 
 
 def _identified(evidence: Evidence) -> Iterator[Note]:
@@ -421,9 +429,9 @@ RULES: tuple[Rule, ...] = (
     data.units,
     data.failed_runs,
     _physics,
-    _solution_physics,
     _unfinished,
     _trend,
+    _some_physics,
     _reach,
     _signs,
     _rough,
