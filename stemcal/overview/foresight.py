@@ -141,19 +141,25 @@ def _short_stroke(study: Study) -> Iterator[Note]:
     if not study.kind.force_history or not study.naming.is_cutting:
         return
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
-    if study.loading.stroke < LEAST_STROKE * thickest:
+    stroke = study.loading.stroke_at(thickest)
+    if stroke < LEAST_STROKE * thickest:
+        share = stroke / thickest
         text = (
-            f"The blade travels {study.loading.stroke:.3g} mm, {study.loading.stroke / thickest:.2g} of the largest "
-            f"diameter ({thickest:g} mm). A run that stops before the maximum gives too small a force."
+            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). A run that "
+            "stops before the maximum gives too small a force."
         )
-        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest))
+        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 
 
-def lasting(study: Study, travel: float) -> Remedy:
-    """Return the remedy that gives the blade a travel (mm)."""
-    seconds = study.loading.duration + (travel - study.loading.stroke) / study.loading.speed
-    step = 10.0 ** (floor(log10(seconds)) - 1)
-    edit = f"loading: {{duration: {ceil(seconds / step) * step:.6g} s}}"
+def lasting(study: Study, travel: float, diameter: float) -> Remedy:
+    """Return the remedy that gives the blade a travel at a stem diameter (mm)."""
+    longer = study.loading.longer(travel / study.loading.stroke_at(diameter))
+    if longer.stroke is None:
+        step = 10.0 ** (floor(log10(longer.duration)) - 1)
+        written = f"duration: {ceil(round(longer.duration / step, 6)) * step:.6g} s"
+    else:
+        written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
+    edit = f"loading: {{{written}}}"
     return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
 
 

@@ -15,6 +15,7 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.note import Note
 from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
+from stemcal.solvers.embedded import shear_test
 from stemcal.stages.design import surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -116,6 +117,18 @@ def test_a_stroke_of_less_than_0_35_diameters_is_warned_of_and_the_advice_is_eno
     assert stroke.remedy.edit == "loading: {duration: 2.4 s}"
     longer = study.with_(loading={"duration": "2.4 s"})
     assert "short_stroke" not in {note.kind for note in beforehand(longer)}
+
+
+def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
+    """d/4 at 11 mm: 2.75 mm after the gap at 100 mm/min. It is 0.25 d, and 0.35 d are at least d/2.8."""
+    study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml")
+    short = study.with_(loading={"stroke": "d/4"})
+    for diameter in (7.0, 11.0):
+        moved = shear_test(short, {factor.name: factor.centre for factor in short.factors}, diameter).loading
+        assert moved.speed * moved.duration - moved.gap == pytest.approx(diameter / 4.0)
+    remedy = next(note.remedy for note in beforehand(short) if note.kind == "short_stroke")
+    assert remedy is not None and remedy.edit == "loading: {stroke: d/2.8}"
+    assert short.loading.longer(2.0).stroke_at(8.0) == pytest.approx(4.0)
 
 
 def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):

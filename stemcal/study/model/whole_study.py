@@ -262,8 +262,8 @@ class Study(StudyForm):
         """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
-        travel = GAP + (test.stroke_at(diameter) or loading.stroke)
-        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
+        travel = GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
+        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
     @property
