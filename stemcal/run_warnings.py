@@ -12,7 +12,7 @@ MOST_BUCKLING = 5.0
 NEGLIGIBLE_MASS = 1.0
 
 STROKE_TOO_SHORT = "stroke_too_short"
-_LONGER = Remedy("Increase loading.duration.")
+_LONGER = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
 
 
 def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float, end: float, stroke: float) -> Note:

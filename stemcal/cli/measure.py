@@ -225,10 +225,11 @@ def _beyond_stroke(tests: ShearTests, study: Study) -> str:
     """Say that curves are longer than what the simulated blade travels, mm; nothing if they are not."""
     from stemcal.overview.foresight import lasting
 
-    longest, stroke = max(grade.travel.mean for grade in tests.grades), study.loading.stroke
+    longest, diameter = max((grade.travel.mean, grade.diameter) for grade in tests.grades)
+    stroke = study.loading.stroke_at(diameter)
     if longest <= stroke:
         return ""
-    longer = lasting(study, longest).text
+    longer = lasting(study, longest, diameter).text
     return (
         f"note: the measured force has its maximum at up to {longest:.3g} mm of the machine's travel, which has the "
         f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. {longer} "

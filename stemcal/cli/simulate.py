@@ -180,7 +180,7 @@ def _for_embedded_alone(options: Mapping[str, object]) -> None:
 def stroke_of(study: Study, section: LaboratorySection | None, diameter: float) -> float:
     """Return how far the tool of a test moves, mm."""
     own = 0.0 if section is None else section.stroke_at(diameter)
-    return own or study.loading.stroke
+    return own or study.loading.stroke_at(diameter)
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:

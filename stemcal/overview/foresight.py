@@ -118,17 +118,13 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
 
 LEAST_STROKE = 0.35
 """Of the diameter: stems that break have their maximum at 0.06 to 0.1 of it, stems that fold first at 0.2 to 0.35."""
-_SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the solver; none is a mistake."""
-    k, runs = len(study.factors), study.screen.runs
-    if study.screen.design == "plackett-burman" and runs is not None and runs <= _SMALL and k >= 3:
-        yield _small_screening(runs, k)
     if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
-        yield _box_behnken(least, most, k)
+        yield _box_behnken(least, most, len(study.factors))
     yield from _not_varied(study)
     yield from _short_stroke(study)
     if study.solver.has_lengths and "failure_strain" in study.names:
@@ -145,30 +141,26 @@ def _short_stroke(study: Study) -> Iterator[Note]:
     if not study.kind.force_history or not study.naming.is_cutting:
         return
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
-    if study.loading.stroke < LEAST_STROKE * thickest:
+    stroke = study.loading.stroke_at(thickest)
+    if stroke < LEAST_STROKE * thickest:
+        share = stroke / thickest
         text = (
-            f"The blade travels {study.loading.stroke:.3g} mm, {study.loading.stroke / thickest:.2g} of the largest "
-            f"diameter ({thickest:g} mm). A run that stops before the maximum gives too small a force."
+            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). A run that "
+            "stops before the maximum gives too small a force."
         )
-        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest))
+        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 
 
-def lasting(study: Study, travel: float) -> Remedy:
-    """Return the remedy that gives the blade a travel (mm)."""
-    seconds = study.loading.duration + (travel - study.loading.stroke) / study.loading.speed
-    step = 10.0 ** (floor(log10(seconds)) - 1)
-    edit = f"loading: {{duration: {ceil(seconds / step) * step:.6g} s}}"
+def lasting(study: Study, travel: float, diameter: float) -> Remedy:
+    """Return the remedy that gives the blade a travel at a stem diameter (mm)."""
+    longer = study.loading.longer(travel / study.loading.stroke_at(diameter))
+    if longer.stroke is None:
+        step = 10.0 ** (floor(log10(longer.duration)) - 1)
+        written = f"duration: {ceil(round(longer.duration / step, 6)) * step:.6g} s"
+    else:
+        written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
+    edit = f"loading: {{{written}}}"
     return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
-
-
-def _small_screening(runs: int, factors: int) -> Note:
-    df = runs - 1 - factors
-    left = f"{df or 'no'} residual df {'is' if df == 1 else 'are'} left for the test"
-    text = (
-        f"screen.runs {runs} for {factors} factors: each main effect is fully aliased with two-factor interactions, "
-        f"and {left}. With {_USUAL} runs the alias weight is 1/3, and {_USUAL - 1 - factors} df are left."
-    )
-    return Note("small_screening", "caution", text)
 
 
 def _box_behnken(least: int, most: int, factors: int) -> Note:

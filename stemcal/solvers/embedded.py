@@ -274,7 +274,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
             edge_spread=blade.edge_spread.at(diameter),
         ),
         supports=cutting.Supports(study.supports.clearance, study.supports.fillet_radius),
-        loading=cutting.Loading(study.loading.speed, study.loading.duration, GAP),
+        loading=cutting.Loading(study.loading.speed, study.loading.duration_at(diameter), GAP),
         contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
     )

@@ -10,6 +10,7 @@ from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
+from stemcal.study.model.shear_test import LoadingSection
 from stemcal.study.model.solver_kind import Explicit
 from stemcal.words import series
 
@@ -93,6 +94,10 @@ def _measured(study: Study) -> Table:
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
 
 
+def _stroke(loading: LoadingSection) -> str:
+    return f"for {loading.duration:g} s" if loading.stroke is None else f"over {loading.stroke}"
+
+
 def _virtual_test(study: Study, solver: Explicit) -> dict[str, str]:
     """Return each part of the virtual shear test and how it is simulated."""
     blade, supports, contact, law = study.blade, study.supports, study.contact, {"paper": "as printed in the paper"}
@@ -104,7 +109,7 @@ def _virtual_test(study: Study, solver: Explicit) -> dict[str, str]:
         "Blade": f"{blade.thickness:g} mm thick, edge of {blade.edge_angle:g}°, {bevels} bevelled",
         "Edge radius": f"{short(blade.edge_radius)} mm",
         "Supports": f"{supports.clearance:g} mm apart, edges rounded by {supports.fillet_radius:g} mm",
-        "Loading": f"{significant(60.0 * study.loading.speed)} mm/min for {study.loading.duration:g} s",
+        "Loading": f"{significant(60.0 * study.loading.speed)} mm/min {_stroke(study.loading)}",
         "Friction": "a factor" if "stem_friction" in study.names else rubbing,
         "Model": f"{part}, mirrored; elements of {solver.element_size}",
         "Edge spread": f"{study.blade.edge_spread}",

@@ -193,7 +193,7 @@ class Deck:
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
         rests_at = 0.5 * supports.clearance + supports.fillet_radius
-        length, stroke = _BLADE_OVER_STEM * diameter, study.loading.stroke
+        length, stroke = _BLADE_OVER_STEM * diameter, study.loading.stroke_at(diameter)
         edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
         if not self.is_sharp:
             edge = edge.moved(edge.nodes + np.array([_NOSE_BESIDE * size, 0.0, 0.0]))

@@ -45,7 +45,8 @@ def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = (
 
 def engine_text(deck: Deck, run: str) -> str:
     """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
-    return engine_over(run, deck.study.loading.duration, deck.solver.outputs, deck.solver.time_step_safety)
+    seconds = deck.study.loading.duration_at(deck.diameter)
+    return engine_over(run, seconds, deck.solver.outputs, deck.solver.time_step_safety)
 
 
 def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:

@@ -15,7 +15,7 @@ from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
-from stemcal.study.model import DAMPING, Study
+from stemcal.study.model import DAMPING
 
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
@@ -45,7 +45,7 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
     yield from _part_cards(deck.solver, STEM if held else BLADE)
-    yield from _motion(deck.study, "SET" if held else "RIGID")
+    yield from _motion(deck, "SET" if held else "RIGID")
     yield from _contacts(deck)
     yield from _mesh(deck.parts)
     yield "*END"
@@ -63,7 +63,7 @@ def _head(deck: Deck) -> Iterator[str]:
 
 def _control(deck: Deck) -> Iterator[str]:
     solver, stem, law = deck.solver, deck.parts.stem, deck.law
-    yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration})
+    yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration_at(deck.diameter)})
     step = 0.0 if deck.form.by_density else -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
         "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
@@ -76,7 +76,7 @@ def _control(deck: Deck) -> Iterator[str]:
 
 
 def _output(deck: Deck) -> Iterator[str]:
-    interval = deck.study.loading.duration / deck.solver.outputs
+    interval = deck.study.loading.duration_at(deck.diameter) / deck.solver.outputs
     for name in ("GLSTAT", "RCFORC"):
         yield from keyword(f"DATABASE_{name}", {"dt": interval, "binary": 1})
     if deck.form.pictures:
@@ -139,13 +139,14 @@ def _part_cards(solver: EmbeddedSolver | DeckSolver, tools: int) -> Iterator[str
         yield from keyword("PART", {"pid": part, "secid": section, "mid": part}, title=title)
 
 
-def _motion(study: Study, of: str) -> Iterator[str]:
+def _motion(deck: Deck, of: str) -> Iterator[str]:
     """Yield the constant speed of the blade: minus one times a curve, whose columns hold all digits."""
     motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
     yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
-    for time in (0.0, 2.0 * study.loading.duration):
-        yield f"{time!r:>20}{study.loading.speed!r:>20}"
+    loading = deck.study.loading
+    for time in (0.0, 2.0 * loading.duration_at(deck.diameter)):
+        yield f"{time!r:>20}{loading.speed!r:>20}"
 
 
 def _contacts(deck: Deck) -> Iterator[str]:

@@ -86,7 +86,7 @@ def without_lengths(study: Study) -> Study:
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
         "blade": study.blade.model_copy(update={"edge_spread": Length(0.0)}),
-        "loading": study.loading.model_copy(update={"duration": _LONGER_STROKE * study.loading.duration}),
+        "loading": study.loading.longer(_LONGER_STROKE),
     }
     return study.model_copy(update=sections)
 

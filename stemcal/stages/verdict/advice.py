@@ -272,11 +272,8 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
         case "drift":
             return _half_the_step(solver)
         case "stroke":
-            duration = 2.0 * study.loading.duration
-            return Remedy(
-                f"`duration: {duration:g} s` under `loading` doubles the stroke.",
-                _edit("loading", duration=f"{duration:g} s"),
-            )
+            ((key, value),) = study.loading.longer(2.0).written.items()
+            return Remedy(f"`{key}: {value}` under `loading` doubles the stroke.", _edit("loading", **{key: value}))
 
 
 def _edit(section: str, **values: str) -> str:

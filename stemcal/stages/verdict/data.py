@@ -151,7 +151,9 @@ def units(evidence: Evidence) -> Iterator[Note]:
                 f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
                 f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
             )
-            place = "the target and of the program's result" if evidence.study.kind.starts_program else "the target"
+            kind = evidence.study.kind
+            own = kind.starts_program and kind.own_responses
+            place = "the target and of the program's result" if own else "the target"
             yield Note(
                 "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
             )

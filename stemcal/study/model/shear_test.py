@@ -1,13 +1,13 @@
 """The virtual shear test: stem, blade, supports, and what they are made of."""
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field
 
 from stemcal.measured.curve_modes import Machine
 from stemcal.study.model.factor import PARAMETERS, Frozen, Size, SizeOrZero, Time
 from stemcal.study.model.growth import Grades, Growth, MayGrow
-from stemcal.study.types.field_types import Length, Number, Quantity, StemLengthOrZero
+from stemcal.study.types.field_types import Length, Number, Quantity, StemLength, StemLengthOrZero
 
 Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
@@ -60,11 +60,29 @@ class LoadingSection(Frozen):
     """Speed of the blade, constant."""
     duration: Time = 0.5
     """How long it moves; speed times duration is the stroke."""
+    stroke: StemLength | None = None
+    """In place of `duration`: how far it moves from touching the stem on, a length, or a share of the stem's diameter
+    such as d/2.5."""
+
+    def duration_at(self, diameter: float) -> float:
+        """Return how long the blade moves at a stem diameter (mm), s."""
+        return self.duration if self.stroke is None else (self.stroke.at(diameter) + GAP) / self.speed
+
+    def stroke_at(self, diameter: float) -> float:
+        """Return how far the blade comes from touching a stem of this diameter on, mm."""
+        return self.speed * self.duration_at(diameter) - GAP
+
+    def longer(self, times: float) -> Self:
+        """Return the same motion over a longer stroke."""
+        if self.stroke is None:
+            return self.model_copy(update={"duration": times * self.duration})
+        divisor = None if self.stroke.divisor is None else self.stroke.divisor / times
+        return self.model_copy(update={"stroke": Length(times * self.stroke.mm, divisor)})
 
     @property
-    def stroke(self) -> float:
-        """How far the blade comes from touching the stem on, mm."""
-        return self.speed * self.duration - GAP
+    def written(self) -> dict[str, str]:
+        """The key of the spec that sets the stroke, with its value."""
+        return {"duration": f"{self.duration:.6g} s"} if self.stroke is None else {"stroke": str(self.stroke)}
 
 
 class MachineSection(Frozen):

@@ -241,8 +241,9 @@ class RefineOptions(Frozen):
     @property
     def changes(self) -> dict[str, dict[str, object]]:
         """What is different in the test simulated by `in`, by section and key."""
-        keys = (("material", "internal_length"), ("blade", "edge_spread"), ("loading", "duration"))
-        return {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
+        keys = (("material", "internal_length"), ("blade", "edge_spread"))
+        found = {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
+        return found | ({"loading": {"duration": self.duration, "stroke": None}} if self.duration is not None else {})
 
     @property
     def elsewhere(self) -> bool:

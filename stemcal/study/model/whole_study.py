@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
@@ -97,31 +97,12 @@ class StudyForm(Frozen):
     """Stage 5: the comparison at every measured diameter."""
 
 
-class Hands(Protocol):
-    """What asks for the results of runs done by hand, and records them."""
-
-    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        """Return the runs that are awaited."""
-
-    def tell(
-        self,
-        study: Study,
-        rows: Sequence[Mapping[str, Any]],
-        out: str | Path | None,
-        *,
-        replace: str = "",
-        who: str = "",
-        sure: bool = False,
-    ) -> int:
-        """Record results; return how many were taken."""
-
-
 class Study(StudyForm):
     """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
-    _hands: Hands | None = PrivateAttr(default=None)
+    _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
     _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
 
     def with_(self, **changes: object) -> Study:
@@ -159,7 +140,8 @@ class Study(StudyForm):
         out : path, optional
             The study folder; by default ``runs/<study name>``.
         """
-        return self._theirs().ask(self, out)
+        runs: list[dict[str, Any]] = self._theirs().ask(self, out)
+        return runs
 
     def tell(
         self,
@@ -190,9 +172,9 @@ class Study(StudyForm):
         UsageError
             With every row that is not taken; the others are.
         """
-        return self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure)
+        return int(self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure))
 
-    def _theirs(self) -> Hands:
+    def _theirs(self) -> Any:
         if self._hands is None:
             raise TypeError("only a study that stemcal.load_study has read can ask and be told")
         return self._hands
@@ -280,8 +262,8 @@ class Study(StudyForm):
         """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
-        travel = GAP + (test.stroke_at(diameter) or loading.stroke)
-        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed})
+        travel = GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
+        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
     @property

@@ -159,12 +159,14 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 
 def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
-    """What a factor varies in a section has no fixed value there."""
+    """What a factor varies in a section has no fixed value there, and the stroke is set once."""
     for name, (_, section, keys) in AROUND.items():
         for key in keys if name in draft.names else ():
             if key in getattr(draft.study, section).model_fields_set:
                 message = f"the factor {name} takes its place"
                 yield Finding((section, key), message, "remove it here, or the factor", at_key=True)
+    if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
+        yield Finding(("loading", "stroke"), "duration sets the stroke too", "remove one of the two", at_key=True)
 
 
 def wall_fits_stem(draft: Draft) -> Iterator[Finding]:

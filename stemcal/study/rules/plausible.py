@@ -24,6 +24,7 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("supports", "fillet_radius"): (0.01, 50, "mm"),
     ("loading", "speed"): (0.01, 1e5, "mm/s"),
     ("loading", "duration"): (1e-5, 1000, "s"),
+    ("loading", "stroke"): (0.01, 500, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
@@ -163,9 +164,10 @@ def _targets(study: Study) -> Iterator[Finding]:
             message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
             yield Finding((*path, "sd"), message, "leave it out if it is not known")
         travel, _ = target.mean_of(TRAVEL.name)
-        if study.naming.is_cutting and travel is not None and travel > study.loading.stroke:
-            message = f"{travel:g} mm is more than the {study.loading.stroke:.3g} mm that the simulated blade travels"
-            yield Finding((*path, "travel"), message, "lengthen loading.duration")
+        stroke = study.loading.stroke_at(target.condition)
+        if study.naming.is_cutting and travel is not None and travel > stroke:
+            message = f"{travel:g} mm is more than the {stroke:.3g} mm that the simulated blade travels"
+            yield Finding((*path, "travel"), message, f"lengthen loading.{''.join(study.loading.written)}")
 
 
 def _scatters(study: Study) -> Iterator[Finding]:
