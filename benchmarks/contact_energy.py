@@ -23,7 +23,7 @@ from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
 
-# Published ranges of elastic modulus and yield stress, MPa: docs/howto/own-stem.md.
+# Published ranges of elastic modulus and yield stress, MPa: docs/reference/crops.md.
 CROPS = {
     "wheat": ((4760, 6580), (8.5, 31.2)),
     "rice": ((200, 720), (7.2, 24.8)),

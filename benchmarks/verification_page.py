@@ -1,4 +1,4 @@
-"""Run the known answers of the solver and write docs/verification.md with its figures.
+"""Run the known answers of the solver and write docs/verification.md, its cases and figures.
 
     python benchmarks/verification_page.py [FOLDER]
 

@@ -1,7 +1,5 @@
 """Kernels that only kernels call, with a way in from Python: tests call them one by one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import njit

@@ -1,7 +1,5 @@
 """The published study, replayed once; `fakes` importable from every folder of tests, and by the workers they start."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -52,3 +50,11 @@ def edited() -> Callable[[Any, Callable[[dict[str, Any]], None]], Any]:
         return type(result).from_json(content)
 
     return edit
+
+
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw nothing where it is not asked what is drawn."""
+    from fakes import leave_blank
+
+    leave_blank(monkeypatch)

@@ -1,7 +1,5 @@
 """Merge the edit of a remedy into a spec, as a user would."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import yaml

@@ -3,8 +3,6 @@
 Only tests that call the element alone use it: a whole simulation in double precision takes a minute to compile.
 """
 
-from __future__ import annotations
-
 from stemcal.fem.model import Integration
 
 EXACT = Integration(precision="double")

@@ -1,7 +1,6 @@
 """A study and a solver whose answers are known; the solver is picklable, so that workers can use it."""
 
-from __future__ import annotations
-
+import base64
 import os
 import signal
 import time
@@ -83,12 +82,7 @@ class FakeSolver(Solver):
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels, diameter, version."""
-        return {
-            "kind": "fake",
-            "version": self.version,
-            "levels": dict(request.levels),
-            "diameter": request.condition,
-        }
+        return {"kind": "fake", "version": self.version, "levels": dict(request.levels), "diameter": request.condition}
 
     def cost_estimate(self, request: Request) -> float:
         """Grow with the stem's cross-section."""
@@ -149,3 +143,14 @@ class SpecSolver(FakeSolver):
     """In the place of the embedded solver: nothing but the spec determines what it answers."""
 
     of_spec_alone = True
+
+
+POINT = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAXhzq5QAAAABJRU5ErkJggg==")
+
+
+def leave_blank(patch: Any) -> None:
+    """Leave every figure empty, by pytest's patch: an SVG of nothing, a PNG of one white point."""
+    from stemcal.report.figures.gallery import Plot
+
+    patch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
+    patch.setattr(Plot, "pixels", POINT)

@@ -6,8 +6,6 @@ plasticity with the norm ‖ξ‖ and the direction n = ξ/‖ξ‖ (Simo and Hu
 3.2). Tensors are 3×3 matrices, one element at a time. Slow, and meant to be read beside the books.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The scripts in benchmarks/ start, and none hides a package by its name: a script's folder is searched first."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A child computes calls, ends with its parent's wish, and is ended with all that it has started."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess

@@ -1,7 +1,5 @@
 """The virtual shear test: geometry, balances, symmetry and determinism on a coarse mesh; the real one marked slow."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from math import pi, radians, sin, tan

@@ -1,7 +1,5 @@
 """The floors of the house: imports point down only, and each outside library has its place."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter

@@ -4,8 +4,6 @@ Slow, and the packages come from an index: ``python -m pytest -m slow tests/test
 machine lacks is passed over.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

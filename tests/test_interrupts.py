@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM are heard wherever they come, and only by commands."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import queue
@@ -16,6 +14,7 @@ import pytest
 import typer
 from fakes import ENVIRONMENT
 
+import stemcal
 from stemcal.cli.guard import exit_codes
 from stemcal.interrupts import Terminated, check, heard, next_of, put_off, wait_until
 
@@ -168,20 +167,15 @@ def test_the_command_is_interrupted_while_it_loads_and_ends_normally(tmp_path: P
     assert "Traceback" not in done.stderr
 
 
-def test_importing_and_calling_the_python_face_starts_no_thread_and_sets_no_handler(tmp_path: Path) -> None:
-    script = (
-        "import signal, sys, threading\n"
-        "def state(): return [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)], threading.active_count()\n"
-        "before, started, real = state(), [], threading.Thread.start\n"
-        "def start(thread): started.append(thread.name); real(thread)\n"
-        "threading.Thread.start = start\n"
-        "import stemcal\n"
-        "study = stemcal.load_study(sys.argv[1])\n"
-        "results = stemcal.calibrate(study, out=sys.argv[2], workers=1, progress=False)\n"
-        "results.figure('contour'); results.verdict; stemcal.open_results(sys.argv[2])\n"
-        "assert state() == before and started == [], (state(), started)\n"
-    )
-    replay = Path(__file__).parents[1] / "configs" / "paper-replay.yaml"
-    line = [sys.executable, "-c", script, str(replay), str(tmp_path / "out")]
-    done = subprocess.run(line, capture_output=True, text=True, env=ENVIRONMENT, check=False)
-    assert done.returncode == 0, done.stderr
+def test_calling_the_python_face_starts_no_thread_and_sets_no_handler(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def state() -> tuple[object, ...]:
+        return signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), threading.active_count()
+
+    before, started, start = state(), [], threading.Thread.start
+    monkeypatch.setattr(threading.Thread, "start", lambda thread: (started.append(thread.name), start(thread)))
+    study = stemcal.load_study(Path(__file__).parents[1] / "configs" / "paper-replay.yaml")
+    results = stemcal.calibrate(study, out=tmp_path / "out", workers=1, progress=False)
+    assert results.figure("contour") and results.verdict and stemcal.open_results(tmp_path / "out")
+    assert (state(), started) == (before, [])

@@ -1,7 +1,5 @@
 """Outputs are never written through a link."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

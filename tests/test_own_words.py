@@ -1,8 +1,5 @@
 """A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
 
-from __future__ import annotations
-
-import csv
 import json
 import re
 import shutil
@@ -13,7 +10,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.regression.terms import term_columns
-from stemcal.executors.local import LocalExecutor
+from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.results import Results, fresh_results
@@ -33,7 +30,7 @@ def studied(folder: Path, name: str, more: str = "") -> tuple[Study, StudyFolder
     spec.write_text(spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},") + more, "utf-8")
     study = load_study(spec)
     store = StudyFolder(folder / "runs" / study.name)
-    calibrate(study, store, LocalExecutor(2))
+    calibrate(study, store, InlineExecutor())
     return study, store
 
 
@@ -111,61 +108,6 @@ def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> 
     )
 
 
-def keys_in(content: object) -> set[str]:
-    """Return every key of a tree."""
-    if isinstance(content, dict):
-        return set(content) | set().union(*map(keys_in, content.values()))
-    return set().union(*map(keys_in, content)) if isinstance(content, list) else set()
-
-
-def test_files_have_neutral_keys_and_tables_its_own_words(
-    two: tuple[Study, StudyFolder, Results], tmp_path: Path
-) -> None:
-    for store in (two[1], studied(tmp_path, "angle.yaml")[1]):
-        for path in sorted(store.path.glob("*.json")):
-            content = json.loads(path.read_text("utf-8"))
-            foreign = [key for key in keys_in(content) if NOT_ITS_OWN.search(key)]
-            assert not foreign and "angle" not in keys_in(content), path.name
-            assert content["naming"]["condition"] is None
-            assert content["naming"]["responses"][0] == {
-                "name": "angle", "label": "Angle of repose", "symbol": "θ", "unit": "deg"
-            }  # fmt: skip
-        headings = {path.name: next(csv.reader(path.open(encoding="utf-8"))) for path in store.path.glob("*.csv")}
-        assert "angle" in headings["screen_runs.csv"] and "condition" not in headings["validate.csv"]
-        assert not [cell for row in headings.values() for cell in row if NOT_ITS_OWN.search(cell)]
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "condition"), [("values", "sha256", "inputs"), ("status", "naming", "run")]
-)
-def test_names_that_files_use_themselves_may_be_taken(
-    two: tuple[Study, StudyFolder, Results], tmp_path: Path, first: str, second: str, condition: str
-) -> None:
-    """The numbers are those of the same study with other names, and no heading stands twice."""
-    text = (CASES / "two.yaml").read_text("utf-8")
-    for old, new in (
-        ("name: angle", f"name: {first}"), ("    angle: {file", f"    {first}: {{file"),
-        ("name: bulk", f"name: {second}"),
-        ("    bulk: {file", f"    {second}: {{file"), ("- {angle: 32.6", f"- {{{condition}: 3, {first}: 32.6"),
-        ("bulk: 0.741", f"{second}: 0.741"), ("sd: {angle: 0.8 deg, bulk:", f"sd: {{{first}: 0.8 deg, {second}:"),
-    ):  # fmt: skip
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    (tmp_path / "named.yaml").write_text(text, "utf-8")
-    more = f"conditions: [{{name: {condition}, symbol: c, unit: '1'}}]\nscreen: {{alpha: 0.01}}\n"
-    study, store = studied(tmp_path, "named.yaml", more)
-    results = fresh_results(study, store)
-    assert results.parameters == two[2].parameters and not results.stale
-    validation, same = results.validation, two[2].validation
-    assert validation is not None and same is not None
-    ((row,), (known,)) = validation.rows, same.rows
-    assert (row.compared.condition, row.compared.simulated) == (3.0, known.compared.simulated)
-    assert [one.simulated for one in row.further] == [one.simulated for one in known.further]
-    for path in store.path.glob("*.csv"):
-        headings = next(csv.reader(path.open(encoding="utf-8")))
-        assert len(set(headings)) == len(headings), path.name
-
-
 def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     """Three heaps at the solution: the mean of each response."""
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
@@ -177,7 +119,7 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     spec.write_text(text + "rsm: {factors: [static, grain_density]}\n", "utf-8")
     study = load_study(spec)
     store = StudyFolder(tmp_path / "out")
-    calibrate(study, store, LocalExecutor(2))
+    calibrate(study, store, InlineExecutor())
     validation = fresh_results(study, store).validation
     assert validation is not None
     (row,) = validation.rows
@@ -194,7 +136,7 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     text = spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},").replace("0.741 g", "1.1 g")
     spec.write_text(text + "rsm: {factors: [static, rolling]}\ninvert: {responses: [angle]}\n", "utf-8")
     study, store = load_study(spec), StudyFolder(tmp_path / "out")
-    calibrate(study, store, LocalExecutor(2))
+    calibrate(study, store, InlineExecutor())
     verdict = verdict_of(study, store)
     (reason,) = [reason for reason in verdict.reasons if reason.kind == "validation"]
     worst = verdict.use.worst

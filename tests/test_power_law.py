@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from stemcal.power_law import fit_power_law

@@ -1,7 +1,5 @@
 """The Python face: what a notebook finds, and that nothing is printed on the way."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import re
@@ -51,7 +49,7 @@ def test_the_lines_of_the_readme_run_in_a_plain_interpreter(tmp_path: Path) -> N
     done = subprocess.run(
         [sys.executable, "five.py"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=300
     )
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     assert "yield_stress" in done.stdout and (tmp_path / "contour.png").stat().st_size > 5000
 
 
@@ -234,12 +232,6 @@ def test_memory_that_is_not_free_now_is_warned_of(monkeypatch: pytest.MonkeyPatc
         stemcal.simulate(ROOT / "configs" / "smoke.yaml")
 
 
-def test_nothing_is_printed(tmp_path: Path) -> None:
-    code = f"import stemcal; r = stemcal.calibrate(stemcal.load_study({str(REPLAY)!r}), out='o'); r.surface.anova"
-    done = fresh(code, tmp_path)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-
-
 def test_import_time(tmp_path: Path) -> None:
     """Less than half of what importing NumPy takes, turn by turn in one run: other programs may slow each down."""
 
@@ -249,6 +241,6 @@ def test_import_time(tmp_path: Path) -> None:
         return time.perf_counter() - began
 
     bare, ours, numpy = (min(times) for times in zip(*(
-        [seconds(code) for code in ("pass", "import stemcal", "import numpy")] for _ in range(7)
+        [seconds(code) for code in ("pass", "import stemcal", "import numpy")] for _ in range(4)
     ), strict=True))  # fmt: skip
     assert ours - bare < 0.5 * (numpy - bare)

@@ -1,7 +1,5 @@
 """Warnings of single runs."""
 
-from __future__ import annotations
-
 import pytest
 
 from stemcal.run_warnings import force_after_break, stroke_too_short

@@ -1,7 +1,5 @@
 """Whole studies with a solver whose answers are known."""
 
-from __future__ import annotations
-
 import csv
 import json
 from concurrent.futures import Future
@@ -261,10 +259,7 @@ def test_too_many_failed_runs_are_named(tmp_path: Path, folder: StudyFolder) -> 
 def test_all_runs_failed(tmp_path: Path, folder: StudyFolder) -> None:
     with pytest.raises(RunsFailed, match="12 of 12"):
         workflow.screen(
-            make_study(tmp_path),
-            folder,
-            InlineExecutor(),
-            solver=FakeSolver(trouble=dict.fromkeys(range(12), "nan")),
+            make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble=dict.fromkeys(range(12), "nan"))
         )
 
 

@@ -34,6 +34,8 @@ TOPICS = (
     shear_test.energy,
     shear_test.determinism,
 )
+CASES = "reference/verification-cases.md"
+NOTICE = "<!-- Made by benchmarks/verification_page.py; changes here are lost. -->"
 PACKAGES = ("numpy", "numba", "scipy", "matplotlib")
 SOURCES = (
     "G. R. Cowper, J. Appl. Mech. 33 (1966) 335.",
@@ -54,43 +56,37 @@ SOURCES = (
 
 
 def write(docs: Path) -> list[Topic]:
-    """Write ``verification.md`` and ``images/verification-*.png`` into a folder; returns what was computed."""
+    """Write ``verification.md``, ``reference/verification-cases.md`` and their figures; return the topics."""
     topics = []
     for make in TOPICS:
         begun = perf_counter()
         topics.append(topic := make())
         print(f"{topic.title}: {perf_counter() - begun:.1f} s", file=sys.stderr, flush=True)
-    (docs / "images").mkdir(parents=True, exist_ok=True)
+    for name in ("images", "reference"):
+        (docs / name).mkdir(parents=True, exist_ok=True)
     for drawing in (drawing for topic in topics for drawing in topic.drawings):
         save(drawing.figure, docs / "images" / f"verification-{drawing.name}.png")
-    (docs / "verification.md").write_text("\n\n".join(_parts(topics)) + "\n", encoding="utf-8", newline="\n")
+    for name, parts in (("verification.md", _parts(topics)), (CASES, _cases(topics))):
+        (docs / name).write_text("\n\n".join(parts) + "\n", encoding="utf-8", newline="\n")
     return topics
 
 
 def _parts(topics: list[Topic]) -> Iterator[str]:
     count = sum(len(topic.cases) for topic in topics)
     inside = sum(case.holds for topic in topics for case in topic.cases)
-    yield "<!-- Made by benchmarks/verification_page.py; changes here are lost. -->"
+    yield NOTICE
     yield "# Verification"
     yield (
-        "Does the solver compute what its equations say? Each topic is a problem with known answers, run by the solver "
-        f"that cuts stems: {inside} of {count} numbers lie within their tolerance."
+        "For readers who want evidence that the solver is correct: each topic compares it with a known answer. "
+        f"{inside} of {count} numbers are within their tolerance. "
+        f"All of them are listed in [Verification cases]({CASES})."
     )
     yield _summary(topics)
     yield (
-        "Nearest to its tolerance: the largest difference of the topic as a share of the tolerance of its number. "
-        "Units are mm, tonne, s, N, MPa, mJ. "
-        "The same problems are run as tests, in `tests/verification` and "
-        "`tests/test_cutting.py`. How well the model agrees with measured cutting forces is another question, which "
-        "the report of each study answers."
+        "Largest difference: as a percentage of its tolerance. Units are mm, tonne, s, N, MPa, mJ. The same problems "
+        "are tests in `tests/verification` and `tests/test_cutting.py`. The report of each study compares the model "
+        "with measured forces."
     )
-    yield _provenance()
-    yield "## All cases"
-    yield (
-        "A difference in % is a share of the exact value, unless the value itself is in %. Where 0 is the ideal rather "
-        "than the exact answer, as for errors and drifts, the tolerance is the bound that is asked for."
-    )
-    yield _table(topics)
     for topic in topics:
         yield f"## {topic.title}"
         yield topic.text
@@ -101,12 +97,24 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield "\n".join(f"* {source}" for source in SOURCES)
 
 
+def _cases(topics: list[Topic]) -> Iterator[str]:
+    yield NOTICE
+    yield "# Verification cases"
+    yield (
+        "For readers of the page [Verification](../verification.md): every computed number with its exact value. A "
+        "difference in % is relative to the exact value, unless the value itself is in %. For errors and drifts the "
+        "ideal value is 0, and the tolerance is the allowed limit."
+    )
+    yield _provenance()
+    yield _table(topics)
+
+
 def _provenance() -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return (
         f"Made by `python benchmarks/verification_page.py` with stemcal {__version__}, Python "
-        f"{platform.python_version()}, {packages}. All numbers and figures are from that run; another run gives the "
-        "same page. Numbers below 1e-10 are round-off, and only the power of ten above them is shown."
+        f"{platform.python_version()}, {packages}. Values below 1e-10 are rounding errors; only their "
+        "power of ten is shown."
     )
 
 
@@ -117,7 +125,7 @@ def _summary(topics: list[Topic]) -> str:
         worst = max(topic.cases, key=lambda case: case.share)
         held = sum(case.holds for case in topic.cases)
         rows.append((topic.title, f"{len(topic.cases)}", f"{held}", f"{100 * worst.share:.0f} %", worst.name))
-    head = ("Topic", "Numbers", "Within", "Nearest", "Which")
+    head = ("Topic", "Numbers", "Within", "Largest difference", "Case")
     return _rows(head, ("---", "---:", "---:", "---:", "---"), rows)
 
 

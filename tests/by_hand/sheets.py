@@ -1,7 +1,5 @@
 """Studies done by hand, their sheets and tables that fill them in."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Sequence

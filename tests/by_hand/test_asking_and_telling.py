@@ -1,7 +1,5 @@
 """Runs asked for and told: by commands and in Python; the files that a study done by hand leaves."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from stemcal.cli.app import app
 from stemcal.errors import UsageError, Waiting
 from stemcal.folder.study_folder import StudyFolder
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 HEAP = (Path(__file__).parents[2] / "examples" / "by-hand" / "heap.yaml").read_text("utf-8")
 
 

@@ -1,7 +1,5 @@
 """What people and spreadsheet programs do to a sheet: each row is taken rightly or refused with row and remedy."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """The paper's printed forces, entered by sheet, come to what they come to as tables."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

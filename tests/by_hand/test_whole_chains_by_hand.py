@@ -1,7 +1,5 @@
 """Chains beyond screening and surface by hand: a climb on one sheet, several diameters together, sheets of twins."""
 
-from __future__ import annotations
-
 import random
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """How tests give commands: in this process, or in one of its own."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

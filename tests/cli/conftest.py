@@ -1,19 +1,21 @@
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import pytest
 from commanding import REPLAY, command, undrawn
+from fakes import leave_blank
 
-from stemcal.report.figures.gallery import Plot
+from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.local import LocalExecutor
 
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
-    """Run the replay; return its folder, not to be changed, and what the command said."""
+    """Run the replay; return its folder, not to be changed, and what the command said. Its figures are blank."""
     folder = tmp_path_factory.mktemp("finished") / "study"
-    return folder, command("run", REPLAY, "--out", folder)
+    with pytest.MonkeyPatch.context() as patch:
+        leave_blank(patch)
+        return folder, command("run", REPLAY, "--out", folder)
 
 
 @pytest.fixture
@@ -22,8 +24,18 @@ def replayed(finished: tuple[Path, Any], tmp_path: Path) -> Path:
     return undrawn(finished[0], tmp_path / "replayed")
 
 
+class Here(LocalExecutor):
+    """Passes for workers on this machine, and computes in this process."""
+
+    ahead, submit = InlineExecutor.ahead, InlineExecutor.submit
+
+
 @pytest.fixture
-def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave every figure empty where it is asked what a command says, not what it draws."""
-    monkeypatch.setattr(Plot, "document", "<svg></svg>")
-    monkeypatch.setattr(Plot, "pixels", b"")
+def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start no processes where it is not asked what they do."""
+    monkeypatch.setattr("stemcal.executors.local.LocalExecutor", Here)
+
+
+@pytest.fixture(autouse=True)
+def _blank(blank_figures: None) -> None:
+    """What is asked here is what a command says, not what it draws."""

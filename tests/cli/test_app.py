@@ -1,7 +1,5 @@
 """The command as a whole: speed, exit codes, what goes to stdout and what to stderr."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The commands around a study: laboratory, tables, figures, first steps."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The commands around the solution: climb, refine."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

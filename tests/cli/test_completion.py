@@ -1,7 +1,5 @@
 """The shell completes commands, options, their values and terms; the script to install is printed for four shells."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

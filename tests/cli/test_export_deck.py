@@ -1,12 +1,13 @@
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
+import pytest
 from commanding import REPLAY, ROOT, SMOKE, command
+from fakes import SpecSolver
 
 from stemcal.numbers import significant
 from stemcal.solvers.embedded import simulate
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 PAPER = ROOT / "configs" / "wild-chrysanthemum-as-published.yaml"
@@ -34,6 +35,19 @@ def test_deck_for_ls_dyna_has_all_digits_and_quiet_says_nothing(tmp_path: Path) 
     assert text.count("+\n") == 1
 
 
+@pytest.mark.usefixtures("without_workers")
+def test_calibrated_values_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
+    spec, out = tmp_path / "spec.yaml", tmp_path / "out"
+    spec.write_text(SMOKE.read_text("utf-8").replace("force: 159.2 N", "force: 104 N"), encoding="utf-8")
+    assert command("run", spec, "--out", out, "--quiet").exit_code == 0
+    asked = ("--for", "openradioss", "--no-force", "--json", "--out", out)
+    done = command("export", "deck", spec, tmp_path / "run.k", *asked)
+    found = json.loads((out / "invert.json").read_text("utf-8"))["parameters"]
+    assert json.loads(done.stdout)["result"]["levels"] == found and "no calibrated values" not in done.stderr
+
+
+@pytest.mark.slow
 def test_calibrated_values_are_written_for_the_named_program(tmp_path: Path) -> None:
     """Those of the finished study; before it mid-levels, which is said."""
     path, out = tmp_path / "run.k", tmp_path / "out"

@@ -1,7 +1,5 @@
 """What a terminal shows while something is computed, and what it does not when nobody looks on."""
 
-from __future__ import annotations
-
 import io
 
 import pytest

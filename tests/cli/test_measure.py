@@ -1,7 +1,5 @@
 """`stemcal measure` as a laboratory uses it: files of many makers and languages, several specimens in one, mistakes."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path

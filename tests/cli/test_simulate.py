@@ -1,7 +1,5 @@
 """`stemcal simulate`, with a shear test whose result is known in place of the long computation."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -76,12 +74,7 @@ def test_levels_and_diameter_arrive(calls: list[Any]) -> None:
     command("simulate", SMOKE, "--set", "yield_stress=18", "--set", "failure_strain = 0.02",
             "--diameter", 7)  # fmt: skip
     ((levels, diameter),) = calls
-    assert levels == {
-        "elastic_modulus": 1000.0,
-        "yield_stress": 18.0,
-        "strain_rate_c": 90.0,
-        "failure_strain": 0.02,
-    }
+    assert levels == {"elastic_modulus": 1000.0, "yield_stress": 18.0, "strain_rate_c": 90.0, "failure_strain": 0.02}
     assert diameter == 7.0
 
 
@@ -105,6 +98,7 @@ def test_json(calls: list[Any]) -> None:
         ("yield_stress=１８", "yield_stress"),
         ("yield_stress=٣", "yield_stress"),
         ("yield_stress=1e400", "yield_stress"),
+        *((level, level.partition("=")[0]) for level in ("yield_stress=0", "failure_strain=-0.1", "yield_stress=-5")),
     ],
 )
 def test_wrong_settings(calls: list[Any], setting: str, words: str) -> None:

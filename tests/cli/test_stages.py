@@ -1,7 +1,5 @@
 """The commands of a study, on the replay of the printed tables."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -47,8 +45,9 @@ def test_quiet_says_nothing_on_stderr(tmp_path: Path) -> None:
     assert "X4" in result.stdout
 
 
-def test_default_folder_is_named_after_the_study(tmp_path: Path) -> None:
-    assert process(tmp_path, "screen", REPLAY, "-q").returncode == 0
+def test_default_folder_is_named_after_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command("screen", REPLAY, "-q").exit_code == 0
     assert (tmp_path / "runs" / "paper-replay" / "screen.json").is_file()
 
 
@@ -118,8 +117,9 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
     assert "inverted" in done.stdout
 
 
-def test_check_counts_and_writes_nothing(tmp_path: Path) -> None:
-    done = process(tmp_path, "check", REPLAY, "--json")
+def test_check_counts_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = command("check", REPLAY, "--json")
     found = json.loads(done.stdout)["result"]["plan"]
     assert [(stage["stage"], stage["rows"]) for stage in found["stages"]] == [
         ("screen", 12),
@@ -127,7 +127,7 @@ def test_check_counts_and_writes_nothing(tmp_path: Path) -> None:
         ("validate", 5),
     ]
     assert list(tmp_path.iterdir()) == []
-    shown = [line.split() for line in process(tmp_path, "check", REPLAY).stdout.splitlines()]
+    shown = [line.split() for line in command("check", REPLAY).stdout.splitlines()]
     assert ["rsm", "20", "20", "0"] in shown and ["validate", "5", "5", "0"] in shown  # the sheet has them all
 
 
@@ -138,16 +138,17 @@ def test_check() -> None:
     assert found["conditions"] == [7.0, 8.0, 9.0, 10.0, 11.0]
 
 
-def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path) -> None:
-    first = process(tmp_path, "init", "maize-2026")
+def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    first = command("init", "maize-2026")
     path = tmp_path / "maize-2026.yaml"
-    assert (first.returncode, first.stdout) == (0, "maize-2026.yaml\n")
-    assert process(tmp_path, "check", path).returncode == 0
+    assert (first.exit_code, first.stdout) == (0, "maize-2026.yaml\n")
+    assert command("check", path).exit_code == 0
     text = path.read_bytes()
-    again = process(tmp_path, "init", "maize-2026.yaml")
-    assert again.returncode == 2
+    again = command("init", "maize-2026.yaml")
+    assert again.exit_code == 2
     assert "exists already" in again.stderr
     assert path.read_bytes() == text
-    assert process(tmp_path, "init", "new/folder/rape").returncode == 0
-    assert process(tmp_path, "check", "new/folder/rape.yaml").returncode == 0
-    assert process(tmp_path, "init", "con").returncode == 2
+    assert command("init", "new/folder/rape").exit_code == 0
+    assert command("check", "new/folder/rape.yaml").exit_code == 0
+    assert command("init", "con").exit_code == 2

@@ -1,7 +1,5 @@
 """`status` with `--runs`, `--failed`, `--verify`, and `run --retry`: a study with known answers and known failures."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from itertools import count
@@ -17,6 +15,7 @@ from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import SOLVERS
 
+pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 
@@ -122,7 +121,6 @@ def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
     assert "screen is made anew: stemcal changed" in again.stderr
 
 
-@pytest.mark.usefixtures("blank_figures")
 def test_a_changed_target_recomputes_nothing(known: Known) -> None:
     assert known("run", "-j", 1).exit_code == 0
     before = len(lines(known.witness))
@@ -167,7 +165,6 @@ def test_runs_are_listed(failed: Known) -> None:
 # ---- retry
 
 
-@pytest.mark.usefixtures("blank_figures")
 def test_retry_computes_what_failed_and_nothing_else(failed: Known) -> None:
     before = len(lines(failed.witness))
     again = failed("run", "--until", "screen", "--retry", "-j", 1)

@@ -1,7 +1,5 @@
 """What `status`, the page and the terminal say of stages, runs and the study's question."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """The verdict where people meet it: the last lines of `run`, the top of the page, `status`, a script."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -15,6 +13,7 @@ import stemcal
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import SOLVERS
 
+pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 
@@ -33,7 +32,6 @@ def spec(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.usefixtures("blank_figures")
 def test_the_last_screen_holds_verdict_table_and_path(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -74,12 +72,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     body = page[page.index("<main>") :]
     assert body.index("Not calibrated") < body.index("Outcome")
-    for claim in (
-        "95 % range",
-        "How well the forces fix",
-        "Equal within",
-        "95 % interval of the mean",
-    ):
+    for claim in ("95 % range", "How well the forces fix", "Equal within", "95 % interval of the mean"):
         assert claim not in body
     assert "no interval of the parameters and no statement of agreement is given" in body
 
@@ -104,7 +97,6 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     assert "hourglass energy is up to 40 %" in told and "8 mm alone" not in told
 
 
-@pytest.mark.usefixtures("blank_figures")
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
     spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")

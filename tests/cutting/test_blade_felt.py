@@ -1,7 +1,5 @@
 """The blade's profile in the cutting force where elements fail by their strain."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, radians, sin, sqrt
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The mesh in other places, coarser away from the cut, and simulations that stop after the peak."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

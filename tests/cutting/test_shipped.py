@@ -1,7 +1,5 @@
 """The model as shipped: a spread edge and an internal length, elements of d/12."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -29,10 +27,7 @@ def test_of(
         integration=Integration(mass_scaling, outputs=500, time_step=step, precision="mixed"),
     )
     return ShearTest(
-        material,
-        blade=Blade(edge_spread=1.0),
-        loading=Loading(duration=duration),
-        discretisation=replace(how, **mesh),
+        material, blade=Blade(edge_spread=1.0), loading=Loading(duration=duration), discretisation=replace(how, **mesh)
     )
 
 

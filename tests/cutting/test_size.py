@@ -1,7 +1,5 @@
 """What is foretold of a mesh against the mesh that is built."""
 
-from __future__ import annotations
-
 import tracemalloc
 from dataclasses import replace
 from itertools import product

@@ -1,7 +1,5 @@
 """How a curve ends: still rising, regained, falling, fallen, broken."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

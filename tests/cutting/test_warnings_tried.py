@@ -1,7 +1,5 @@
 """Every warning of a run provoked, and gone once its remedy is followed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

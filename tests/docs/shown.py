@@ -1,16 +1,16 @@
 """What pages show: files to save, commands to give; and a place to give them in."""
 
-from __future__ import annotations
-
-import os
+import contextlib
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
+
+from typer.testing import CliRunner
+
+from stemcal.cli.app import app
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -61,14 +61,7 @@ def are_printed(lines: Iterable[str], printed: Iterable[str]) -> None:
 
 
 def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = None, code: int = 0) -> dict[str, str]:
-    """Give commands in a folder, each in a process of its own that ends with a code; return what they printed."""
-    python = str(Path(sys.executable).parent)
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(ROOT),
-        "PYTHONUTF8": "1",
-        "PATH": os.pathsep.join([python, os.environ.get("PATH", "")]),
-    }
+    """Give commands of stemcal in a folder, each of which ends with a code; return what they printed."""
     printed = {}
     for line in lines:
         for old, new in (replaced or {}).items():
@@ -78,13 +71,12 @@ def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = N
             shutil.copy(folder / words[1], folder / words[2])
             continue
         *words, file = [*words[:-2], words[-1]] if ">" in words else [*words, ""]
-        done = subprocess.run(
-            [sys.executable, "-m", *words], cwd=folder, env=environment, capture_output=True, encoding="utf-8",
-            timeout=400,
-        )  # fmt: skip
+        assert words[0] == "stemcal", line
+        with contextlib.chdir(folder):
+            done = CliRunner().invoke(app, words[1:])
         if file:
             (folder / file).write_text(done.stdout, encoding="utf-8")
-        assert done.returncode == code, f"{line}\n{done.stderr}"
-        assert "Traceback" not in done.stderr, line
+        assert done.exit_code == code, f"{line}\n{done.stderr}"
+        assert "internal error" not in done.stderr, line
         printed[line] = done.stdout + done.stderr
     return printed

@@ -1,7 +1,5 @@
 """The page on bad results quotes sentences that the tool really says."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

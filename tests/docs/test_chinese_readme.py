@@ -1,7 +1,5 @@
 """The Chinese README has the commands, links and numbers of the English one."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from pathlib import Path

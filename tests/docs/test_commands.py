@@ -1,7 +1,5 @@
 """Every command that README, pages and help show does what it says: given word for word in a new folder."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex
@@ -138,6 +136,7 @@ def test_analyse_runs_that_you_have(clone: Path) -> None:
     assert "18.37" in printed["stemcal run configs/paper-replay.yaml"]
 
 
+@pytest.mark.slow
 def test_ls_dyna(clone: Path) -> None:
     give(commands(HOWTO / "ls-dyna.md"), clone)
     assert "*MAT_NONLOCAL" in (clone / "run.k").read_text("utf-8")

@@ -1,7 +1,5 @@
 """The documentation builds without a warning, and what is made from the code is up to date."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
@@ -52,7 +50,7 @@ def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     assert "stemcal measure shear" in pages["reference/commands.html"]
     assert "effects[].lenth_t" in pages["reference/stages.html"]
     assert "TargetUnreachable" in pages["reference/stages.html"]
-    for name in ("theory/solver.html", "theory/statistics.html", "theory/laboratory.html"):
+    for name in ("explanation/solver.html", "explanation/statistics.html", "explanation/measured-data.html"):
         assert pages[name].count('<div class="equation"><math') >= 2
     notebook = pages["notebook.html"]
     assert notebook.count('src="data:image/png;base64') + notebook.count("_images/") >= 3

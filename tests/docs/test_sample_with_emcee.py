@@ -1,7 +1,5 @@
 """The page's script draws from the likelihood: its intervals are those of known answers."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
@@ -12,9 +10,10 @@ import pytest
 from shown import DOCS, ROOT
 
 
+@pytest.mark.slow
 def test_sample_the_parameters_with_emcee(tmp_path: Path) -> None:
     """One force: yield stress is known to about ± 1 MPa, the strain-rate parameter fills its range."""
-    pytest.importorskip("emcee", reason="emcee is of the extra `test` only")
+    pytest.importorskip("emcee", reason="emcee is of the extra `dev` only")
     text = (DOCS / "howto" / "sample-with-emcee.md").read_text("utf-8")
     (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     script = script.replace("configs/", f"{ROOT.as_posix()}/configs/")

@@ -1,11 +1,6 @@
 """The article's tables 6 and 7 (Plackett–Burman), 9 and 10 (central composite), arrays and printed cells."""
 
-from __future__ import annotations
-
-import json
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +11,6 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 
-DATA = Path(__file__).parent / "data"
 SYMBOLS = tuple(f"X{i}" for i in range(1, 10))
 
 
@@ -24,12 +18,6 @@ SYMBOLS = tuple(f"X{i}" for i in range(1, 10))
 class Runs:
     coded: Array
     force: Array
-
-
-@pytest.fixture(scope="session")
-def expected() -> dict[str, Any]:
-    """Full-precision answers, computed once by other software."""
-    return json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """What formulas without mechanics reach, against errors by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

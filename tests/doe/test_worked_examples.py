@@ -1,17 +1,14 @@
 """Worked examples of handbooks, textbooks and manuals, cell by cell at the precision they print."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from printed import agrees
 
 from stemcal.doe.designs.box_behnken import box_behnken
-from stemcal.doe.designs.factorial import fraction, full_factorial
+from stemcal.doe.designs.factorial import full_factorial
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.doe.screening.lenth import lenth
 
 
@@ -111,21 +108,6 @@ def test_saddle_of_the_sas_manual(mercaptobenzothiazole):
 
 
 FILTRATION = [45, 71, 48, 65, 68, 60, 80, 65, 43, 100, 45, 104, 75, 86, 70, 96]
-
-
-def test_half_fraction_of_the_filtration_rate():
-    """The 2^(4−1) with I = ABCD out of the filtration rate, as in Montgomery, Design and Analysis, example 8.1.
-
-    The estimates are differences of means, not read from a page: A 19.00, B 1.50, C 14.00, D 16.50, AB −1.00,
-    AC −18.50, AD 19.00.
-    """
-    whole = full_factorial(4)
-    half = fraction(4, 8).design()
-    rate = [FILTRATION[int(np.flatnonzero((whole == run).all(axis=1))[0])] for run in half]
-    result = analyse_screening(half, rate, list("ABCD"))
-    assert [effect.effect for effect in result.effects] == pytest.approx([19.0, 1.5, 14.0, 16.5])
-    products = [half[:, 0] * half[:, i] for i in (1, 2, 3)]
-    assert [float(np.dot(column, rate)) / 4 for column in products] == pytest.approx([-1.0, -18.5, 19.0])
 
 
 def test_reduced_factorial_with_centre_points():

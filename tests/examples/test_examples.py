@@ -1,7 +1,5 @@
 """Examples: each spec checks and has the files it names; their scripts against known answers; their programs."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math

@@ -1,7 +1,5 @@
 """A real Dask scheduler and real workers on the loopback: the same tables as on one machine, whatever dies."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -268,6 +266,7 @@ def pause(witness: str, seconds: float) -> None:
     time.sleep(seconds)
 
 
+@pytest.mark.slow
 def test_an_encrypted_cluster_is_used_by_dasks_own_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if shutil.which("openssl") is None:
         pytest.skip("needs openssl")

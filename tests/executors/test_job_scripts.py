@@ -1,7 +1,5 @@
 """The scripts in the documentation that start a cluster by Slurm or PBS: what jobs they would submit."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

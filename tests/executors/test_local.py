@@ -1,7 +1,5 @@
 """Workers compute, die, are replaced and leave no orphans."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal
@@ -146,7 +144,7 @@ def hang(mark: Path, way: str) -> None:
     time.sleep(60.0)
 
 
-@pytest.mark.parametrize("way", ["sleep", pytest.param("deaf", marks=LINUX), pytest.param("family", marks=POSIX)])
+@pytest.mark.parametrize("way", [pytest.param("deaf", marks=LINUX), pytest.param("family", marks=POSIX)])
 def test_a_hung_run_is_ended_with_its_family(way: str, tmp_path: Path) -> None:
     mark = tmp_path / "child"
     with LocalExecutor(1, time_limit=1.0) as executor:
@@ -331,7 +329,9 @@ def eventually(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
 
 
 @POSIX
-@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGINT"])
+@pytest.mark.parametrize(
+    "name", ["SIGKILL", *(pytest.param(name, marks=pytest.mark.slow) for name in ("SIGTERM", "SIGINT"))]
+)
 @pytest.mark.parametrize("work", ["sleep", pytest.param("gil", marks=LINUX)])
 def test_no_orphans(name: str, work: str, tmp_path: Path) -> None:
     script = tmp_path / "parent.py"

@@ -3,8 +3,6 @@
 Beside the witness of begun runs it leaves ``WITNESS.saved``, a line per record acknowledged by the folder.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from pathlib import Path

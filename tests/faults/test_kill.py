@@ -1,7 +1,5 @@
 """kill -9 of a whole study at random times: nothing acknowledged is lost or redone, same bytes at the end."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal
@@ -12,20 +10,16 @@ from pathlib import Path
 
 import pytest
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
+from trying import POINTS, POSIX, results
 
 from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="kills a POSIX process group")
+pytestmark = POSIX
 
 SCRIPT = Path(__file__).parent / "study_process.py"
 SECONDS_PER_RUN = 0.04
-
-
-def results(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all stage files and tables."""
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".json", ".csv")}
 
 
 def start(folder: Path, witness: Path) -> subprocess.Popen[bytes]:
@@ -64,7 +58,7 @@ def survive(tmp_path: Path, kills: int, seed: int) -> int:
     """Kill a study `kills` times, let it finish, compare with an unbroken one; returns the kills that hit."""
     rng = random.Random(seed)
     unbroken, broken = StudyFolder(tmp_path / "unbroken"), StudyFolder(tmp_path / "broken")
-    study = make_study(tmp_path, "rsm: {centre_points: 3}\n")
+    study = make_study(tmp_path, POINTS)
     workflow.calibrate(study, unbroken, InlineExecutor(), solver=FakeSolver())
     witness, hits = tmp_path / "witness", 0
     while hits < kills:
@@ -98,30 +92,6 @@ def test_sixty_kills(tmp_path: Path) -> None:
     assert survive(tmp_path, kills=60, seed=21) == 60
 
 
-def many_kills(kills: int, seed: int) -> str:
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT.with_name("kill_many.py")), str(kills), str(seed)],
-        capture_output=True,
-        text=True,
-        env=ENVIRONMENT,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
-def test_twenty_kills_by_fork() -> None:
-    said = many_kills(20, seed=1)
-    assert said.startswith("20 kills") and ": 0 lost, 0 done again" in said
-
-
-@pytest.mark.slow
-def test_a_thousand_kills_by_fork() -> None:
-    said = many_kills(1000, seed=2)
-    print(said)
-    assert said.startswith("1000 kills") and ": 0 lost, 0 done again" in said
-
-
 def test_a_damaged_record_is_computed_again(tmp_path: Path) -> None:
     """In a finished study every seventh record gets one flipped byte: just these runs are done again."""
     folder, witness = StudyFolder(tmp_path / "out"), tmp_path / "witness"
@@ -139,7 +109,7 @@ def test_a_damaged_record_is_computed_again(tmp_path: Path) -> None:
     assert results(folder.path) == before
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("name", ["SIGTERM", pytest.param("SIGINT", marks=pytest.mark.slow)])
 def test_a_polite_signal_to_the_group(tmp_path: Path, name: str) -> None:
     """As a terminal's Ctrl-C or a batch system's end: the study ends soon and goes on later."""
     folder, witness = StudyFolder(tmp_path / "out"), tmp_path / "witness"

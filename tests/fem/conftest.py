@@ -1,7 +1,5 @@
 """Have the kernels compiled before the first test here."""
 
-from __future__ import annotations
-
 import pytest
 
 from stemcal.fem.warm import warm

@@ -1,7 +1,5 @@
 """The internal length of failure: plastic strain averaged as a substance spreads, against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from called import called

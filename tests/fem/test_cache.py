@@ -1,7 +1,5 @@
 """The folder of compiled kernels: what lies there is executed, so it must be ours; else a temporary one serves."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import tempfile

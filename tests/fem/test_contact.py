@@ -1,7 +1,5 @@
 """Contact kernels against plain geometry and their NumPy twins, and the tools that users write."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

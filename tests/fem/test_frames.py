@@ -1,7 +1,5 @@
 """Frames for ParaView, read back with readers that are not ours."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree
 

@@ -1,7 +1,5 @@
 """Volume, its derivatives and the mean gradient of the hexahedron against numerical integration, over random shapes."""
 
-from __future__ import annotations
-
 import numpy as np
 import oracle
 import pytest

@@ -5,8 +5,6 @@ says that both are the same element. Tolerance: 1e-10 of the largest value of it
 which the sums over eight points and the condition of distorted Jacobians use up.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import oracle
 import pytest

@@ -1,7 +1,5 @@
 """Elements in the lanes of blocks: known places, and that every lane's corners are its element's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

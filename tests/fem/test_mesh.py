@@ -1,7 +1,5 @@
 """Meshes: counts, volumes, neighbours and the lists that contact lives on."""
 
-from __future__ import annotations
-
 from math import pi, sin
 
 import numpy as np

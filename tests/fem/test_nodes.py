@@ -1,7 +1,5 @@
 """Nodes kicked and moved a component at a time, against the formulas written out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A body that settles, and one that falls to pieces as a whole."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The hold of a spread edge on the nodes under it, against sums written out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from called import called

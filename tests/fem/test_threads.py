@@ -1,7 +1,5 @@
 """Several threads give the bits of one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What is spelled out for LLVM does what plain loops would."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The compiled kernels' cache: kept apart per state of the sources, recovered when it is damaged."""
 
-from __future__ import annotations
-
 import _thread
 import os
 import signal

@@ -1,7 +1,5 @@
 """Texts made fit to be shown; what is harmless stays as it is."""
 
-from __future__ import annotations
-
 import csv
 import io
 

@@ -1,7 +1,5 @@
 """A table is data: columns know how their values are written, rows keep the values."""
 
-from __future__ import annotations
-
 import pytest
 
 from stemcal.files.rows import Column, Table

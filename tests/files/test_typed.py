@@ -1,7 +1,5 @@
 """Results as JSON and back: the same, and what does not fit is named with its place."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Records that survive, damage that is seen, a lock that holds."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

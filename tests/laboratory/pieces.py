@@ -1,7 +1,5 @@
 """Pieces of a stem of 8 mm and known materials for laboratory tests."""
 
-from __future__ import annotations
-
 from math import inf
 from typing import Any
 
@@ -24,11 +22,6 @@ def piece(
 ) -> LaboratoryTest:
     """Return a test without friction that takes a second."""
     mesh = Discretisation(
-        size,
-        edge_over="nodes",
-        hourglass=0.03,
-        integration=Integration(outputs=400),
-        filter_window=0.01,
-        **how,
+        size, edge_over="nodes", hourglass=0.03, integration=Integration(outputs=400), filter_window=0.01, **how
     )
     return LaboratoryTest(kind, of, Stem(8.0, ratio, length), Loading(travel, 1.0, 0.0), Contact(), mesh)

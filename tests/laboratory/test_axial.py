@@ -1,7 +1,5 @@
 """Axial tests between lubricated ends: an even state that closed forms describe exactly."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from math import exp, log, pi

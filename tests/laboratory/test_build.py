@@ -1,7 +1,5 @@
 """The section of a meshed piece against that of the round stem."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any, Literal
 

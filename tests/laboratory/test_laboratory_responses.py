@@ -1,7 +1,5 @@
 """Responses read from known curves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from called import called

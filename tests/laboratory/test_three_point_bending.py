@@ -1,7 +1,5 @@
 """Three-point bending against beam theory: elastic slope and plastic collapse."""
 
-from __future__ import annotations
-
 import runpy
 import shutil
 from dataclasses import replace

@@ -3,8 +3,6 @@
 The planted curve is F(u) = F* (1 − (1 − u/u*)^m) up to u* = its travel, then nothing.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

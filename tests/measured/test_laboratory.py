@@ -1,7 +1,5 @@
 """Diameters and shear tests: the shipped synthetic examples, and files that go wrong."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

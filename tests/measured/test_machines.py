@@ -1,7 +1,5 @@
 """Files in the forms that testing machines of many makers write: all hold the same curve of 1234.5 N at 0.3 mm."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

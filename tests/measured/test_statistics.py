@@ -1,7 +1,5 @@
 """Known answers: printed tables, other programs, closed forms."""
 
-from __future__ import annotations
-
 from math import exp
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What runs take is known from those that are recorded, else by a try, else by a guess."""
 
-from __future__ import annotations
-
 import socket
 from dataclasses import asdict, dataclass
 from pathlib import Path

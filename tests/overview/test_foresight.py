@@ -1,6 +1,4 @@
-"""What a study would take is told before it begins; the monsters are in tests/faults/of_demand.py."""
-
-from __future__ import annotations
+"""What a study would take is told before it begins; the monsters are in tests/faults/test_hostile.py."""
 
 import json
 from pathlib import Path

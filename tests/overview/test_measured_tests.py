@@ -3,8 +3,6 @@
 A sheet is a straight line of known slope k up to a known maximum, then the break: work until it, F²/2k.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from statistics import fmean, stdev
@@ -70,11 +68,7 @@ def test_without_targets_what_such_a_test_usually_tells(lab: Path) -> None:
     pull = study.tests[1].model_copy(update={"targets": ()})
     found = measure_tests(study.model_copy(update={"tests": (pull,)}), lab, AT_ONCE, exclude=["pull/8mm-3"])
     means = {one.response: one.summary for one in found.means if one.diameter == 8.0}
-    assert {name: one.n for name, one in means.items()} == {
-        "slope": 2,
-        "force": 2,
-        "work": 2,
-    }
+    assert {name: one.n for name, one in means.items()} == {"slope": 2, "force": 2, "work": 2}
     assert means["slope"].mean == pytest.approx(STIFFNESS, rel=1e-6)
 
 

@@ -3,8 +3,6 @@
 `configs/paper-replay.yaml` is analysed as any study is. What the paper prints and its own runs contradict is named.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Any
 

@@ -7,8 +7,6 @@ on the PATH or named in STEMCAL_CHROMIUM; the accessibility check needs the file
 axe-core, named in STEMCAL_AXE, and is left out without it.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import shutil

@@ -1,7 +1,5 @@
 """What the terminal says beside the tables."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -22,9 +20,7 @@ def printed(stage: Any) -> str:
 
 
 def test_the_last_table_of_the_surface_has_its_shape(stages: dict[str, Any]) -> None:
-    assert [table.title for table in tables_of(stages["rsm"])][3:] == [
-        "Canonical analysis",
-    ]
+    assert [table.title for table in tables_of(stages["rsm"])][3:] == ["Canonical analysis"]
     assert max(map(len, printed(stages["rsm"]).splitlines())) <= 80
 
 

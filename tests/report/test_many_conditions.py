@@ -1,7 +1,5 @@
 """A validation of many responses at many conditions is shown by its first and its worst, with links to the rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

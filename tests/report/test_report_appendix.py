@@ -1,7 +1,5 @@
 """What the page has beyond the terminal: verdicts, the surface's own axes, checks of runs, diagnostics."""
 
-from __future__ import annotations
-
 import io
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The page in a real browser: nothing said on the console, nothing loaded, nothing that sticks out, all readable."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figures and tables of what surrounds the solution."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree

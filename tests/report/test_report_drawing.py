@@ -1,7 +1,5 @@
 """Page and figures are drawn again where something they are made from has changed, and only there."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

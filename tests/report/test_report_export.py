@@ -1,7 +1,5 @@
 """Tables to publish: the paper's own numbers in all formats, and nothing that a format would take for its own."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shutil

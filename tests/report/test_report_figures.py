@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -16,10 +14,7 @@ from stemcal.report.figures.validation import validation
 from stemcal.report.records import Curve
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
-CURVES = {
-    "screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)),
-    "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)),
-}
+CURVES = {"screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)), "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0))}
 
 
 def drawn(stages: dict[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """Figures in the formats and widths that journals ask for."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

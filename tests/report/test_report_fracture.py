@@ -1,7 +1,5 @@
 """The picture of the cut stem: the right faces, deleted elements gone, the shape kept whole in a record."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Every figure by name, also for the laboratory, and the words of the glossary."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

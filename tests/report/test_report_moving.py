@@ -1,7 +1,5 @@
 """The cut over time: frames as they were, animations that can be read."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from dataclasses import replace
@@ -185,12 +183,7 @@ def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) 
 @pytest.mark.slow
 def test_the_page_shows_mesh_cut_and_frames(with_film: tuple[Any, StudyFolder]) -> None:
     text = render(*with_film)
-    for begin in (
-        "The mesh of the stem of",
-        "The stem of",
-        "How the stem of",
-        "Energies over blade travel, stem of",
-    ):
+    for begin in ("The mesh of the stem of", "The stem of", "How the stem of", "Energies over blade travel, stem of"):
         assert f"{begin} 8 mm" in text
     assert len(text.encode()) < 5_000_000
 

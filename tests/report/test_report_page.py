@@ -1,7 +1,5 @@
 """The page: self-contained, escaped, the same each time, readable by machines that read aloud."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -19,6 +17,7 @@ from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 from stemcal.run_warnings import hourglass_energy, nothing_deleted
 
+BLANK = pytest.mark.usefixtures("blank_figures")
 VOID = {"meta", "br", "link", "img"}
 
 
@@ -132,6 +131,7 @@ def test_the_same_bytes_each_time(replayed: tuple[Any, Any], page: str) -> None:
     assert render(*replayed) == page
 
 
+@BLANK
 def test_markup_is_escaped(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     """A hostile name everywhere a stage file or the spec has one."""
     study, folder = replayed
@@ -149,6 +149,7 @@ def test_what_stands_between_backticks_is_escaped_too() -> None:
     assert coded("one ` alone") == "one ` alone"
 
 
+@BLANK
 def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     study, folder = replayed
     with pytest.raises(UsageError, match="stemcal run SPEC"):
@@ -157,6 +158,7 @@ def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     assert "Not done yet: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
 
 
+@BLANK
 def test_failed_runs_are_told_on_top(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     study, folder = replayed
     for name in ("screen", "rsm", "invert"):
@@ -168,6 +170,7 @@ def test_failed_runs_are_told_on_top(replayed: tuple[Any, Any], tmp_path: Path) 
     assert text.index("Validation, run 7 mm failed: too soft") < text.index("Outcome")
 
 
+@BLANK
 def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
     """Another significance level makes the screening stale, not the surface of named factors."""
     study, folder = replayed
@@ -179,6 +182,7 @@ def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
     assert "Analysis of variance" in text
 
 
+@BLANK
 def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     """Records that keep a curve give the figure of force over travel."""
     study, folder = replayed
@@ -212,6 +216,7 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
     ]
 
 
+@BLANK
 def test_written_file(replayed: tuple[Any, Any]) -> None:
     study, folder = replayed
     path = write_page(study, folder)
@@ -220,6 +225,7 @@ def test_written_file(replayed: tuple[Any, Any]) -> None:
     assert path.read_text("utf-8").rstrip().endswith("</html>")
 
 
+@BLANK
 def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) -> None:
     study, folder = replayed
     what = shown(study, folder)

@@ -1,7 +1,5 @@
 """The terminal's tables hold what the paper prints, in 80 columns."""
 
-from __future__ import annotations
-
 import io
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A study of its own words is told in these: an angle of repose alone, or with a bulk density over moisture."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """What the spec says about failed runs is what happens."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Points simulated several times over: their means, their scatter, their records."""
 
-from __future__ import annotations
-
 from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request

@@ -1,7 +1,5 @@
 """What of a solver's answer may enter an analysis."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -5,8 +5,6 @@ on the side of the stem of contact 1, in LS-DYNA's columns. STAND_IN=error, sile
 makes it fail in that way, STAND_IN=fails tells of an element that does.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

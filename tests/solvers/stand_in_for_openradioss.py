@@ -5,8 +5,6 @@ makes it fail: ``deaf`` echoes another yield stress, ``mute`` none of the materi
 of a signal, ``stops`` ends the engine without a word, ``unwritten`` leaves no engine input, ``empty`` no histories.
 """
 
-from __future__ import annotations
-
 import gzip
 import os
 import signal

@@ -1,7 +1,5 @@
 """Programs with chance in them: every run simulated anew, with a seed and a record of its own."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

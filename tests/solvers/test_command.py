@@ -1,7 +1,5 @@
 """A program as solver. Its stand-ins are small Python scripts written by the tests."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

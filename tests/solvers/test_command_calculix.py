@@ -1,7 +1,5 @@
 """A study on CalculiX from beginning to end; beam theory knows the answer."""
 
-from __future__ import annotations
-
 import json
 import runpy
 import shutil

@@ -1,7 +1,5 @@
 """Readers and reductions: known numbers in, known number out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

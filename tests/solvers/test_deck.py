@@ -1,7 +1,5 @@
 """The keyword deck, read back by readers that are not ours."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What the embedded solver says of itself, without a simulation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A further cutting test of a study: the sections that it changes, and what it gives."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

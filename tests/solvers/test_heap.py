@@ -1,7 +1,5 @@
 """The shipped study of a granular heap: its script against known answers, and LIGGGHTS where it is installed."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math
@@ -28,13 +26,7 @@ from stemcal.study.reading import load_study
 from stemcal.study.types.placeholders import fill
 
 GRAINS = Path(__file__).parents[2] / "examples" / "liggghts"
-HIDDEN = {
-    "grain_friction": 0.35,
-    "grain_rolling": 0.08,
-    "wall_friction": 0.5,
-    "wall_rolling": 0.08,
-    "restitution": 0.5,
-}
+HIDDEN = {"grain_friction": 0.35, "grain_rolling": 0.08, "wall_friction": 0.5, "wall_rolling": 0.08, "restitution": 0.5}
 needs_program = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS (liggghts) is not installed")
 
 

@@ -1,7 +1,5 @@
 """The runner of LS-DYNA against a stand-in, and the user's own deck with nothing changed but nine fields."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The runner of OpenRadioss against recorded runs, which a stand-in replays; every failure told apart."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import sys
@@ -19,13 +17,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
-from stemcal.solvers.deck.listing import (
-    contact_force,
-    deleted_elements,
-    deletes_elements,
-    differences,
-    problems,
-)
+from stemcal.solvers.deck.listing import contact_force, deleted_elements, deletes_elements, differences, problems
 from stemcal.solvers.deck.openradioss import leave_engine_input
 from stemcal.solvers.deck.program import DeckProgram
 from stemcal.solvers.protocol import Answer, Request

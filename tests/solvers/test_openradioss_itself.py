@@ -1,7 +1,5 @@
 """OpenRadioss itself, where one is: its forces against those that the embedded solver computes from the same decks."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -19,10 +17,7 @@ from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "openradioss.yaml"
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(HOME not in os.environ, reason=f"{HOME} names no OpenRadioss"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(HOME not in os.environ, reason=f"{HOME} names no OpenRadioss")]
 
 
 def foretold_and_given(study: Study, diameter: float, **levels: float) -> tuple[float, float]:

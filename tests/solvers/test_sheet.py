@@ -1,7 +1,5 @@
 """A sheet in place of a solver: what it answers, what it asks for, and what is said of a wrong one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

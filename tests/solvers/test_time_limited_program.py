@@ -1,7 +1,5 @@
 """Nothing that a program does or leaves behind runs past its time limit."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import os

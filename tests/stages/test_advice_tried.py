@@ -1,7 +1,5 @@
 """Advice on doubtful physics tried with the embedded solver: two coarse studies, before and after the advice."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

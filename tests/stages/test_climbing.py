@@ -1,7 +1,6 @@
 """The climb towards the target, and the design centred on its best step."""
 
-from __future__ import annotations
-
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +12,16 @@ from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
 from stemcal.executors.inline import InlineExecutor
+from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import Names
+from stemcal.naming import CUTTING
 from stemcal.report.export.paper import paper_tables
-from stemcal.stages.climb import ClimbResult
+from stemcal.runs.outcome import Outcome
+from stemcal.stages import climb
+from stemcal.stages.climb import ClimbResult, ClimbRow
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import read_result
+from stemcal.stages.result import Head, read_result
 from stemcal.stages.results import Results
 from stemcal.study.reading import load_study
 
@@ -95,3 +99,31 @@ def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:
     workflow.screen(study, folder, InlineExecutor())
     with pytest.raises(Waiting, match="waiting for 1 result of climb"):
         workflow.climb(study, folder, InlineExecutor())
+
+
+CLIMB = ClimbResult(
+    head=Head(2, "climb", "known"),
+    target=159.2,
+    condition=8.0,
+    names=("a", "b"),
+    rows=Rows(ClimbRow(step, {"a": 1.0}, {"a": 0.0}, 10.0 - step, Outcome(response=150.0)) for step in range(4)),
+    best_step=2,
+    passed=True,
+    solution={"a": 1.0},
+    error_percent=-1.26,
+    coding={},
+    effects=Rows(),
+    significant=(),
+)
+
+
+def test_a_climb_that_passed_the_target() -> None:
+    assert climb.outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
+        "4 runs stepped Stress and b together towards the target.",
+        "The target was passed; step 2 came nearest, 1.3 % from it.",
+    ]
+
+
+def test_a_climb_that_ended_at_the_edge() -> None:
+    short = replace(CLIMB, passed=False)
+    assert climb.outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")

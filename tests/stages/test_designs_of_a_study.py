@@ -1,7 +1,5 @@
 """The designs and fits that a spec can choose, through the stages."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

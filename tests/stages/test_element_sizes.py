@@ -1,7 +1,5 @@
 """The failure strain by element size of a force whose law is known, and the files for another model."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, replace
 from math import exp

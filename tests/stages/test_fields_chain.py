@@ -1,7 +1,5 @@
 """What the field's chain asks of designs: the strongest factors, short names, own steps, twelve runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Replicates and lost terms, from the spec to the files."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A stage that would be made of the same as before is read; whatever changes, it is made anew."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Sequence

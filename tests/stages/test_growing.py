@@ -1,7 +1,5 @@
 """An exponent that is planted in the forces is found by a joint fit, and told of on the page."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The sentences of a calibration: of the paper's one force, and of a joint fit."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

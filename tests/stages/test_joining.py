@@ -1,7 +1,5 @@
 """A joint fit over diameters, from the spec to the files."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

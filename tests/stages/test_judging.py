@@ -1,7 +1,5 @@
 """The verdict by its rules, and that following its advice ends in a better one."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Simulated materials that follow the diameter: the advice names the parameter, and its edit removes the error."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,26 +1,17 @@
 """A force in a wave, which no quadratic follows: the verdict reports it, and refining corrects the force."""
 
-from __future__ import annotations
-
 import re
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fakes import TWO_FACTORS, SpecSolver
+from planting import judged
 
-from stemcal import workflow
-from stemcal.errors import TargetUnreachable
-from stemcal.executors.inline import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.model import SOLVERS
-from stemcal.study.reading import load_study
 
 SPEC = (
     TWO_FACTORS
@@ -45,17 +36,11 @@ class Wave(SpecSolver):
 
 @pytest.fixture
 def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    def judged(wave: SpecSolver, asked: float, extra: str = "", spec: str = SPEC) -> tuple[Verdict, Results]:
-        monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: wave)
+    def of(wave: SpecSolver, asked: float, extra: str = "", spec: str = SPEC) -> tuple[Verdict, Results]:
         folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
-        folder.mkdir()
-        (folder / "study.yaml").write_text(spec.replace("ASKED", f"{asked:g}") + extra, encoding="utf-8")
-        study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
-        with suppress(TargetUnreachable):
-            workflow.calibrate(study, place, InlineExecutor())
-        return verdict_of(study, place), fresh_results(study, place)
+        return judged(folder, spec.replace("ASKED", f"{asked:g}") + extra, wave, monkeypatch)
 
-    return judged
+    return of
 
 
 @pytest.mark.parametrize("phase", [0.5, 0.7, 0.9])

@@ -1,7 +1,5 @@
 """Priors from the spec to files, verdict and sentences."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The closed loop on a force that no quadratic fits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The closed loop over three diameters, on forces that no quadratic fits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The published study refined in a program whose force is known."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil

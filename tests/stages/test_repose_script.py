@@ -1,7 +1,5 @@
 """A newcomer's script with chance in it: an angle of repose of five parameters with normal noise of 0.4 degrees."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Force, travel and work fitted together: a known answer, and a run of the embedded solver found again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

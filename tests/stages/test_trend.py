@@ -1,7 +1,5 @@
 """The advice for an error that follows the diameter, on forces that are known power laws."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

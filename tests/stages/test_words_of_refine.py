@@ -1,7 +1,5 @@
 """What the refinement reports, in the study's own model and in another."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -13,14 +11,7 @@ from stemcal.names import Names
 from stemcal.naming import Named, Naming
 from stemcal.report.tables.of_responses import refine_tables
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.refine.result import (
-    AdjustedFactor,
-    Model,
-    RefineResult,
-    RefineRow,
-    RefineRun,
-    Stopped,
-)
+from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
 from stemcal.stages.refine.words import certainty, notes_of, outcome, program, shortfall
 from stemcal.stages.result import Head
 

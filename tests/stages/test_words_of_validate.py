@@ -1,7 +1,5 @@
 """What a validation says, on the paper's own forces."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

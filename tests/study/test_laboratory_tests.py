@@ -1,7 +1,5 @@
 """Laboratory tests in a spec: their responses, what is fitted, what a run does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

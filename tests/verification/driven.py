@@ -1,7 +1,5 @@
 """Ways to put a body through a known motion and to look at it on the way, over the compiled kernels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A bar necks and parts: at the same elongation and work whatever its elements, and in OpenRadioss as foretold."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import sys
@@ -36,8 +34,7 @@ def pulled(breadth: float, parts: int) -> Any:
 
 
 @pytest.mark.parametrize(
-    "breadth",
-    [1 / 8, *(pytest.param(wide, marks=pytest.mark.slow) for wide in (1 / 2, 1.0, 2.0))],
+    "breadth", [1 / 8, *(pytest.param(wide, marks=pytest.mark.slow) for wide in (1 / 2, 1.0, 2.0))]
 )
 def test_elongation_and_work_are_not_the_meshs(breadth: float) -> None:
     """Of three sizes of elements; that of the narrow bar tends to ε_f ℓ √π from above, by 4 % from ℓ/3 to ℓ/8.

@@ -4,8 +4,6 @@ An undamped body under a load put on at once swings about its static position; t
 static deflection and the period gives the frequency.
 """
 
-from __future__ import annotations
-
 from math import cos, cosh, pi, sin, sinh, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Refinement on smooth problems with exact solutions: the error falls with the square of the element size."""
 
-from __future__ import annotations
-
 from math import pi, sin, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The blade's edge meets the body between its nodes, and faces that erosion lays open."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from driven import NO_VISCOSITY

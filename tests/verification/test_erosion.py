@@ -1,7 +1,5 @@
 """An element goes in the very step in which its plastic strain first reaches the failure strain."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from driven import NO_VISCOSITY, advance, row, stresses

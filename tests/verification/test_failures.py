@@ -1,7 +1,5 @@
 """A simulation that stops being physical stops, and says why in one word."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

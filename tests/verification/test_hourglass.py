@@ -1,7 +1,5 @@
 """Hourglass control: the four hourglass modes meet resistance, rigid and uniform ones do not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -46,12 +44,7 @@ def stiffness_matrix(mesh: Mesh, **kind: object) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("kind", "zeros"),
-    [
-        ({"hourglass": 0.1}, 6),
-        ({"hourglass": 0.0}, 18),
-    ],
-    ids=["with hourglass control", "without"],
+    ("kind", "zeros"), [({"hourglass": 0.1}, 6), ({"hourglass": 0.0}, 18)], ids=["with hourglass control", "without"]
 )
 def test_rank_of_the_stiffness(kind: dict[str, object], zeros: int) -> None:
     """24 − 6 rigid modes = 18 for a sound element; the bare one-point element has 12 hourglass modes more to lose.

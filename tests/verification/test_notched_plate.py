@@ -1,7 +1,5 @@
 """A notched plate is pulled apart: with an internal length it fails at the same pull whatever its elements."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigid motions make no stress and turn the stress there is."""
 
-from __future__ import annotations
-
 from math import cos, pi, sin
 
 import numpy as np

@@ -5,8 +5,6 @@ with the volume-averaged gradient. Every node follows x = F X; whatever the elem
 Ḟ F⁻¹, so all stresses are equal and the forces on interior nodes cancel. Tolerance: 1e-12 of the largest, round-off.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from driven import NO_VISCOSITY, advance, boundary, distorted, record, stresses

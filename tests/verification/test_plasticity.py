@@ -6,8 +6,6 @@ Uniaxial stress: slope E up to σ_y, then E_t. After a plastic strain εp in ten
 elastic part and −½ εp in the plastic one; with it prescribed, the stress across must come out as zero.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

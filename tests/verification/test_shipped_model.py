@@ -1,7 +1,5 @@
 """Mirror planes, momentum and energy of the model as shipped (spread edge, failure in the mean, graded mesh)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any

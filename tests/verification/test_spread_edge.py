@@ -1,7 +1,5 @@
 """A spread edge on an elastic block, held against a static solution that shares no code with the solver."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

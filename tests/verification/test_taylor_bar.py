@@ -5,8 +5,6 @@ codes (Hallquist, DYNA3D manual; Zhu and Cescotto, Comput. Struct. 54, 1095-1102
 of 21.4 to 21.6 mm, a foot of 7.0 to 7.2 mm radius and a largest plastic strain of about 2.5 to 3.0.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -72,7 +70,10 @@ def shape(history: History) -> tuple[float, float, float]:
     return float(np.ptp(history.x[:, 2])), float(radius), float(history.row("PLASTIC_STRAIN").max())
 
 
-@pytest.mark.parametrize(("across", "along", "wall"), [(4, 48, False), (3, 36, True)], ids=["held", "contact"])
+@pytest.mark.parametrize(
+    ("across", "along", "wall"),
+    [pytest.param(4, 48, False, id="held", marks=pytest.mark.slow), pytest.param(3, 36, True, id="contact")],
+)
 def test_taylor_bar(across: int, along: int, wall: bool) -> None:
     """One-point element: found 21.49 mm and 6.99 mm with the foot held, 21.48 mm and 7.02 mm on a rigid wall."""
     length, radius, strain = shape(history := impact(across, along, wall=wall))

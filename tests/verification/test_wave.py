@@ -5,8 +5,6 @@ at v under the stress ρ c v = E v/c. A free end sends it back with the stress t
 fixed one with the stress doubled and the velocity gone.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -25,7 +25,7 @@ from stemcal.names import Names
 from stemcal.note import Note
 
 ROUGH_PERCENT = 3.0
-"""Of the mean response: most answers rough by 5 % are above, those rough by 1 % never (docs/theory/statistics.md)."""
+"""Of the mean response: most responses rough by 5 % are above, those rough by 1 % never (docs/reference/verdict.md)."""
 
 
 @dataclass(frozen=True, eq=False)

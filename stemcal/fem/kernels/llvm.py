@@ -1,7 +1,7 @@
 """What the kernels say to LLVM in its own words: a cache line asked for, nodes read and written a run at a time.
 
 LLVM does not find by itself that a component of a run is one vector: it is spelled out here, in vectors of any width
-that LLVM breaks down to what the processor has; `docs/kernel-vectors.md` says why.
+that LLVM breaks down to what the processor has; speed without them: `docs/explanation/how-it-is-tested.md`.
 """
 
 from __future__ import annotations

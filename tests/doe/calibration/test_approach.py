@@ -1,7 +1,5 @@
 """Stepping from a surface that is a little off to the point that simulates the target."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The one fit against closed answers: planes without error, so that what is planted is all that there is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The search along a path: laws whose answers are known, and the measured force of a mesh without lengths."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import exp, inf, log, nan
 

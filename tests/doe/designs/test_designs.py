@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,12 +12,7 @@ def signs(text: str) -> list[float]:
 
 
 # The generators printed by Plackett and Burman (Biometrika 33, 1946, p. 323).
-GENERATORS = {
-    7: "+++-+--",
-    11: "++-+++---+-",
-    19: "++--++++-+-+----++-",
-    23: "+++++-+-++--++--+-+----",
-}
+GENERATORS = {7: "+++-+--", 11: "++-+++---+-", 19: "++--++++-+-+----++-", 23: "+++++-+-++--++--+-+----"}
 
 
 @pytest.mark.parametrize(("k", "generator"), GENERATORS.items())

@@ -1,7 +1,5 @@
 """Which runs only repeat others, and what one more run of a deterministic solver adds."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

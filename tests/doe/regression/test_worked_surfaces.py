@@ -1,14 +1,12 @@
 """More worked examples, cell by cell: a composite, factorials whole and halved, a Box–Behnken with lack of fit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from printed import agrees
 from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
-from stemcal.doe.designs.factorial import fraction, full_factorial
+from stemcal.doe.designs.factorial import full_factorial
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
@@ -107,29 +105,6 @@ def test_half_fraction_of_the_chemical_process():
     assert cells_agree(surface, printed) == 35
     margins = lenth(np.array([-12.0, -1.0, 4.0, -1.0, 6.0, -1.0, -5.0]))
     assert margins.pse == 6.0 and (margins.me, margins.sme) == pytest.approx((22.5856, 54.0516), rel=1e-4)
-
-
-def test_half_fraction_of_the_integrated_circuit():
-    """A 2^(5−1) with I = ABCDE, yield of a process; data after Montgomery, Design and Analysis, example 8.2.
-
-    The cells have not been compared with a printed page: they are what statsmodels computes from these data, here to
-    1e-8.
-    """
-    yields = {"e": 8, "a": 9, "b": 34, "abe": 52, "c": 16, "ace": 22, "bce": 45, "abc": 60}
-    yields |= {"d": 6, "ade": 10, "bde": 30, "abd": 50, "cde": 15, "acd": 21, "bcd": 44, "abcde": 63}
-    design = fraction(5, 16).design()
-    runs = ["".join(letter for letter, level in zip("abcde", run, strict=True) if level > 0) for run in design]
-    surface = fit_surface(design, [yields[run] for run in runs], list("ABCDE"), terms=["A", "B", "C", "A:B"])
-    as_statsmodels_fits(surface)
-    computed = {
-        "A": "495.0625 1 495.0625 193.20",
-        "B": "4590.0625 1 4590.0625 1791.24",
-        "C": "473.0625 1 473.0625 184.61",
-        "A:B": "189.0625 1 189.0625 73.78",
-        "Residual": "28.1875 11 2.5625",
-        "Cor total": "5775.4375 15",
-    }
-    assert cells_agree(surface, computed) == 21
 
 
 def test_box_behnken_of_the_sas_manual():

@@ -1,7 +1,5 @@
 """Centre points beside a two-level design: curvature, and scatter to test effects against."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

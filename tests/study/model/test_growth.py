@@ -1,7 +1,5 @@
 """Material parameters that follow the diameter: value(d) = value·(d/at)^exponent, or a table by grade."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Targets that name the files of whole curves: what stands in their place, what is fitted, what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from statistics import fmean, stdev
 

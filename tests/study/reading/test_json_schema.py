@@ -1,8 +1,8 @@
-from __future__ import annotations
-
 import json
 import re
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -57,11 +57,16 @@ def test_the_section_of_a_key_is_known_if_it_is_one() -> None:
     assert section_with("design") is None
 
 
+@cache
+def validator() -> Any:
+    """Return a validator of JSON schemas, such as an editor has."""
+    draft, schema = pytest.importorskip("jsonschema").Draft202012Validator, json_schema()
+    draft.check_schema(schema)
+    return draft(schema)
+
+
 def complaints(data: object) -> list[str]:
-    """Return what a validator of JSON schemas, such as an editor has, finds wrong."""
-    validator = pytest.importorskip("jsonschema").Draft202012Validator
-    validator.check_schema(json_schema())
-    return [f"{list(error.absolute_path)}: {error.message}" for error in validator(json_schema()).iter_errors(data)]
+    return [f"{list(error.absolute_path)}: {error.message}" for error in validator().iter_errors(data)]
 
 
 @pytest.mark.parametrize("spec", SPECS, ids=lambda path: path.stem)

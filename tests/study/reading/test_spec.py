@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pickle
 import re
 from pathlib import Path
@@ -20,10 +18,7 @@ MINIMAL = (CASES / "good" / "minimal.yaml").read_text(encoding="utf-8")
 SHIPPED = (
     (ROOT / "configs" / "wild-chrysanthemum-as-published.yaml")
     .read_text(encoding="utf-8")
-    .replace(
-        "  kind: embedded\n",
-        "  kind: embedded\n  element_size: d/16\n  mass_scaling: 1e4\n  time_step: 40 us\n",
-    )
+    .replace("  kind: embedded\n", "  kind: embedded\n  element_size: d/16\n  mass_scaling: 1e4\n  time_step: 40 us\n")
     + """
 specimen: {outer_diameter: 8 mm, diameter_ratio: 0.41, length: 50 mm}
 supports: {clearance: 20 mm}
@@ -58,9 +53,7 @@ def test_bad_spec_is_refused_with_line_and_remedy(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path",
-    [*sorted((CASES / "good").glob("*.yaml")), *sorted((ROOT / "configs").glob("*.yaml"))],
-    ids=lambda p: p.stem,
+    "path", [*sorted((CASES / "good").glob("*.yaml")), *sorted((ROOT / "configs").glob("*.yaml"))], ids=lambda p: p.stem
 )
 def test_good_spec_loads_pickles_and_dumps(path: Path) -> None:
     study = load_study(path)
@@ -237,11 +230,7 @@ def test_elements_too_small_for_any_mesh_are_refused(size: str) -> None:
         ("low: 10, high: 20", "low: 1e4, high: 2e4", "3:53: factors.yield_stress.high: 20000 MPa is far"),
         ("targets:", "loading: {speed: 1 mm/min}\ntargets:", ""),
         ("targets:", "loading: {duration: 1e6 s}\ntargets:", "13:21: loading.duration: 1e+06 s is far"),
-        (
-            "targets:",
-            "specimen: {outer_diameter: 9 mm}\ntargets:",
-            "13:28: specimen.outer_diameter: the study",
-        ),
+        ("targets:", "specimen: {outer_diameter: 9 mm}\ntargets:", "13:28: specimen.outer_diameter: the study"),
     ],
 )
 def test_implausible_magnitudes_are_doubted(old: str, new: str, warning: str) -> None:
@@ -286,23 +275,7 @@ def test_a_speed_of_no_testing_machine_is_questioned(speed: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "a/b",
-        "a\\b",
-        "../x",
-        "..",
-        ".",
-        "C:",
-        "x" * 65,
-        "con",
-        "NUL.txt",
-        "a\nb",
-        "a\0b",
-        " a",
-        "a.",
-        "",
-        "\u2028",
-    ],
+    ["a/b", "a\\b", "../x", "..", ".", "C:", "x" * 65, "con", "NUL.txt", "a\nb", "a\0b", " a", "a.", "", "\u2028"],
 )
 def test_names_no_folder_can_have_are_refused(name: str) -> None:
     escaped = "".join(f"\\u{ord(letter):04x}" for letter in name)

@@ -1,6 +1,4 @@
-"""The sentences of a screening, on the paper's own runs."""
-
-from __future__ import annotations
+"""The sentences of screening and surface, on the paper's own runs."""
 
 from typing import Any
 
@@ -15,6 +13,7 @@ from stemcal.run_warnings import energy_drifts
 from stemcal.stages import screen
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen import ScreenResult
+from stemcal.stages.surface import words as surface
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
@@ -71,3 +70,24 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
         "uniformly_aliased": "caution",
         "interaction_of_strongest": "caution",
     }
+
+
+def test_the_outcome_of_a_surface_names_factors_runs_and_range(results: Any) -> None:
+    assert surface.outcome(results.surface, NAMES) == [
+        "A quadratic surface over Yield stress, failure_strain and strain_rate_c was fitted to 20 runs between 64 N "
+        "and 175 N."
+    ]
+
+
+def test_certainty_gives_both_r2_and_the_lack_of_fit(results: Any) -> None:
+    assert surface.certainty(results.surface, NAMES) == [
+        "The surface explains 98.5 % of the variation between its runs (R² 0.985, predicted R² 0.922).",
+        "Its lack of fit is not significant (p = 0.3189).",
+    ]
+
+
+def test_the_notes_of_the_published_surface(results: Any) -> None:
+    said = {note.kind: note.text for note in results.surface.notes}
+    assert "run 3 (112 N)" in said["verdict_on_one_run"] and "p = 0.0173" in said["verdict_on_one_run"]
+    assert "6 runs" in said["unequal_repeats"] and "112 N to 124 N" in said["unequal_repeats"]
+    assert "saddle" in said["shape"]

@@ -1,0 +1,28 @@
+"""Studies with a known answer planted in them, taken through their stages and judged."""
+
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from stemcal import workflow
+from stemcal.errors import TargetUnreachable
+from stemcal.executors.inline import InlineExecutor
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.solvers.protocol import Solver
+from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
+from stemcal.study.reading import load_study
+
+
+def judged(folder: Path, text: str, solver: Solver, monkeypatch: pytest.MonkeyPatch) -> tuple[Verdict, Results]:
+    """Take the study of a spec as far as it comes, with a solver in the place of the embedded one."""
+    folder.mkdir(exist_ok=True)
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: solver)
+    study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
+    with suppress(TargetUnreachable):
+        workflow.calibrate(study, place, InlineExecutor())
+    return verdict_of(study, place), fresh_results(study, place)
