@@ -34,7 +34,7 @@ from stemcal.fem.state import State, start
 from stemcal.fem.threads import march_to
 from stemcal.fem.warm import warm
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.figures.gallery import write_figures
+from stemcal.report.gallery import write_figures
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import make_solver
 from stemcal.study.reading import load_study

@@ -18,6 +18,8 @@ import numpy as np
 import stemcal
 from stemcal.doe.validation.null_model import formula_elsewhere
 from stemcal.python.results import StudyResults
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.study.reading import read_study
 
@@ -109,7 +111,7 @@ def show(forces: dict[str, dict[str, list[float]]], drawn: str) -> None:
 
 def line(results: StudyResults, fitted: list[int]) -> str:
     """Return parameters, errors and those of the formula, percent of the measured force."""
-    rows = [row.compared for row in results.validation.rows]
+    rows = [row.compared for row in results.of(ValidateResult).rows]
     errors = ", ".join(f"{row.condition:g} mm {row.error_percent:+.1f}" for row in rows)
     out = [abs(row.error_percent or np.nan) for row in rows if row.condition not in fitted]
     pairs = [(row.condition, row.measured) for row in rows]
@@ -117,7 +119,7 @@ def line(results: StudyResults, fitted: list[int]) -> str:
         [pair for pair in pairs if pair[0] in fitted], [pair for pair in pairs if pair[0] not in fitted]
     )
     worst = f"held out {max(out):.1f}, formula {formula:.1f}" if out else "none held out"
-    values = ", ".join(f"{name} {value:.4g}" for name, value in results.inversion.point.solution.items())
+    values = ", ".join(f"{name} {value:.4g}" for name, value in results.of(InvertResult).point.solution.items())
     return f"fitted to {fitted}: {values}; {errors}; {worst}"
 
 

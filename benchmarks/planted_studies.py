@@ -33,6 +33,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
@@ -162,13 +163,13 @@ class Plant:
 
     def off(self, found: Results | None) -> float:
         """Return how far the parameters are from the truth, in half ranges; infinite where there are none."""
-        if found is None or found.inversion is None:
+        if found is None or found.of(InvertResult) is None:
             return np.inf
         return float(np.linalg.norm(np.array(coded(found.parameters)) - self.truth))
 
     def no_further(self, before: Judged, after: Judged) -> bool:
         """Tell whether the parameters after are as near to the truth as before, or known to hold it."""
-        inversion = None if after.results is None else after.results.inversion
+        inversion = None if after.results is None else after.results.of(InvertResult)
         if inversion is None or inversion.certainty is None:
             return False
         intervals = inversion.certainty.intervals
@@ -178,7 +179,7 @@ class Plant:
 
     def force_off(self, found: Results | None) -> float:
         """Return how far off the true force at 8 mm is with the parameters, percent."""
-        if found is None or found.inversion is None:
+        if found is None or found.of(InvertResult) is None:
             return np.inf
         true = self.law.of(*self.truth, 8.0)[0]
         return abs(100.0 * (self.law.of(*coded(found.parameters), 8.0)[0] / true - 1.0))
@@ -206,7 +207,7 @@ class Judged:
     @property
     def free(self) -> set[str]:
         """The factors that the fit leaves free."""
-        found = None if self.results is None else self.results.inversion
+        found = None if self.results is None else self.results.of(InvertResult)
         return set() if found is None or found.certainty is None else set(found.certainty.not_identified)
 
     def is_(self, *words: str) -> bool:
@@ -294,7 +295,7 @@ def from_the_literature(seed: int) -> Row:
     one = "rsm: {factors: [yield_stress], centre_points: 4, alpha: 1}\n"
     after = judged(replace(law, held=truth[1]), spec.replace("hardening_parameter", known) + targets + one)
     off, results = np.inf, after.results
-    if results is not None and results.inversion is not None:
+    if results is not None and results.of(InvertResult) is not None:
         off = abs(coded({NAMES[1]: 0.03, **results.parameters})[0] - truth[0])
     return Row(before.is_("with_reservations"), True, after.is_("calibrated"), off <= plant.off(before.results) + ROOM)
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from stemcal.python.study import load_study as load_study
     from stemcal.python.study import open_results as open_results
     from stemcal.python.study import simulate as simulate
-    from stemcal.stages.climb import ClimbResult as ClimbResult
+    from stemcal.stages.climb.result import ClimbResult as ClimbResult
     from stemcal.stages.invert.result import InvertResult as InvertResult
     from stemcal.stages.refine.result import RefineResult as RefineResult
-    from stemcal.stages.screen import ScreenResult as ScreenResult
+    from stemcal.stages.screen.result import ScreenResult as ScreenResult
     from stemcal.stages.surface.result import SurfaceResult as SurfaceResult
     from stemcal.stages.validate.result import ValidateResult as ValidateResult
     from stemcal.study.model import Study as Study
@@ -38,8 +38,8 @@ _NAMES = {
     "Curve": "stemcal.python.study",
     "Simulated": "stemcal.python.study",
     "StudyResults": "stemcal.python.results",
-    "ScreenResult": "stemcal.stages.screen",
-    "ClimbResult": "stemcal.stages.climb",
+    "ScreenResult": "stemcal.stages.screen.result",
+    "ClimbResult": "stemcal.stages.climb.result",
     "SurfaceResult": "stemcal.stages.surface.result",
     "InvertResult": "stemcal.stages.invert.result",
     "RefineResult": "stemcal.stages.refine.result",

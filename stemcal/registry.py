@@ -13,6 +13,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from stemcal.words import did_you_mean
+
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
@@ -28,6 +30,18 @@ class Named(Protocol):
 
 
 T = TypeVar("T", bound=Named)
+
+
+class Checked:
+    """Refuses a public name that its interface lacks when a class is made, because nothing would ever call it."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        interface = next((base for base in cls.__mro__[1:] if Checked in base.__bases__), None)
+        known = [name for name in dir(interface) if not name.startswith("_")]
+        for name in vars(cls) if interface is not None else ():
+            if not name.startswith("_") and name not in known:
+                raise TypeError(f"{cls.__name__}.{name} is never used: {did_you_mean(name, known)}")
 
 
 class Registry(Generic[T]):
@@ -116,6 +130,12 @@ class Registry(Generic[T]):
 def stages() -> Registry[Any]:
     """Return the list of stages, for code below them: `study` asks whether one of them has a section."""
     found: Registry[Any] = import_module("stemcal.stages.stage").STAGES
+    return found
+
+
+def surface_designs() -> Registry[Any]:
+    """Return the list of designs for a response surface, for code beside or below them."""
+    found: Registry[Any] = import_module("stemcal.doe.designs.catalogue").SURFACES
     return found
 
 

@@ -37,7 +37,7 @@ def results(replayed: tuple[Any, Any]) -> Any:
 @pytest.fixture(scope="session")
 def stages(results: Any) -> dict[str, Any]:
     """The same by the name of the stage."""
-    return {result.name: result for result in results.done()}
+    return {result.name: result for result in results.done}
 
 
 @pytest.fixture(scope="session")

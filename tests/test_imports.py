@@ -12,7 +12,6 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 FLOORS = {
     "stemcal.errors": 0,
     "stemcal.version": 0,
-    "stemcal.registry": 0,
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.outputs": 1,
@@ -24,6 +23,7 @@ FLOORS = {
     "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,
     "stemcal.power_law": 0,
+    "stemcal.registry": 1,
     "stemcal.fem.kernels": 1,
     "stemcal.fem": 2,
     "stemcal.doe": 3,
@@ -45,6 +45,22 @@ FLOORS = {
     "stemcal.__main__": 15,
 }
 WORKFLOW = 11  # every other module at the top
+SLICES = ("screen", "climb", "surface", "invert", "refine", "validate")
+"""The folders of `stemcal.stages`, one for each stage."""
+SHOWN, SHELL = ("showing", "figures", "contour"), 13.5
+"""The files of a slice that show it, and their floor: above the report, which they use and which knows none of them."""
+OF_OTHERS = ("result", "options")
+"""What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
+LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
+KNOWN = {
+    ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
+    ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
+    ("stemcal.overview.plan", "stemcal.stages.refine.words"),
+    ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
+    ("stemcal.report.page.render", "stemcal.stages.invert.words"),
+    ("stemcal.report.terminal", "stemcal.stages.invert.showing"),
+}
+"""Imports of something else of a slice. This list may only shrink."""
 
 PLACES = {
     "typer": ("stemcal.cli",),
@@ -77,13 +93,23 @@ def within(module: str, package: str) -> bool:
     return module == package or module.startswith(package + ".")
 
 
-def floor_of(module: str) -> int:
+def slice_of(module: str) -> tuple[str, str]:
+    """Return the stage that a module belongs to, and which file of it; nothing of any other module."""
+    parts = [*module.split("."), ""]
+    return (parts[2], parts[3]) if parts[:2] == ["stemcal", "stages"] and parts[2] in SLICES else ("", "")
+
+
+def floor_of(module: str) -> float:
+    if slice_of(module)[1] in SHOWN:
+        return SHELL
     known = [package for package in FLOORS if within(module, package)]
     return FLOORS[max(known, key=len)] if known else WORKFLOW
 
 
 def house_of(module: str) -> str:
-    """Return the package within which modules may import each other."""
+    """Return the package within which modules may import each other: of a stage its slice."""
+    if slice_of(module)[1] in SHOWN:
+        return f"stemcal.stages.{slice_of(module)[0]}.showing"
     known = [package for package in FLOORS if within(module, package)]
     return max(known, key=len) if known else "workflow"
 
@@ -111,6 +137,9 @@ def _walk(node: ast.AST, module: str, is_package: bool, at_top: bool, checked: b
             yield from _walk(child, module, is_package, at_top and not inside, checked)
 
 
+NAMES = {name_of(path) for path in MODULES}
+
+
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_imports_point_down(path: Path) -> None:
     module = name_of(path)
@@ -118,8 +147,23 @@ def test_imports_point_down(path: Path) -> None:
         if not within(imported, "stemcal") or module == "stemcal":
             continue
         assert imported != "stemcal.__version__", f"{module} imports it from above; it stands in stemcal.version"
+        if (module, _module(imported, NAMES)) in KNOWN or slice_of(module)[0] == slice_of(imported)[0] != "":
+            continue
         if house_of(imported) != house_of(module):
             assert floor_of(imported) < floor_of(module), f"{module} imports {imported}"
+
+
+def test_a_stage_is_reached_through_the_list_of_stages() -> None:
+    """Others import its result and its options only, itself nobody, and its entry point imports its own folder."""
+    found = {(name_of(path), _module(one, NAMES)) for path in MODULES for one, _ in imports(path, checked=True)}
+    between = {pair for pair in found if slice_of(pair[1])[0] not in ("", slice_of(pair[0])[0])}
+    wrong = {pair for pair in between if slice_of(pair[1])[1] not in OF_OTHERS}
+    assert wrong == KNOWN
+    for stage in SLICES:
+        entry = f"stemcal.stages.{stage}"
+        heavy = [one for one, at_top in imports(PACKAGE / "stages" / stage / "__init__.py") if at_top]
+        wrong = [one for one in heavy if within(one, "stemcal") and _module(one, NAMES) not in LIGHT_HERE]
+        assert not wrong, f"{entry} imports {wrong} at its top"
 
 
 def test_no_module_imports_itself_by_way_of_others() -> None:
@@ -137,8 +181,9 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
 
 def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
     """Of every package the modules and packages below it, each with all that lies in it."""
-    names = {name_of(path) for path in MODULES}
-    pairs = {(name_of(path), _module(found, names)) for path in MODULES for found, _ in imports(path, checked=True)}
+    pairs = {(name_of(path), _module(found, NAMES)) for path in MODULES for found, _ in imports(path, checked=True)}
+    pairs = {(_shown_apart(module), _shown_apart(imported)) for module, imported in pairs}
+    pairs = {pair for pair in pairs if not pair[1].startswith("shown.") or pair[0].startswith("shown.")}
     for package in (name_of(path) for path in MODULES if path.name == "__init__.py"):
         level, graph = len(package.split(".")) + 1, {}
         for module, imported in pairs:
@@ -149,6 +194,12 @@ def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
             tuple(TopologicalSorter(graph).static_order())
         except CycleError as error:
             pytest.fail(f"{package}: {' → '.join(error.args[1])}")
+
+
+def _shown_apart(module: str) -> str:
+    """Return where a module belongs: what shows a stage is no part of the package of the stages."""
+    stage, file = slice_of(module)
+    return f"shown.{stage}.{file}" if file in SHOWN else module
 
 
 def _module(imported: str, names: set[str]) -> str:
@@ -164,7 +215,8 @@ def test_libraries_in_their_places(path: Path) -> None:
     for imported, at_top in imports(path):
         library = imported.partition(".")[0]
         if library in PLACES:
-            assert any(within(module, place) for place in PLACES[library]), f"{module} imports {imported}"
+            drawn = library == "matplotlib" and slice_of(module)[1] in SHOWN
+            assert drawn or any(within(module, place) for place in PLACES[library]), f"{module} imports {imported}"
         if library in INSIDE_FUNCTIONS:
             assert not at_top, f"{module} imports {imported} at its top"
 

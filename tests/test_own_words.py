@@ -13,7 +13,11 @@ from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -48,7 +52,7 @@ def test_units_are_those_declared(two: tuple[Study, StudyFolder, Results]) -> No
 
 def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
     """An effect is the mean at high less the mean at low of that response."""
-    screen = two[2].screen
+    screen = two[2].of(ScreenResult)
     assert screen is not None and screen.responses is not None
     for one, name in zip(screen.all_responses, (FIRST, "bulk"), strict=True):
         for effect in one.effects:
@@ -61,7 +65,7 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
 
 
 def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder, Results]) -> None:
-    screen, surface = two[2].screen, two[2].surface
+    screen, surface = two[2].of(ScreenResult), two[2].of(SurfaceResult)
     assert screen is not None and surface is not None and screen.responses is not None
     assert "grain_density" in screen.responses["bulk"].significant and "rolling" in screen.significant
     assert set(surface.names) >= {"static", "rolling", "grain_density"}
@@ -69,7 +73,7 @@ def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder,
 
 
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
-    surface = two[2].surface
+    surface = two[2].of(SurfaceResult)
     assert surface is not None
     (at,) = surface.conditions
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
@@ -88,7 +92,7 @@ def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
 
 def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
     """The made-up program without its chance gives both targets at the solution, within what its chance allows."""
-    inversion = two[2].inversion
+    inversion = two[2].of(InvertResult)
     assert inversion is not None and inversion.joint is not None
     assert [row.response for row in inversion.joint.rows] == ["angle", "bulk"]
     static, rolling = inversion.parameters["static"], inversion.parameters["rolling"]
@@ -98,7 +102,7 @@ def test_inverted_together(two: tuple[Study, StudyFolder, Results]) -> None:
 
 
 def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> None:
-    validation = two[2].validation
+    validation = two[2].of(ValidateResult)
     assert validation is not None
     (row,) = validation.rows
     (bulk,) = row.further
@@ -120,7 +124,7 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     study = load_study(spec)
     store = StudyFolder(tmp_path / "out")
     calibrate(study, store, InlineExecutor())
-    validation = fresh_results(study, store).validation
+    validation = fresh_results(study, store).of(ValidateResult)
     assert validation is not None
     (row,) = validation.rows
     (bulk,) = row.further

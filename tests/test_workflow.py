@@ -15,6 +15,7 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress
 from stemcal.stages.fresh import CODE, changes_since
 
@@ -59,7 +60,7 @@ def test_calibrates_to_the_known_point(tmp_path: Path, folder: StudyFolder) -> N
 
 def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, TWO)
-    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    stage = workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     values = {row["term"]: row["value"] for row in stage["coefficients"]}
     alpha = 2**0.5
     assert values["1"] == pytest.approx(100.0, abs=1e-9)
@@ -72,7 +73,7 @@ def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) 
 
 
 def test_screening_finds_the_two_factors_that_act(tmp_path: Path, folder: StudyFolder) -> None:
-    stage = workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    stage = workflow.run_stage("screen", make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver()).to_json()
     ranked = sorted(stage["effects"], key=lambda e: -e["contribution_percent"])
     assert [e["factor"] for e in ranked[:2]] == ["yield_stress", "failure_strain"]
     assert ranked[0]["effect"] == pytest.approx(40.0, abs=1e-9)  # 2·20; a·b is aliased with other columns
@@ -90,8 +91,8 @@ def test_validation_rows_have_the_papers_sign(tmp_path: Path, folder: StudyFolde
 
 def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, "screen: {alpha: 1e-12}\n")
-    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert stage["names"] == ["yield_stress", "failure_strain"]
     assert stage["notes"][0]["kind"] == "few_significant"
     assert stage["fixed"]["strain_rate_c"] == 90.0
@@ -100,7 +101,9 @@ def test_fewer_than_two_significant_takes_the_two_largest(tmp_path: Path, folder
 @pytest.mark.parametrize(("alpha", "radius"), [("face", 2**0.5), ("1.2", 2**0.5), ("1.8", 1.8)])
 def test_design_radius(tmp_path: Path, folder: StudyFolder, alpha: str, radius: float) -> None:
     extra = f"rsm: {{factors: [yield_stress, failure_strain], alpha: {alpha}}}\n"
-    stage = workflow.fit_surface(make_study(tmp_path, extra), folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    stage = workflow.run_stage(
+        "rsm", make_study(tmp_path, extra), folder, InlineExecutor(), solver=FakeSolver()
+    ).to_json()
     assert stage["radius"] == pytest.approx(radius)
     levels = [run["levels"]["yield_stress"] for run in stage["design"]["runs"]]
     assert (min(levels), max(levels)) == (10.0, 20.0)
@@ -115,9 +118,9 @@ def test_unreachable_target(tmp_path: Path, folder: StudyFolder) -> None:
             )
         }
     )
-    workflow.fit_surface(far, folder, InlineExecutor(), solver=FakeSolver())
+    workflow.run_stage("rsm", far, folder, InlineExecutor(), solver=FakeSolver())
     with pytest.raises(TargetUnreachable, match="1100 N is above"):
-        workflow.invert(far, folder, solver=FakeSolver())
+        workflow.run_stage("invert", far, folder, solver=FakeSolver())
 
 
 # ---- the paper's runs
@@ -159,7 +162,7 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
 
 def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     """4 factorial, 4 axial, 3 centre points: 11 rows, 9 runs."""
-    workflow.fit_surface(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver(witness))
+    workflow.run_stage("rsm", make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver(witness))
     assert len(lines(witness)) == 9
     assert len(folder.keys()) == 9
     assert len(folder.read_stage("rsm")["design"]["runs"]) == 11
@@ -168,27 +171,27 @@ def test_equal_centre_points_are_computed_once(tmp_path: Path, folder: StudyFold
 def test_progress_counts_each_run_once(tmp_path: Path, folder: StudyFolder) -> None:
     seen: list[Progress] = []
     study = make_study(tmp_path, TWO)
-    workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), seen.append, FakeSolver())
     assert (seen[0].done, seen[-1].done, seen[-1].total, seen[-1].cached, seen[-1].points) == (0, 9, 9, 0, 11)
     assert seen[1].last_response is not None
     seen.clear()
-    workflow.fit_surface(study, folder, InlineExecutor(), seen.append, FakeSolver())
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), seen.append, FakeSolver())
     assert [(p.done, p.cached, p.points) for p in seen] == [(9, 9, 11)]
 
 
 def test_a_new_solver_version_reuses_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     study = make_study(tmp_path, TWO)
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver(witness))
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver(witness))
     with pytest.raises(UsageError, match="solver version changed since"):
-        workflow.invert(study, folder, solver=FakeSolver(witness, version=2))
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver(witness, version=2))
+        workflow.run_stage("invert", study, folder, solver=FakeSolver(witness, version=2))
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver(witness, version=2))
     assert len(lines(witness)) == 18
     log = (folder.path / "log.jsonl").read_text(encoding="utf-8")
     assert '"changed": ["solver version"]' in log
 
 
 def test_provenance_is_recorded(tmp_path: Path, folder: StudyFolder) -> None:
-    workflow.fit_surface(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
+    workflow.run_stage("rsm", make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver())
     record = folder.load(folder.keys()[0])
     assert record is not None
     assert record["details"] == {"steps": 7} and record["request"]["stage"] == "rsm"
@@ -202,9 +205,9 @@ def test_provenance_is_recorded(tmp_path: Path, folder: StudyFolder) -> None:
 def test_a_stage_needs_the_one_before(tmp_path: Path, folder: StudyFolder, stage: str, missing: str) -> None:
     study, solver, executor = make_study(tmp_path), FakeSolver(), InlineExecutor()
     commands: dict[str, Any] = {
-        "rsm": lambda: workflow.fit_surface(study, folder, executor, solver=solver),
-        "invert": lambda: workflow.invert(study, folder, solver=solver),
-        "validate": lambda: workflow.validate(study, folder, executor, solver=solver),
+        "rsm": lambda: workflow.run_stage("rsm", study, folder, executor, solver=solver),
+        "invert": lambda: workflow.run_stage("invert", study, folder, solver=solver),
+        "validate": lambda: workflow.run_stage("validate", study, folder, executor, solver=solver),
     }
     with pytest.raises(UsageError, match=f"run `stemcal {missing} SPEC` first"):
         commands[stage]()
@@ -215,16 +218,18 @@ def test_a_changed_factor_makes_stages_stale(tmp_path: Path, folder: StudyFolder
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     narrow = tuple(f.model_copy(update={"high": 19.0}) if f.name == "yield_stress" else f for f in study.factors)
     with pytest.raises(UsageError, match=r"screen.json was made from something else \(factors changed"):
-        workflow.validate(study.model_copy(update={"factors": narrow}), folder, InlineExecutor(), solver=FakeSolver())
+        workflow.run_stage(
+            "validate", study.model_copy(update={"factors": narrow}), folder, InlineExecutor(), solver=FakeSolver()
+        )
 
 
 def test_a_new_surface_makes_the_solution_stale(tmp_path: Path, folder: StudyFolder) -> None:
     study = make_study(tmp_path, TWO)
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     more = study.model_copy(update={"rsm": study.rsm.model_copy(update={"alpha": "face"})})
-    workflow.fit_surface(more, folder, InlineExecutor(), solver=FakeSolver())
+    workflow.run_stage("rsm", more, folder, InlineExecutor(), solver=FakeSolver())
     with pytest.raises(UsageError, match=r"invert.json .*rsm.json changed"):
-        workflow.validate(more, folder, InlineExecutor(), solver=FakeSolver())
+        workflow.run_stage("validate", more, folder, InlineExecutor(), solver=FakeSolver())
 
 
 # ---- failed runs
@@ -236,8 +241,8 @@ def test_a_new_surface_makes_the_solution_stale(tmp_path: Path, folder: StudyFol
 )
 def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble: str, reason: str) -> None:
     """One of twelve runs fails: ten coefficients from eleven runs leave one residual df."""
-    stage = workflow.screen(
-        make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble})
+    stage = workflow.run_stage(
+        "screen", make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble={3: trouble})
     ).to_json()
     run = stage["design"]["runs"][3]
     assert (run["status"], run["reason"], run["response"]) == ("failed", reason, None)
@@ -251,15 +256,19 @@ def test_a_failed_run_is_no_number(tmp_path: Path, folder: StudyFolder, trouble:
 def test_too_many_failed_runs_are_named(tmp_path: Path, folder: StudyFolder) -> None:
     solver = FakeSolver(trouble=dict.fromkeys((1, 4, 7), "failed"))
     with pytest.raises(RunsFailed, match=r"3 of 12[\s\S]*run 2: inverted: element 17[\s\S]*run 5[\s\S]*run 8"):
-        workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=solver)
+        workflow.run_stage("screen", make_study(tmp_path), folder, InlineExecutor(), solver=solver)
     assert not folder.has_stage("screen")
     assert len(folder.keys()) == 12
 
 
 def test_all_runs_failed(tmp_path: Path, folder: StudyFolder) -> None:
     with pytest.raises(RunsFailed, match="12 of 12"):
-        workflow.screen(
-            make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver(trouble=dict.fromkeys(range(12), "nan"))
+        workflow.run_stage(
+            "screen",
+            make_study(tmp_path),
+            folder,
+            InlineExecutor(),
+            solver=FakeSolver(trouble=dict.fromkeys(range(12), "nan")),
         )
 
 
@@ -267,17 +276,17 @@ def test_physical_failures_stand_accidents_are_tried_again(tmp_path: Path, folde
     solver = FakeSolver(witness, trouble={2: "failed", 5: "raise"})
     study = make_study(tmp_path)
     with pytest.raises(RunsFailed):
-        workflow.screen(study, folder, InlineExecutor(), solver=solver)
+        workflow.run_stage("screen", study, folder, InlineExecutor(), solver=solver)
     before = len(lines(witness))
     with pytest.raises(RunsFailed):
-        workflow.screen(study, folder, InlineExecutor(), solver=solver)
+        workflow.run_stage("screen", study, folder, InlineExecutor(), solver=solver)
     assert lines(witness)[before:] == ["screen 5"] * 2  # each command begins an accident twice
 
 
 def test_a_dead_worker_costs_one_run(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     with LocalExecutor(2) as executor:
-        stage = workflow.screen(
-            make_study(tmp_path), folder, executor, solver=FakeSolver(witness, trouble={3: "exit"})
+        stage = workflow.run_stage(
+            "screen", make_study(tmp_path), folder, executor, solver=FakeSolver(witness, trouble={3: "exit"})
         ).to_json()
     statuses = [run["status"] for run in stage["design"]["runs"]]
     assert statuses.count("failed") == 1 and statuses[3] == "failed"
@@ -301,9 +310,9 @@ class InterruptedExecutor(InlineExecutor):
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     study, solver = make_study(tmp_path), FakeSolver(witness)
     with pytest.raises(KeyboardInterrupt):
-        workflow.screen(study, folder, InterruptedExecutor(), solver=solver)
+        workflow.run_stage("screen", study, folder, InterruptedExecutor(), solver=solver)
     assert len(folder.keys()) == 4
-    workflow.screen(study, folder, InlineExecutor(), solver=solver)
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=solver)
     assert len(lines(witness)) == 12
 
 
@@ -312,17 +321,17 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path, folder: StudyFolder, witness:
 
 def test_plan_counts_and_runs_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     study, solver = make_study(tmp_path, TWO), FakeSolver(witness)
-    planned = to_json(workflow.plan(study, folder, solver))
+    planned = to_json(plan(study, folder, solver))
     assert [s["to_run"] for s in planned["stages"]] == [12, 9, 3]
     assert planned["stages"][0]["seconds"] == pytest.approx(120.0)
     assert planned["stages"][2]["seconds"] == pytest.approx(10.0 * (49 + 64 + 100) / 64)
     assert not folder.path.exists() and not witness.exists()
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    assert workflow.plan(study, folder, solver).to_run == 0
+    assert plan(study, folder, solver).to_run == 0
     json.dumps(planned)
 
 
 def test_plan_before_the_screening_assumes_three_factors(tmp_path: Path, folder: StudyFolder) -> None:
-    planned = to_json(workflow.plan(make_study(tmp_path), folder, FakeSolver()))
+    planned = to_json(plan(make_study(tmp_path), folder, FakeSolver()))
     assert planned["stages"][1]["rows"] == 8 + 6 + 6
     assert any(note["kind"] == "factors_assumed" and "3 factors" in note["text"] for note in planned["notes"])

@@ -18,8 +18,8 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Request
 from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
-from stemcal.stages.base import stages_of, study_of
 from stemcal.stages.fresh import make
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
 
 OLD, INPUTS = "sheets", "inputs"
@@ -46,7 +46,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
 
     Where equal runs may differ they are in random order, so that no drift is taken for an effect.
     """
-    study = study_of(waiting.stage, study)
+    study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = {record_key(solver, request): request for request in waiting.requests}
     for part in asked(study, solver, folder):
@@ -61,7 +61,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
 
 def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
     """Return the runs whose results may be entered: those that are awaited, and those that have some."""
-    elsewhere = {"refine"} if study.there is not study else set()  # stages that another solver simulates
+    elsewhere = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
     there = study.by_hand is not study
     solver = make_solver(study.by_hand)
     awaited = [] if waiting is None else list(waiting.requests)

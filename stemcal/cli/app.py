@@ -22,7 +22,7 @@ from stemcal.cli import (
 )
 from stemcal.cli.console import fail
 from stemcal.cli.guard import exit_codes, lost_data, stand_in
-from stemcal.stages.base import STAGES
+from stemcal.stages.stage import STAGES
 from stemcal.version import __version__
 
 
@@ -34,6 +34,18 @@ class Commands(TyperGroup):
         with exit_codes():
             return super().invoke(ctx)
 
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the commands, those of other packages' stages last."""
+        return [*super().list_commands(ctx), *(stage.name for stage in STAGES.external)]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, also that of another package's stage."""
+        if (own := super().get_command(ctx, cmd_name)) or (stage := STAGES.named(cmd_name)) is None:
+            return own
+        further = typer.Typer(rich_markup_mode="rich")
+        further.command(stage.name, rich_help_panel=STAGE_PANEL)(run.command_of(stage, "my-study.yaml"))
+        return typer.main.get_command(further)
+
 
 app = typer.Typer(
     name="stemcal",
@@ -44,10 +56,11 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
+STAGE_PANEL = "Stages of a study (each resumes where it stopped)"
 AROUND, PUBLISH = "Around a study", "Results to publish"
 COMMANDS: dict[str, tuple[Any, ...]] = {
-    "Stages of a study (each resumes where it stopped)": (
-        *(run.run, *(run.command_of(stage) for stage in STAGES)),
+    STAGE_PANEL: (
+        *(run.run, *(run.command_of(stage) for stage in STAGES.built_in)),
         *(run.enter, run.report),
     ),
     AROUND: (init.init, check.check, simulate.simulate),

@@ -41,7 +41,7 @@ def say(*parts: RenderableType) -> None:
 
 def say_tables(*tables: Table) -> None:
     """Print tables on stdout, one below the other."""
-    from stemcal.report.tables.terminal import drawn
+    from stemcal.report.terminal import drawn
 
     say(*(part for table in tables for part in drawn(table)))
 

@@ -84,6 +84,15 @@ def _extras() -> Iterator[Finding]:
         yield Finding(f"extra {extra}", hint, True if there else None)
 
 
+def _plugins() -> Iterator[Finding]:
+    from stemcal.stages.stage import STAGES
+
+    for stage in STAGES.external:
+        yield Finding(f"stage {stage.name}", STAGES.version_of(stage.name))
+    for name, reason in STAGES.broken.items():
+        yield Finding(f"stage {name}", f"left out: {reason}", None)
+
+
 def _machine() -> Iterator[Finding]:
     import os
     import shutil
@@ -181,5 +190,5 @@ def stretched_bar() -> tuple[float, float]:
 
 
 CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions, _extras, _machine, _cache, _fonts, _solvers, _statistics, _solver
+    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _statistics, _solver
 )  # fmt: skip

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stemcal.folder.study_folder import StudyFolder
-    from stemcal.report.figures.gallery import Plot
+    from stemcal.report.figures.plot import Plot
     from stemcal.report.records import Records
     from stemcal.study.model import Study
 
@@ -69,7 +69,7 @@ def tables(
     """
     from stemcal.report.export.formats import export_tables
     from stemcal.report.export.paper import numbered, paper_tables, stars_apart
-    from stemcal.report.figures.gallery import gallery
+    from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
@@ -103,7 +103,7 @@ def figures(
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
     """
-    from stemcal.report.figures.gallery import gallery, write_as
+    from stemcal.report.gallery import gallery, write_as
     from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
 
@@ -131,9 +131,7 @@ app.command("material")(export_material.export_material)
 
 def _told(plots: list[Plot], holds: bool) -> list[Plot]:
     """Return the figures that tell the story; without those of intervals where nothing is calibrated."""
-    from stemcal.report.figures.gallery import CLAIMING
-
-    return [plot for plot in plots if plot.on_page and not plot.detail and (holds or plot.name not in CLAIMING)]
+    return [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
 
 
 def _tell(paths: list[str], as_json: bool) -> None:

@@ -57,9 +57,9 @@ def export_material(
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
-    from stemcal.report.tables.of_responses import strain_table
     from stemcal.solvers import make_solver
     from stemcal.stages.refine.element_size import strains_of
+    from stemcal.stages.refine.showing import strain_table
     from stemcal.stages.work import Work
     from stemcal.study.reading.checked import typed_size
 

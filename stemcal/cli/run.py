@@ -14,7 +14,7 @@ from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import Session, existing_folder, opened, read_study
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.plain import read_plain
-from stemcal.stages.base import STAGES, Stage
+from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:
     from stemcal.by_hand.entering import Entered
@@ -29,7 +29,7 @@ Until = Annotated[
         metavar="STAGE",
         help="Stop after this stage.",
         show_default="all stages",
-        autocompletion=lambda: [stage.name for stage in STAGES],
+        autocompletion=lambda: [stage.name for stage in STAGES.built_in],
     ),
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="First compute the failed runs again.")]
@@ -64,7 +64,7 @@ def run(
 
 def require_stage(study: Study, name: str | None) -> None:
     """Refuse the name of a stage that this study does not have."""
-    from stemcal.stages.base import stages_of
+    from stemcal.stages.stage import stages_of
 
     names = [stage.name for stage in stages_of(study)]
     if name is not None and name not in names:
@@ -114,16 +114,16 @@ def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
     from stemcal.cli.show import show_known
     from stemcal.report.drawing import draw_early
-    from stemcal.stages.base import stages_of
     from stemcal.stages.fresh import finished
     from stemcal.stages.results import fresh_results
+    from stemcal.stages.stage import stages_of
     from stemcal.stages.verdict.rules import verdict_of
 
     study, folder, known = work.study, work.folder, list[Any]()
     last, before = stages_of(study)[-1].name, finished(study, folder)
 
     def show(result: StageResult) -> None:
-        if tell and result.name == "screen":
+        if tell:
             with work.watch.aside():
                 show_known(result)
         if result.name != last and not before:  # the whole page follows the last one
@@ -133,7 +133,7 @@ def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     return show
 
 
-def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..., None]:
+def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callable[..., None]:
     """Return the command that runs a stage."""
 
     def command(
@@ -151,12 +151,11 @@ def command_of(stage: Stage, example: str = "configs/smoke.yaml") -> Callable[..
     return command
 
 
-def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
+def _run(stage: Stage[Any], spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
     """Run one stage of a study and show what it came to."""
     from stemcal.cli.show import show_stage
+    from stemcal.report.showing import showing_of
     from stemcal.stages.fresh import make
-    from stemcal.stages.refine.result import RefineResult
-    from stemcal.stages.refine.words import shortfall
     from stemcal.stages.verdict.rules import verdict_of
 
     with opened(spec, out, workers, executor, quiet) as work:
@@ -164,8 +163,8 @@ def _run(stage: Stage, spec: Spec, out: Out, workers: Workers, executor: str, as
             work.foresee(stage.name)
         result = make(stage, work.study, work.folder, work.executor, work.watch)
         verdict = verdict_of(work.study, work.folder)
-    if isinstance(result, RefineResult) and not result.converged:
-        warn(shortfall(result))
+    for sentence in showing_of(result).warnings(result):
+        warn(sentence)
     show_stage(result, verdict, work.folder, as_json, quiet)
 
 

@@ -36,15 +36,16 @@ class Session:
     def foresee(self, stage: str | None = None) -> None:
         """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days."""
         from stemcal.solvers import make_solver
-        from stemcal.stages.base import study_of
         from stemcal.stages.fresh import finished
+        from stemcal.stages.stage import stage_called
 
         if finished(self.study, self.folder, stage):
             return
         from stemcal.executors.local import LocalExecutor
         from stemcal.overview.foresight import demand_of, left_to_run
 
-        here, solver = isinstance(self.executor, LocalExecutor), make_solver(study_of(stage or "", self.study))
+        here = isinstance(self.executor, LocalExecutor)
+        solver = make_solver(self.study if stage is None else stage_called(stage).seen(self.study))
         left = left_to_run(self.study, self.folder, solver, stage)
         require_sense(demand_of(left, solver), self.executor.workers, here)
 

@@ -31,7 +31,7 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
     if as_json:
         say_json(result.to_json())
     else:
-        from stemcal.report.tables.terminal import stage_tables
+        from stemcal.report.terminal import stage_tables
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
@@ -57,11 +57,9 @@ def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
 
 def show_known(result: StageResult) -> None:
     """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
-    from stemcal.report.tables.of_designs import effects_table
-    from stemcal.stages.screen import ScreenResult
+    from stemcal.report.showing import names_of, showing_of
 
-    if isinstance(result, ScreenResult):
-        say_tables(effects_table(result, Names(result.naming)))
+    say_tables(*showing_of(result).early(result, names_of(result)))
 
 
 def show_run(
@@ -74,12 +72,12 @@ def show_run(
     if as_json:
         from stemcal.stages.verdict.words import verdict_json
 
-        stages = {result.name: result.to_json() for result in results.done()}
+        stages = {result.name: result.to_json() for result in results.done}
         judged = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
         say_json({**stages, **judged})
     else:
         _show_findings(results, verdict, folder, quiet)
-    failed = warn_of_failed(*results.done())
+    failed = warn_of_failed(*results.done)
     if not as_json:
         _show_end(study, results, verdict, page)
     if failed:
@@ -90,16 +88,13 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
     from stemcal.report.notes import KNOWN, MOST, notes_of_all, read_first
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.tables.stages import joint_tables, tables_of
-    from stemcal.report.tables.terminal import spoken
+    from stemcal.report.showing import names_of, shortened, showing_of
+    from stemcal.report.terminal import spoken
 
-    inversion = results.inversion
-    if inversion is not None and inversion.joint is not None:
-        say_tables(*joint_tables(inversion, Names(inversion.naming)))
-    if inversion is not None and verdict.holds:
-        say(*spoken(inversion))
-    if results.refined_there is not None:
-        say_tables(*(table for table in tables_of(results.refined_there) if not table.detail))
+    for result in results.done:
+        tables = showing_of(result).findings(result, names_of(result))
+        say_tables(*(shortened(result, table) for table in tables))
+        say(*spoken(result, verdict.holds))
     if quiet:
         return
     warnings = [] if verdict.has("physics") else run_warnings(read_records(results, folder))
@@ -111,7 +106,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 
 def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
-    from stemcal.report.tables.terminal import final_tables
+    from stemcal.report.terminal import final_tables
     from stemcal.stages.verdict.words import lines
 
     judged = lines(verdict, Names(study.naming))

@@ -233,7 +233,7 @@ def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
 
 
 def _show(result: CuttingResult, section: LaboratorySection | None, diameter: float) -> None:
-    from stemcal.report.tables.terminal import simulation_table
+    from stemcal.report.terminal import simulation_table
 
     say(simulation_table(result, section, diameter))
 

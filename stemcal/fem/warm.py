@@ -7,27 +7,21 @@ import pickle
 import platform
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import llvmlite.binding
-import numba
 from filelock import FileLock
 
 from stemcal.child import Child
 from stemcal.fem.contact import Tool
-from stemcal.fem.kernels import march
 from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
-from stemcal.fem.kernels.nodes import kick_and_drift
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
-from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
-from stemcal.fem.threads import shares_of
 from stemcal.interrupts import put_off
 
 logger = logging.getLogger(__name__)
@@ -152,55 +146,24 @@ def sweep(cache: Path) -> None:
 def _compiled_elsewhere() -> bool:
     """Compile in a process of its own; tell whether that came to its end."""
     try:
-        with _calling(compile_all):
-            pass
+        child = Child()
+        try:
+            child.tell(pickle.dumps((compile_all, (), {})))
+            _, error = child.answer()
+            if error is not None:
+                raise error
+            child.dismiss()
+        finally:
+            child.kill()
     except Exception as error:
         logger.debug("compiling in another process failed", exc_info=error)
         return False
     return True
 
 
-@contextmanager
-def _calling(function: Callable[[], None]) -> Iterator[None]:
-    """Have a function called by a process of its own and wait for it at the end of the block."""
-    child = Child()
-    try:
-        child.tell(pickle.dumps((function, (), {})))
-        yield
-        _, error = child.answer()
-        if error is not None:
-            raise error
-        child.dismiss()
-    finally:
-        child.kill()
-
-
 def compile_all() -> None:
-    """Compile what a step calls, contact in a second process beside this one, and then what calls all that."""
-    with _calling(compile_contact):
-        state = start(smallest_model())
-        body, topology, clock = state.body, state.topology, state.clock
-        _compile(march.add_forces_inside, shares_of(state, 1)[0], body, clock, state.material)
-        _compile(march.fail_in_the_mean, body, topology, state.exchange, clock)
-        _compile(march.renew_time_step, body, topology, clock, state.settings)
-        _compile(march.kick_by_contact, 0.0, body, state.tools, clock, state.ledger)
-        _compile(kick_and_drift, body, 0.0, 0.0, state.ledger.node_sums, 0, 0)
-        _compile(march.finish_step, body, state.tools, clock, state.ledger)
+    """Compile, in a process of its own, what a simulation calls."""
     _smallest_simulation()
-
-
-def compile_contact() -> None:
-    """Compile what meets the tools."""
-    state = start(smallest_model())
-    _compile(
-        march.meet_tools, True, state.body, state.topology, state.tools, state.edge, state.spread,
-        state.candidates, state.clock, state.ledger, state.friction, state.settings,
-    )  # fmt: skip
-
-
-def _compile(kernel: Any, *arguments: Any) -> None:
-    typeof: Any = numba.typeof
-    kernel.compile(tuple(map(typeof, arguments)))
 
 
 def _smallest_simulation() -> None:
@@ -209,11 +172,11 @@ def _smallest_simulation() -> None:
 
 
 def smallest_model() -> Model:
-    """Return one element with an edge pressed into it."""
+    """Return one element with an edge pressed into it; its wanted time step calls the kernel of mass scaling."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     return Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
-        integration=Integration(outputs=1, precision="mixed"),
+        integration=Integration(outputs=1, precision="mixed", time_step=1.0e-9),
     )

@@ -239,3 +239,8 @@ def _flat(row: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     for key, value in row.items():
         cells |= _flat(value, f"{above}{key}.") if isinstance(value, Mapping) else {f"{above}{key}": value}
     return cells
+
+
+def visible(tables: Iterable[Table], holds: bool) -> list[Table]:
+    """Return the tables as a study bears them: whole, or without what holds for a calibrated one only."""
+    return [left for table in tables if (left := table if holds else table.unclaimed()) is not None]

@@ -122,9 +122,9 @@ LEAST_STROKE = 0.35
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the solver; none is a mistake."""
-    if study.rsm.design == "box-behnken" and study.rsm.factors == "significant":
+    if factors_taken(study.rsm.design)[0] > 2 and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
-        yield _box_behnken(least, most, len(study.factors))
+        yield _factors_wanted(study.rsm.design, least, most, len(study.factors))
     yield from _not_varied(study)
     yield from _short_stroke(study)
     if study.solver.has_lengths and "failure_strain" in study.names:
@@ -163,8 +163,8 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
     return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
 
 
-def _box_behnken(least: int, most: int, factors: int) -> Note:
-    needs = f"rsm.design box-behnken needs {least} to {most} factors"
+def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
+    needs = f"rsm.design {design} needs {least} to {most} factors"
     if factors < least:
         text = f"{needs}, this study has {factors}: it will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))

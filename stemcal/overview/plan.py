@@ -1,13 +1,11 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs cannot estimate."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.errors import UsageError
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
@@ -17,20 +15,12 @@ from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.base import stage_called
-from stemcal.stages.climb import ClimbResult
-from stemcal.stages.design import Design, screening_design, surface_design, surface_factors
-from stemcal.stages.refine.stage import calibrated_parameters
+from stemcal.stages.design import Asked, Design
 from stemcal.stages.refine.words import program
-from stemcal.stages.screen import ScreenResult
-from stemcal.stages.surface.stage import read_before, recentred
-from stemcal.stages.validate.stage import requests_at
+from stemcal.stages.stage import stages_of
 from stemcal.stages.work import second_time
 from stemcal.study.model import Study
 from stemcal.words import counted, series
-
-USUAL_FACTORS = 3
-_USUAL_ROUNDS = 2  # of a refinement
 
 
 @dataclass(frozen=True)
@@ -70,17 +60,6 @@ class Plan:
     elapsed: float | None = None
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What a stage asks of the solver; not `settled` as long as a stage before it has to decide."""
-
-    stage: str
-    requests: Sequence[Request]
-    settled: bool
-    note: Note | None = None
-    design: Design | None = None
-
-
 def plan(
     study: Study, folder: StudyFolder | None = None, solver: Solver | None = None, workers: int | None = None
 ) -> Plan:
@@ -92,7 +71,8 @@ def plan(
     stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
     to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
-    later = _later(study, costs.of) if costs.of is not None and not wanted[-1].settled else []
+    later = [found for stage in stages_of(study) if (found := stage.later(study)) is not None]
+    rounds = [part for found in later for part in found.rounds] if not wanted[-1].settled else []
     left_there, seconds_there = _there(study, folder)
     rest = overhead(solver)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
@@ -101,7 +81,9 @@ def plan(
         for part, runs in zip(wanted, left, strict=True)
         if runs and second_time(study, part.requests)
     ]
-    foretold = [note for part in wanted if part.design is not None for note in judged(part.design)]
+    notes += [found.note for found in later]
+    notes += _in_another_program(study, to_run, left_there, seconds_there)
+    notes += [note for part in wanted if part.design is not None for note in judged(part.design)]
     return Plan(
         1,
         "plan",
@@ -109,7 +91,7 @@ def plan(
         Rows(stages),
         to_run,
         None if None in seconds else sum(second or 0.0 for second in seconds),
-        (*notes, *_decided_later(study), *_in_another_program(study, to_run, left_there, seconds_there), *foretold),
+        tuple(notes),
         max((stage.memory for stage in stages if stage.memory is not None), default=None),
         costs.source,
         costs.recorded,
@@ -117,34 +99,12 @@ def plan(
         rest,
         None
         if costs.of is None
-        else rest + elapsed([*_timed(left, costs.of), *later, [seconds_there or 0.0]], workers),
+        else rest + elapsed([*_timed([*left, *rounds], costs.of), [seconds_there or 0.0]], workers),
     )
 
 
 def _timed(stages: Sequence[Sequence[Request]], cost: Callable[[Request], float]) -> list[list[float]]:
     return [[cost(request) for request in runs] for runs in stages]
-
-
-def _later(study: Study, cost: Callable[[Request], float]) -> list[list[float]]:
-    """Return the seconds of the runs that are decided one by one, as many as there usually are."""
-    conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
-    each = [cost(Request("refine", 0, study.midlevels(), condition, True)) for condition in conditions]
-    climbs = [each[:1]] * (study.climb.steps // 2) if study.climb is not None else []
-    refinements = [each] * min(_USUAL_ROUNDS, study.refine.budget) if study.refine and study.refined_here else []
-    return [*climbs, *refinements]
-
-
-def _decided_later(study: Study) -> Iterator[Note]:
-    """Yield how many runs may come on top, one by one."""
-    if study.climb is not None:
-        most = f"at most {counted(study.climb.steps + 1, 'more run')}"
-        if study.climb.at_once:
-            yield Note("asked_together", "caution", f"climb: {most}, all at once after the stage before it.")
-        else:
-            yield Note("decided_later", "caution", f"climb: {most}, chosen one by one.")
-    if study.refine is not None and study.refined_here:
-        text = f"refine: at most {counted(study.refine.budget, 'more run')}, chosen one by one."
-        yield Note("decided_later", "caution", text)
 
 
 def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]:
@@ -182,11 +142,8 @@ def _in_another_program(study: Study, here: int, left: int, seconds: float | Non
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
     """Return what each stage asks of the solver, as far as it is known now."""
-    stages = [_surface(study, solver, folder), _validate(study, solver, folder)]
-    if stage_called("screen").asked_for(study):
-        design = screening_design(study, solver)
-        stages.insert(0, Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design))
-    return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in stages]
+    parts = [part for stage in stages_of(study) if (part := stage.foresee(study, solver, folder)) is not None]
+    return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -> PlannedStage:
@@ -217,62 +174,18 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     ]
 
 
-def _factors_assumed(count: int) -> Note:
-    text = f"The plan assumes {count} factors for the surface; the screening decides which."
-    return Note("factors_assumed", "caution", text)
-
-
 def _first_run_twice(stage: str) -> Note:
     text = f"{stage}: the first run is repeated to check that equal inputs give equal results."
     return Note("first_run_twice", "caution", text)
 
 
-def _surface(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    known = surface_names(study, solver, folder)
-    names = known or [factor.name for factor in study.factors[:USUAL_FACTORS]]
-    design = surface_design(recentred(study, _before_surface(study, solver, folder)), solver, names)
-    conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
-    requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    return Asked("rsm", requests, known is not None, None if known else _factors_assumed(len(names)), design)
-
-
-def surface_names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
-    """Return the factors of the surface as far as they are known now; None if a screening has still to choose."""
-    before = stage_called("rsm").needs(study)
-    given = solver.given_design("rsm")
-    if before is None:
-        return surface_factors(study, solver, None)[0]
-    if given is not None:
-        return [name for name in given[0] if name in study.names]
-    screening = _before_surface(study, solver, folder)
-    return None if screening is None else surface_factors(study, solver, screening)[0]
-
-
-def _before_surface(study: Study, solver: Solver, folder: StudyFolder | None) -> ScreenResult | ClimbResult | None:
-    """Return the screening, or the climb that centres the surface, if it is there."""
-    with suppress(UsageError):
-        return None if folder is None else read_before(study, solver, folder)
-    return None
-
-
-def _validate(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return a run per diameter, at the solution if there is one, else at mid-levels."""
-    levels = None
-    if folder is not None:
-        with suppress(UsageError):
-            levels = calibrated_parameters(study, solver, folder)
-    middle = study.midlevels() if levels is None else levels
-    return Asked("validate", requests_at(study, middle), settled=levels is not None)
-
-
 def judged(design: Design) -> Iterator[Note]:
-    """Yield the terms that a design cannot estimate, or what the main effects of a screening are aliased with."""
-    screening = design.stage == "screen"
-    terms = ("1", *design.names) if screening else term_names(design.names)
+    """Yield the terms that a design cannot estimate, or what main effects are aliased with where it is for them."""
+    terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
         text = f"{design.stage}, {design.kind}: {len(design.coded)} runs cannot estimate {series(lost)}."
         yield Note("cannot_estimate", "caution", text, Remedy("Add runs or levels."))
-    elif screening:
+    elif design.order == 1:
         yield aliases_note(design.coded, design.names)
 
 

@@ -10,13 +10,15 @@ from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
 from stemcal.folder.study_folder import Holder, StudyFolder
-from stemcal.overview.plan import Asked, asked
+from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.base import STAGES, stage_called, stages_of, study_of
-from stemcal.stages.fresh import CODE, changes_since, read
+from stemcal.stages.design import Asked
+from stemcal.stages.fresh import CODE, changes_since
+from stemcal.stages.result import read_result
+from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -55,7 +57,7 @@ class Entry:
     def request(self) -> Request:
         """What was asked."""
         own = self.phases is None and self.element_size is None
-        pictured = own and any(stage.pictured for stage in STAGES if stage.name == self.stage)
+        pictured = own and self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
         mesh = (self.phases, self.element_size)
         return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, *mesh, self.replicate or 0)
 
@@ -136,7 +138,7 @@ def _others(
     known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder, solver: Solver
 ) -> Iterator[Entry]:
     """Yield the records of stages that decide from run to run what to ask next, those of this spec alone."""
-    own = {stage.name: study_of(stage.name, study) for stage in stages_of(study) if stage.name not in stages}
+    own = {stage.name: stage.seen(study) for stage in stages_of(study) if stage.name not in stages}
     solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key) if key not in known else None
@@ -156,9 +158,9 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     wanted = asked(study, solver, folder)
     entries, working = _entries(wanted, study, folder, solver), folder.holder()
     decided = {part.stage: part.settled for part in wanted}
-    left = {stage.name for stage in STAGES if folder.has_stage(stage.name)}
+    left = {stage.name for stage in stages_known(study) if folder.has_stage(stage.name)}
     seen = {*decided, *(entry.stage for entry in entries), *left}
-    named = [stage.name for stage in STAGES if stage.name in seen]
+    named = [stage.name for stage in stages_known(study) if stage.name in seen]
     stages = [
         _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True), working)
         for name in named
@@ -211,7 +213,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
     try:
         changed = changes_since(study, solver, folder, stage)
         if CODE not in changed:  # of other code it may have another shape
-            read(stage_called(stage), folder)
+            read_result(folder, stage_called(stage).result())
     except UsageError:
         return "damaged", []
     before = stage_called(stage).needs(study)
@@ -240,7 +242,7 @@ def retry(
         chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            own = solver or make_solver(study_of(stage, study))
+            own = solver or make_solver(stage_called(stage).seen(study))
             folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]

@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
-from stemcal.overview.plan import Asked, asked
+from stemcal.overview.plan import asked
 from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.base import STAGES, Stage
-from stemcal.stages.fresh import CODE, changed_tables, changes_since, kind_of
+from stemcal.stages.design import Asked
+from stemcal.stages.fresh import CODE, changed_tables, changes_since
+from stemcal.stages.stage import Stage, stages_known
 from stemcal.study.model import Study
 
 _CHANGED = "is missing or was changed; `stemcal run SPEC` writes it again"
@@ -61,7 +63,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
     solver = solver or make_solver(study)
     keys = folder.keys()
     problems = {key: folder.examine(key)[1] for key in keys}
-    stages = [_stage(study, solver, folder, stage) for stage in STAGES if folder.has_stage(stage.name)]
+    stages = [_stage(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
     damaged = [Damage(f"runs/{key}.json", problem) for key, problem in problems.items() if problem]
     damaged += [Damage(f"{state.stage}.json", state.problem) for state in stages if state.problem]
     damaged += [Damage(name, _CHANGED) for state in stages for name in state.changed_tables]
@@ -81,7 +83,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
     )
 
 
-def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> StageState:
+def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> StageState:
     try:
         content, sealed = folder.examine_stage(stage.name)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
@@ -89,13 +91,13 @@ def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage) -> S
         changed = changes_since(study, solver, folder, stage.name)
         tables: tuple[str, ...] = ()
         if CODE not in changed:  # of other code it may have another shape
-            tables = tuple(changed_tables(kind_of(stage).from_json(content), folder))
+            tables = tuple(changed_tables(stage.result().from_json(content), folder))
     except UsageError as error:
         return StageState(stage.name, _without_place(str(error), folder, stage), ())
     return StageState(stage.name, "", tuple(changed), sealed, tables)
 
 
-def _without_place(message: str, folder: StudyFolder, stage: Stage) -> str:
+def _without_place(message: str, folder: StudyFolder, stage: Stage[Any]) -> str:
     """Return what is wrong with a stage's file, without its name."""
     name = f"{stage.name}.json"
     return message.removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")

@@ -15,16 +15,17 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.overview.status import Entry, ledger
-from stemcal.report.figures.gallery import gallery
+from stemcal.report.gallery import gallery
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
-from stemcal.stages.climb import ClimbResult
-from stemcal.stages.invert.joint import fit_of_study
+from stemcal.stages.climb.result import ClimbResult
+from stemcal.stages.fitting import fit_of_study
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import R, StageResult
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.stage import STAGES
 from stemcal.stages.surface.result import Prediction, SurfaceResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
@@ -101,46 +102,53 @@ class StudyResults:
         self.study, self.folder, self._results, self.stale = study, folder, results, results.stale
 
     @classmethod
-    def of(cls, study: Study, folder: StudyFolder) -> StudyResults:
+    def read(cls, study: Study, folder: StudyFolder) -> StudyResults:
         """Read what lies in the folder of a study."""
         return cls(study, folder, fresh_results(study, folder))
 
     @property
     def screen(self) -> ScreenResult:
         """Which factors move the response."""
-        return self._there(self._results.screen, "screen")
+        return self.of(ScreenResult)
 
     @property
     def climb(self) -> ClimbResult:
         """The steps towards the target."""
-        return self._there(self._results.climb, "climb")
+        return self.of(ClimbResult)
 
     @property
     def surface(self) -> Surface:
         """The response as a quadratic surface."""
-        return _extended(Surface, self._there(self._results.surface, "rsm"))
+        return _extended(Surface, self.of(SurfaceResult))
 
     @property
     def inversion(self) -> Inversion:
         """The calibrated parameters and how well they are known."""
-        found, surface = self._there(self._results.inversion, "invert"), self._there(self._results.surface, "rsm")
+        found, surface = self.of(InvertResult), self.of(SurfaceResult)
         return _extended(Inversion, found, _study=self.study, _surface=surface)
 
     @property
     def refinement(self) -> RefineResult:
         """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
-        return self._there(self._results.refinement, "refine")
+        return self.of(RefineResult)
 
     @property
     def validation(self) -> ValidateResult:
         """Measured against simulated response."""
-        return self._there(self._results.validation, "validate")
+        return self.of(ValidateResult)
 
-    def _there(self, result: R | None, stage: str) -> R:
-        if result is None:
-            reason = next(iter(self.stale), f"{self.folder.path / stage}.json is not there yet")
-            raise UsageError(f"{reason}; run `stemcal {stage} SPEC` first" if not self.stale else reason)
-        return result
+    def of(self, kind: type[R]) -> R:
+        """Return the result of a stage by its class; raise `UsageError` if it is not done."""
+        if (result := self._results.of(kind)) is not None:
+            return result
+        missing = f"{self.folder.path / kind.name}.json is not there yet; run `stemcal {kind.name} SPEC` first"
+        raise UsageError(next(iter(self.stale), missing))
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the result of another package's stage by its name."""
+        if (stage := None if name.startswith("_") else STAGES.named(name)) is None:
+            raise AttributeError(f"StudyResults has no attribute {name!r}")
+        return self.of(stage.result())
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -185,11 +193,11 @@ class StudyResults:
     # ---- how they show themselves
 
     def __repr__(self) -> str:
-        done = [f"  {line}" for line in (*map(repr, self._results.done()), *self.stale)]
+        done = [f"  {line}" for line in (*map(repr, self._results.done), *self.stale)]
         return "\n".join([self.verdict_text, f"Study {self.study.name} in {self.folder.path}", *done])
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<li>{escape(repr(result))}</li>" for result in self._results.done())
+        rows = "".join(f"<li>{escape(repr(result))}</li>" for result in self._results.done)
         stale = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.stale)
         first, *further = map(coded, self.verdict_text.splitlines())
         verdict = "".join(f"<br>{line}" for line in further)

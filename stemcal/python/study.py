@@ -84,7 +84,7 @@ def calibrate(
         _warn_before(demand, executor.workers)
         workflow.calibrate(study, folder, executor, watch)
     folder.remember_spec(study.source)
-    return StudyResults.of(study, folder)
+    return StudyResults.read(study, folder)
 
 
 def _study(given: Study | str | Path) -> Study:
@@ -124,7 +124,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
         if spec is None:
             raise UsageError(f"{place} does not tell its spec; give it: stemcal.open_results(folder, study)")
         study = load_study(spec)
-    return StudyResults.of(study, found)
+    return StudyResults.read(study, found)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -16,7 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.records import spec_hash
 
 if TYPE_CHECKING:
-    from stemcal.report.figures.gallery import Plot
+    from stemcal.report.figures.plot import Plot
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
@@ -41,7 +41,7 @@ def draw(
         made_of += ", with figures"
     if not again and _last_line(page).startswith(made_of):
         return page
-    from stemcal.report.figures.gallery import write_figures
+    from stemcal.report.gallery import write_figures
     from stemcal.report.page.render import shown, write_page
 
     what = shown(study, folder, results, verdict)

@@ -1,28 +1,15 @@
 """The sentences of a study's results: outcomes, their certainty, and the notes that its verdict allows."""
 
 from collections.abc import Iterable, Mapping
-from importlib import import_module
-from typing import Any
 
-from stemcal.names import Names
 from stemcal.note import SEVERITIES, Note
-from stemcal.stages.base import stage_called
+from stemcal.report.showing import names_of, showing_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.stages.stage import stage_called
 
 MOST = 5
 """The number of notes that are shown after a run."""
-_WORDS = {
-    "screen": "stemcal.stages.screen",
-    "climb": "stemcal.stages.climb",
-    "rsm": "stemcal.stages.surface.words",
-    "invert": "stemcal.stages.invert.words",
-    "refine": "stemcal.stages.refine.words",
-    "validate": "stemcal.stages.validate.words",
-}
-"""The module with the sentences of a stage: its outcome, and its certainty if it has any."""
-_AGREEING = ("refine", "validate")
-_CLAIMING = ("invert", *_AGREEING)
 KNOWN = "known"
 """The kind of the notes on intervals, which are true of a calibrated study only."""
 WITHHELD = "Not calibrated: no interval of the parameters and no statement of agreement is given."
@@ -30,19 +17,16 @@ WITHHELD = "Not calibrated: no interval of the parameters and no statement of ag
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return the outcome of a stage; no statement of agreement where the study is not calibrated."""
-    return [] if not holds and result.name in _AGREEING else _sentences("outcome", result, labels)
+    showing = showing_of(result)
+    return showing.outcome(result, names_of(result, labels)) if holds or showing.claims != "agreement" else []
 
 
 def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return how certain the results are; no interval where the study is not calibrated."""
-    shown = [result for result in results.done() if holds or result.name not in _CLAIMING]
-    found = [text for one in shown for text in _sentences("certainty", one, labels)]
+    shown = [(showing_of(result), result) for result in results.done]
+    each = [showing.certainty(one, names_of(one, labels)) for showing, one in shown if holds or not showing.claims]
+    found = [text for texts in each for text in texts]
     return found if holds else [*found, WITHHELD]
-
-
-def _sentences(what: str, result: StageResult, labels: Mapping[str, str] | None) -> list[str]:
-    words: Any = import_module(_WORDS[result.name])
-    return getattr(words, what)(result, Names(result.naming, labels or {})) if hasattr(words, what) else []
 
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:
@@ -55,7 +39,7 @@ def shown_notes(result: StageResult, holds: bool) -> list[Note]:
 
 def notes_of_all(results: Results, holds: bool) -> list[tuple[str, Note]]:
     """Return the notes of all stages, in their order, each with its stage's title."""
-    return [(stage_called(one.name).title, note) for one in results.done() for note in shown_notes(one, holds)]
+    return [(stage_called(one.name).title, note) for one in results.done for note in shown_notes(one, holds)]
 
 
 def read_first(notes: Iterable[tuple[str, Note]]) -> list[tuple[str, Note]]:

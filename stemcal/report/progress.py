@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 from stemcal.naming import CUTTING, FORCE, Naming
 from stemcal.numbers import significant
-from stemcal.stages.base import STAGES
+from stemcal.stages.stage import STAGES
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
-TITLES = {stage.name: stage.title for stage in STAGES} | {"material": "Failure strain over element size"}
+TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain over element size"}
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:

@@ -87,7 +87,7 @@ Records = Mapping[str, RunRecord]
 def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, RunRecord]:
     """Return the intact records of the results' runs, by the label of the run."""
     found = {}
-    for result in results.done() if isinstance(results, Results) else [results]:
+    for result in results.done if isinstance(results, Results) else [results]:
         pictured = result.name == "validate" and result.naming.condition == DIAMETER
         for label, outcome in result.runs():
             content = folder.peek(outcome.key) if outcome.key else None

@@ -8,7 +8,6 @@ or to be begun again is worked out again.
 
 import logging
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -24,8 +23,8 @@ from stemcal.runs.outcome import counted, identity_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
 from stemcal.solvers.protocol import RESPONSES, Request, Solver
-from stemcal.stages.base import Stage, stage_called, stages_of, study_of
 from stemcal.stages.result import Head, R, StageResult, read_result
+from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
 from stemcal.study.model import Study
 from stemcal.version import __version__
 
@@ -44,26 +43,27 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 
     Without a `solver` of one's own it is the spec's.
     """
-    whole, study = study, study_of(stage, study)
+    of = stage_called(stage)
+    whole, study = study, of.seen(study)
     if study is not whole:
         solver = None  # the stage has one of its own
-    sections = {"factors", "tests", "responses", "conditions", *stage_called(stage).options}
+    sections = {"factors", "tests", "responses", "conditions", *of.reads}
     dump = _with_contents(whole.model_dump(include=sections))
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
-    parts |= {name: dump[name] for name in stage_called(stage).options}
+    parts |= {name: dump[name] for name in of.reads}
     if study.tests:
         parts["tests"] = dump["tests"]
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
-    if stage == "rsm" and study.joint_targets:
-        parts["conditions"] = [target.condition for target in study.joint_targets]
-        parts["responses"] = study.invert.responses
-    if stage_called(stage).simulates:
+    parts |= of.inputs(study)
+    if package := STAGES.version_of(stage):
+        parts |= {"package": package, stage: whole.further[stage].model_dump()}
+    if of.simulates:
         parts |= _solver_parts(study, solver, stage)
         parts["solver.replicates"] = study.replicates
-    if (before := stage_called(stage).needs(whole)) is not None:
+    if (before := of.needs(whole)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {CODE: code_version()} | {name: digest(part)[:_SHORT] for name, part in parts.items()}
 
@@ -140,14 +140,14 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
         differing = _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    by_hand = study_of(stage, study).kind.answers == "asks_people"
+    by_hand = stage_called(stage).seen(study).kind.answers == "asks_people"
     corrected = not differing and by_hand and _corrected(stage, study, folder)
     return ["results"] if corrected else differing
 
 
 def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
     """Whether a result that was entered by hand is another now than the stage was made from."""
-    for _, outcome in read(stage_called(stage), folder).runs():
+    for _, outcome in read_result(folder, stage_called(stage).result()).runs():
         records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
         answers = [answer for record in records if (answer := counted(record)).ok]
         if records and outcome.ok != bool(answers):
@@ -202,21 +202,31 @@ def read_fresh(study: Study, solver: Solver | None, folder: StudyFolder, kind: t
     return read_result(folder, kind)
 
 
+def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
+    """Return the level of every factor at the solution: of the last stage that calibrates them."""
+    before = stage_called(stage_called("validate").needs(study) or "").result()
+    return dict(read_fresh(study, solver, folder, before).settles or {})
+
+
 # ---- a stage made, or read where it is fresh
 
 
 def make(
-    stage: Stage, study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch, solver: Solver | None = None
-) -> StageResult:
+    stage: Stage[R],
+    study: Study,
+    folder: StudyFolder,
+    executor: RunExecutor,
+    watch: Watch,
+    solver: Solver | None = None,
+) -> R:
     """Run a stage, or read it where it is fresh; its result then lies in the folder.
 
     With a `solver` of one's own it is always run.
     """
     with folder:
-        if solver is None and (known := fresh(kind_of(stage), study, folder)) is not None:
+        if solver is None and (known := fresh(stage.result(), study, folder)) is not None:
             return _told(known, watch)
-        made: StageResult = _at(stage.function)(study, folder, executor, watch, solver)
-        return made
+        return stage.making()(study, folder, executor, watch, solver)
 
 
 def make_all(
@@ -245,7 +255,7 @@ def make_all(
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
     """Tell whether all stages of a study, or one, are fresh."""
     stages = stages_of(study) if stage is None else (stage_called(stage),)
-    return all(fresh(kind_of(one), study, folder) is not None for one in stages)
+    return all(fresh(one.result(), study, folder) is not None for one in stages)
 
 
 def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
@@ -277,7 +287,7 @@ def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
     return [name for name, content in files.items() if not holds(folder.path / name, content)]
 
 
-def _told(result: StageResult, watch: Watch) -> StageResult:
+def _told(result: R, watch: Watch) -> R:
     """Tell the watcher of a stage that is read."""
     outcomes = [outcome for _, outcome in result.runs()]
     distinct = {outcome.keys: outcome.ok for outcome in outcomes}
@@ -285,19 +295,3 @@ def _told(result: StageResult, watch: Watch) -> StageResult:
     if outcomes:
         watch(Progress(result.name, count, count, count, failed, None, points=len(outcomes)))
     return result
-
-
-def kind_of(stage: Stage) -> type[StageResult]:
-    """Return the class of a stage's result."""
-    kind: type[StageResult] = _at(stage.result)
-    return kind
-
-
-def _at(place: str) -> Any:
-    module, _, name = place.rpartition(".")
-    return getattr(import_module(module), name)
-
-
-def read(stage: Stage, folder: StudyFolder) -> StageResult:
-    """Return the result that lies in a folder; raise `UsageError` if it is not there or cannot be read."""
-    return kind_of(stage).from_json(folder.read_stage(stage.name))

@@ -113,6 +113,11 @@ class StageResult(Spread):
         """What the responses and the condition are called."""
         return self.head.naming
 
+    @property
+    def settles(self) -> Mapping[str, float] | None:
+        """The level of every factor, where the stage calibrates the study's own model; None where it does not."""
+        return None
+
     def __getstate__(self) -> dict[str, Any]:
         """Return what the result is made of, not what has been worked out from it."""
         result: Any = self

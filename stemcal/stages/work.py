@@ -14,9 +14,9 @@ from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.base import stage_called
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, StageResult, leave, read_result
+from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
 
 R_co = TypeVar("R_co", bound=StageResult, covariant=True)
@@ -91,13 +91,7 @@ class StageFunction(Protocol[R_co]):
         """Return the result."""
 
 
-Refuse = Callable[[str, Study, Solver], None]
-"""Raises `UsageError` where a stage, by its name, is not for a study or its solver; before anything is looked up."""
-
-
-def a_stage(
-    kind: type[R], refuse: Refuse = lambda *_of: None
-) -> Callable[[Callable[[Work, Head], R]], StageFunction[R]]:
+def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], StageFunction[R]]:
     """Make a stage of a function that returns a result of that kind, which begins with the head that it is given.
 
     While it works the folder is locked, and the stage before is fresh; its result is left in the folder.
@@ -115,7 +109,6 @@ def a_stage(
             with folder:
                 folder.sign(stage=kind.name, workers=executor.workers)
                 work = Work(study, folder, executor, watch, solver or make_solver(study))
-                refuse(kind.name, study, work.solver)
                 if (before := stage_called(kind.name).needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
                 head = head_of(study, work.solver, folder, kind.name)

@@ -91,7 +91,7 @@ def test_folder_in_use_is_refused(tmp_path: Path) -> None:
 
 
 def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
-    from stemcal.stages.validate import stage
+    from stemcal.stages.validate import analysis
     from stemcal.stages.validate.result import ValidateResult
 
     result = ValidateResult.from_json(
@@ -110,7 +110,7 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
             "mean_abs_error_percent": 0.5,
         }
     )  # fmt: skip
-    monkeypatch.setattr(stage, "validate", lambda *_: result)
+    monkeypatch.setattr(analysis, "validate", lambda *_: result)
     done = command("validate", REPLAY, "--out", tmp_path)
     assert done.exit_code == 3
     assert "validate: 1 of 2 runs failed: inverted (1)" in done.stderr

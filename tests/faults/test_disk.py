@@ -169,9 +169,9 @@ def test_a_folder_that_may_not_be_written(folder: Path, number: int, _rng: rando
     place = (study.runs, study.path, study.path.parent)[number % 3]
     place.mkdir(parents=True)
     with closed(place), pytest.raises(StemcalError, match=f"{place}.*;"), study:
-        workflow.screen(make_study(folder), study, InlineExecutor(), solver=FakeSolver())
+        workflow.run_stage("screen", make_study(folder), study, InlineExecutor(), solver=FakeSolver())
     assert not study.runs.is_dir() or study.keys() == []
-    workflow.screen(make_study(folder), study, InlineExecutor(), solver=FakeSolver())
+    workflow.run_stage("screen", make_study(folder), study, InlineExecutor(), solver=FakeSolver())
 
 
 @contextmanager

@@ -157,9 +157,9 @@ def perhaps_half(study: Study, out: StudyFolder, rng: random.Random) -> None:
     if rng.random() < 0.5:
         workflow.calibrate(study, out, executor, solver=solver)
         return
-    workflow.screen(study, out, executor, solver=solver)
+    workflow.run_stage("screen", study, out, executor, solver=solver)
     if rng.random() < 0.5:
-        workflow.fit_surface(study, out, executor, solver=solver)
+        workflow.run_stage("rsm", study, out, executor, solver=solver)
 
 
 def outcome(study: Study, folder: StudyFolder, solver: FakeSolver) -> Any:

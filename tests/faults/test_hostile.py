@@ -23,7 +23,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export.formats import export_tables
-from stemcal.report.export.paper import PaperTable
+from stemcal.report.tables.printed import PaperTable
 from stemcal.solvers.options import ResultReader
 from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.protocol import Answer, Request
@@ -122,7 +122,7 @@ def test_a_control_character_is_refused_in_a_spec(tmp_path: Path, key: str) -> N
 def test_control_characters_are_spelled_out(tmp_path: Path) -> None:
     """In records, on the terminal, in Markdown, LaTeX and Word."""
     found, bad = StudyFolder(tmp_path / "out"), "a".join(CONTROLS)
-    workflow.screen(make_study(tmp_path), found, InlineExecutor(), solver=Saying())
+    workflow.run_stage("screen", make_study(tmp_path), found, InlineExecutor(), solver=Saying())
     said = [str(record["message"]) for record in map(found.peek, found.keys()) if record]
     said.append(printed(bad))
     for kind in ("md", "tex", "docx"):
@@ -140,7 +140,7 @@ def printed(text: str) -> str:
     """Return what the terminal gets of a text as warning, note, error, and cell of a table."""
     code = (
         "import json, sys; from stemcal.cli.console import *; text = json.loads(sys.argv[1]);"
-        "from stemcal.files.rows import *; from stemcal.report.tables.terminal import drawn;"
+        "from stemcal.files.rows import *; from stemcal.report.terminal import drawn;"
         "table = Table((Column(text), Column('x')), ((text, '1'),), text, (text,));"
         "warn(text); note(text); fail(text); say(text, *drawn(table))"
     )

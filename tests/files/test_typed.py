@@ -12,8 +12,8 @@ from stemcal.executors.inline import InlineExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, key, to_json
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.stages.base import STAGES, stages_of
-from stemcal.stages.fresh import kind_of, read
+from stemcal.stages.result import read_result
+from stemcal.stages.stage import stages_of
 
 
 @dataclass(frozen=True)
@@ -79,11 +79,6 @@ def test_every_stage_reads_what_it_wrote(tmp_path: Any) -> None:
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert [stage.name for stage in stages_of(study)] == ["screen", "climb", "rsm", "invert", "refine", "validate"]
     for stage in stages_of(study):
-        assert read(stage, folder).to_json() == folder.read_stage(stage.name)
+        assert read_result(folder, stage.result()).to_json() == folder.read_stage(stage.name)
         with pytest.raises(UsageError, match=f"run `stemcal {stage.name} SPEC` again"):
-            kind_of(stage).from_json({"stage": stage.name})
-
-
-def test_the_list_of_stages_names_what_is_there() -> None:
-    for stage in STAGES:
-        assert kind_of(stage).name == stage.name and stage.title and stage.help
+            stage.result().from_json({"stage": stage.name})

@@ -11,7 +11,11 @@ from printed import agrees, differing, read_printed
 
 from stemcal.doe.designs.catalogue import central_composite, plackett_burman
 from stemcal.doe.regression.least_squares import stars
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 
 FITTED = "X4", "X9", "X7"
@@ -47,7 +51,7 @@ def test_table_5_factors_and_levels(study: Study) -> None:
 def test_table_6_screening_runs(results: Results, named: dict[str, str]) -> None:
     """The runs are those of the Plackett–Burman design of nine factors."""
     printed = [{key: float(text) for key, text in row.items()} for row in read_printed("table06_pb_runs.csv")]
-    runs = results.screen.design.runs
+    runs = results.of(ScreenResult).design.runs
     assert [{symbol: run.levels[named[symbol]] for symbol in named} | {"force_N": run.response} for run in runs] == [
         {key: value for key, value in row.items() if key != "run"} for row in printed
     ]
@@ -58,7 +62,7 @@ def test_table_6_screening_runs(results: Results, named: dict[str, str]) -> None
 def test_table_7_effects(results: Results) -> None:
     fields = {"effect": "effect", "contribution_pct": "contribution_percent", "sum_of_squares": "sum_of_squares"}
     fields |= {"F": "f", "p": "p"}
-    rows = zip(read_printed("table07_pb_anova_printed.csv"), results.screen.effects, strict=True)
+    rows = zip(read_printed("table07_pb_anova_printed.csv"), results.of(ScreenResult).effects, strict=True)
     assert sum(cells_of(row, effect, fields) for row, effect in rows if row["factor"] == effect.symbol) == 45
 
 
@@ -69,7 +73,7 @@ def test_table_8_levels(results: Results, named: dict[str, str]) -> None:
         coded = float(row["coded_level"])
         levels = {}
         for symbol in FITTED:
-            entry = results.surface.factor(named[symbol])
+            entry = results.of(SurfaceResult).factor(named[symbol])
             levels[symbol] = entry.center + coded * entry.half_step
         differ += [(symbol, row[symbol]) for symbol in differing({s: row[s] for s in FITTED}, levels)]
     assert differ == [("X7", "100.00"), ("X4", "17.98"), ("X4", "10.00"), ("X7", "80.00")]
@@ -77,7 +81,7 @@ def test_table_8_levels(results: Results, named: dict[str, str]) -> None:
 
 def test_table_9_surface_runs(results: Results, named: dict[str, str]) -> None:
     """The runs are those of the rotatable design with six centre points; four print 17.98 for 17.97."""
-    printed, runs = read_printed("table09_ccd_runs.csv"), results.surface.design.runs
+    printed, runs = read_printed("table09_ccd_runs.csv"), results.of(SurfaceResult).design.runs
     differ = []
     for row, run in zip(printed, runs, strict=True):
         levels = {symbol: run.levels[named[symbol]] for symbol in FITTED}
@@ -92,7 +96,7 @@ def test_table_9_surface_runs(results: Results, named: dict[str, str]) -> None:
 def test_table_10_analysis_of_variance(results: Results, named: dict[str, str]) -> None:
     fields = {"sum_of_squares": "sum_of_squares", "df": "df", "mean_square": "mean_square", "F": "f", "p": "p"}
     cells = 0
-    for row, ours in zip(read_printed("table10_ccd_anova_printed.csv"), results.surface.anova, strict=True):
+    for row, ours in zip(read_printed("table10_ccd_anova_printed.csv"), results.of(SurfaceResult).anova, strict=True):
         assert ":".join(named.get(part, part) for part in row["source"].removesuffix("^2").split(":")) in ours.source
         cells += cells_of(row, ours, fields)
     assert cells == 63
@@ -100,7 +104,7 @@ def test_table_10_analysis_of_variance(results: Results, named: dict[str, str]) 
 
 def test_equation_1_has_one_wrong_sign(results: Results) -> None:
     printed = {row["term"]: row["coefficient"] for row in read_printed("eq1_coefficients_printed.csv")}
-    values = (row.value for row in results.surface.coefficients)
+    values = (row.value for row in results.of(SurfaceResult).coefficients)
     wrong = differing(printed, dict(zip(printed, values, strict=True)))
     assert wrong == {"X7^2": pytest.approx(2.8831, abs=1e-4)} and printed["X7^2"] == "-2.88"
 
@@ -108,10 +112,10 @@ def test_equation_1_has_one_wrong_sign(results: Results) -> None:
 def test_table_11_is_one_of_many_solutions(results: Results, study: Study, named: dict[str, str]) -> None:
     """The surface of the runs gives 159.26 N at the printed parameters, for a target of 159.2 N."""
     levels = {named[row["symbol"]]: float(row["value"]) for row in read_printed("table11_calibrated.csv")}
-    found = results.surface.predict(levels)
+    found = results.of(SurfaceResult).predict(levels)
     assert (found.response, *found.mean_interval) == pytest.approx((159.26, 152.8, 165.7), abs=0.05)
     assert study.calibration_target.response == 159.2
-    assert all(low <= levels[name] <= high for name, (low, high) in results.inversion.ranges.items())
+    assert all(low <= levels[name] <= high for name, (low, high) in results.of(InvertResult).ranges.items())
 
 
 def test_table_12_parameters_of_the_simulation(study: Study, named: dict[str, str]) -> None:
@@ -123,7 +127,7 @@ def test_table_12_parameters_of_the_simulation(study: Study, named: dict[str, st
 
 def test_table_13_errors(results: Results) -> None:
     """The sign at 11 mm is misprinted; the largest error is 7.83 %, where the text says below 7.8 %."""
-    printed, rows = read_printed("table13_validation.csv"), results.validation.rows
+    printed, rows = read_printed("table13_validation.csv"), results.of(ValidateResult).rows
     for row, ours in zip(printed, rows, strict=True):
         compared = ours.compared
         assert [float(row[key]) for key in ("diameter_mm", "measured_N", "simulated_N")] == [
@@ -132,7 +136,7 @@ def test_table_13_errors(results: Results) -> None:
     errors = {row["diameter_mm"]: ours.compared.error_percent for row, ours in zip(printed, rows, strict=True)}
     wrong = differing({row["diameter_mm"]: row["error_pct_printed"] for row in printed}, errors)
     assert wrong == {"11": pytest.approx(7.4564, abs=5e-5)} and printed[-1]["error_pct_printed"] == "-7.5"
-    assert results.validation.worst_percent == pytest.approx(7.8333, abs=5e-5)
+    assert results.of(ValidateResult).worst_percent == pytest.approx(7.8333, abs=5e-5)
 
 
 @pytest.mark.parametrize(

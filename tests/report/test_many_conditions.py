@@ -6,8 +6,8 @@ from typing import Any
 from stemcal.files.rows import MOST_ROWS, Rows
 from stemcal.names import Names
 from stemcal.naming import Named, Naming
-from stemcal.report.figures.gallery import MOST_RESPONSES, validation_plots
-from stemcal.report.tables.stages import tables_of
+from stemcal.report.showing import tables_of
+from stemcal.stages.validate.figures import MOST_RESPONSES, plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
 
 PLACES, NAMES = range(1, 101), [f"r{number}" for number in range(10)]
@@ -16,15 +16,15 @@ NAMING = Naming(Named("place", "Place", "p", "mm"), tuple(Named(name, name, name
 
 def wide(results: Any) -> ValidateResult:
     """Ten responses at a hundred places; the largest errors are 30 % (r9 at 77 mm) and 9 % (r0 at 60 mm)."""
-    row, rows = results.validation.rows[0], []
+    row, rows = results.of(ValidateResult).rows[0], []
     for place in PLACES:
         error = 9.0 if place == 60 else 1.0
         compared = replace(row.compared, condition=float(place), error_percent=error, role="held_out")
         others = [(name, 30.0 if (name, place) == ("r9", 77) else 0.1 * n) for n, name in enumerate(NAMES[1:], 1)]
         further = Rows(FurtherRow(name, "N", 10.0, None, 10.0, error, judged=True) for name, error in others)
         rows.append(replace(row, compared=compared, further=further))
-    head = replace(results.validation.head, naming=NAMING)
-    return replace(results.validation, head=head, rows=Rows(rows))
+    head = replace(results.of(ValidateResult).head, naming=NAMING)
+    return replace(results.of(ValidateResult), head=head, rows=Rows(rows))
 
 
 def test_tables_have_the_first_and_the_worst_rows(results: Any) -> None:
@@ -39,11 +39,11 @@ def test_tables_have_the_first_and_the_worst_rows(results: Any) -> None:
 def test_the_page_has_the_figures_of_the_first_and_the_worst_responses(results: Any, replayed: Any) -> None:
     study = replayed[0].model_copy()
     study.__dict__["naming"] = NAMING  # worked out once
-    plots = validation_plots(study, wide(results))
-    shown = [plot.name for plot in plots if plot.on_page]
-    assert len(plots) == len(NAMES) and len(shown) == MOST_RESPONSES
+    found = plots(study, wide(results))
+    shown = [plot.name for plot in found if plot.on_page]
+    assert len(found) == len(NAMES) and len(shown) == MOST_RESPONSES
     assert shown == ["validation", *(f"validation-r{number}" for number in range(5, 10))]
-    assert "6 of 10 responses" in plots[0].caption
+    assert "6 of 10 responses" in found[0].caption
 
 
 def test_many_conditions_are_counted() -> None:

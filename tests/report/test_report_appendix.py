@@ -6,12 +6,14 @@ from typing import Any
 import pytest
 
 from stemcal.names import Names
-from stemcal.report.figures.effects import diagnostics, half_normal, pareto, studentised
-from stemcal.report.figures.validation import growth
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
-from stemcal.report.tables.of_designs import canonical_table, checks_table, design_table
+from stemcal.report.showing import tables_of
+from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.report.tables.stages import tables_of
+from stemcal.stages.screen.figures import half_normal, pareto
+from stemcal.stages.surface.figures import diagnostics, studentised
+from stemcal.stages.surface.showing import canonical_table
+from stemcal.stages.validate.figures import growth
 
 
 def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
@@ -40,7 +42,7 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
 def test_surface_tables_fit_a_terminal(stages: dict[str, Any]) -> None:
     from rich.console import Console
 
-    from stemcal.report.tables.terminal import drawn
+    from stemcal.report.terminal import drawn
 
     surface, names = stages["rsm"], Names()
     for table in (canonical_table(surface, surface.canonical, names),):

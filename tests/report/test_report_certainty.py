@@ -4,10 +4,10 @@ from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
-from stemcal.report.figures.certainty import profiles
 from stemcal.report.figures.style import svg
-from stemcal.report.tables.stages import tables_of
-from stemcal.stages.climb import ClimbResult
+from stemcal.report.showing import tables_of
+from stemcal.stages.climb.result import ClimbResult
+from stemcal.stages.invert.figures import profiles
 
 CLIMB: dict[str, Any] = {
     "schema_version": 2,

@@ -13,9 +13,11 @@ import pytest
 from stemcal.files.rows import Column, Table
 from stemcal.names import Names
 from stemcal.report.export.formats import export_tables, latex, markdown
-from stemcal.report.export.paper import PaperTable, numbered, paper_tables, stars_apart
-from stemcal.report.figures.gallery import gallery
-from stemcal.report.tables.stages import calibration_table, cited_ranges
+from stemcal.report.export.paper import numbered, paper_tables, stars_apart
+from stemcal.report.gallery import gallery
+from stemcal.report.tables.printed import PaperTable
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.showing import calibration_table, cited_ranges
 from stemcal.stages.results import Results
 
 NASTY = PaperTable(
@@ -56,7 +58,7 @@ def test_cells_as_printed(tables: dict[int, PaperTable]) -> None:
 def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
     replayed: tuple[Any, Any], results: Results, tables: dict[int, PaperTable]
 ) -> None:
-    head, ranges = cited_ranges(results.inversion)
+    head, ranges = cited_ranges(results.of(InvertResult))
     assert head == "95 % range"
     assert tables[11].heads == ("Parameter", "Numerical Calibration", "95 % Range")
     assert tables[11].cells[0] == ("Yield stress (MPa)", "18.37", "15.35 to 19.96")
@@ -67,8 +69,8 @@ def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
 
 
 def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], results: Results) -> None:
-    refined = {**results.inversion.parameters, "yield_stress": 18.5}
-    assert calibration_table(results.inversion, Names(replayed[0].naming), refined).cells[0][1] == "18.50"
+    refined = {**results.of(InvertResult).parameters, "yield_stress": 18.5}
+    assert calibration_table(results.of(InvertResult), Names(replayed[0].naming), refined).cells[0][1] == "18.50"
 
 
 def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:
@@ -188,5 +190,5 @@ def test_the_word_file_opens_in_a_word_processor(tables: dict[int, PaperTable], 
 
 
 def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], results: Results) -> None:
-    found = paper_tables(replayed[0], Results(screen=results.screen))
+    found = paper_tables(replayed[0], Results(results.done[:1]))
     assert [table.number for table in found] == [5, 6, 7]

@@ -5,13 +5,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from stemcal.report.figures.contour import contours
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.figures.effects import half_normal, observed_predicted, pareto, residuals
 from stemcal.report.figures.inline import Shared, inline
 from stemcal.report.figures.style import save, save_both, svg
-from stemcal.report.figures.validation import validation
 from stemcal.report.records import Curve
+from stemcal.stages.screen.figures import half_normal, pareto
+from stemcal.stages.surface.contour import contours
+from stemcal.stages.surface.figures import observed_predicted, residuals
+from stemcal.stages.validate.figures import validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
 CURVES = {"screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)), "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0))}

@@ -8,10 +8,11 @@ import pytest
 
 from stemcal.cli.export import _width
 from stemcal.errors import UsageError
-from stemcal.report.figures.certainty import profile_points
-from stemcal.report.figures.contour import levels_of, relief
-from stemcal.report.figures.gallery import Plot, write_as
-from stemcal.report.figures.validation import validation
+from stemcal.report.figures.plot import Plot
+from stemcal.report.gallery import write_as
+from stemcal.stages.invert.figures import profile_points
+from stemcal.stages.surface.contour import levels_of, relief
+from stemcal.stages.validate.figures import validation
 
 
 def plot(stages: dict[str, Any]) -> Plot:

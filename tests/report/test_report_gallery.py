@@ -11,11 +11,13 @@ import pytest
 from stemcal.cli.explain import glossary, look_up
 from stemcal.errors import UsageError
 from stemcal.report.figures import curves as laboratory
-from stemcal.report.figures.contour import contours, relief, solutions
 from stemcal.report.figures.curves import energies
-from stemcal.report.figures.gallery import Plot, gallery, write_figures
+from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import resize, styled
-from stemcal.report.figures.validation import validation
+from stemcal.report.gallery import gallery, write_figures
+from stemcal.stages.invert.figures import solutions
+from stemcal.stages.surface.contour import contours, relief
+from stemcal.stages.validate.figures import validation
 
 
 def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:

@@ -16,6 +16,7 @@ from stemcal.note import Note
 from stemcal.report.page.render import coded, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 from stemcal.run_warnings import hourglass_energy, nothing_deleted
+from stemcal.stages.results import Results
 
 BLANK = pytest.mark.usefixtures("blank_figures")
 VOID = {"meta", "br", "link", "img"}
@@ -229,8 +230,8 @@ def test_written_file(replayed: tuple[Any, Any]) -> None:
 def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) -> None:
     study, folder = replayed
     what = shown(study, folder)
-    assert what.results.inversion is not None
-    inversion = replace(what.results.inversion, belongs_to={"element_size": "d/16 (0.5 mm)"})
-    first = render(study, folder, replace(what, results=replace(what.results, inversion=inversion)))
+    found = {result.name: result for result in what.results.done}
+    found["invert"] = replace(found["invert"], belongs_to={"element_size": "d/16 (0.5 mm)"})  # type: ignore[type-var]
+    first = render(study, folder, replace(what, results=Results(tuple(found.values()))))
     sentence = "Valid only with element_size d/16 (0.5 mm)"
     assert first.index("95 % range") < first.index(sentence) < first.index('class="reason"')

@@ -13,9 +13,9 @@ from stemcal.names import Names
 from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.numbers import significant
 from stemcal.report.page.render import coded
+from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_responses import from_means, further_table
-from stemcal.report.tables.stages import tables_of
-from stemcal.report.tables.terminal import drawn, stage_tables
+from stemcal.report.terminal import drawn, stage_tables
 
 
 def printed(stage: Any, width: int = 80) -> str:

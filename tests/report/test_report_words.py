@@ -18,18 +18,21 @@ from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export.formats import document
 from stemcal.report.export.paper import paper_tables
-from stemcal.report.figures.gallery import gallery
 from stemcal.report.figures.style import svg
+from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import kind_of, question
 from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.tables.of_designs import equation, listed, runs_table
+from stemcal.report.showing import tables_of
+from stemcal.report.tables.of_designs import listed, runs_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.report.tables.stages import tables_of
-from stemcal.report.tables.terminal import final_tables
+from stemcal.report.terminal import final_tables
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.surface.showing import equation
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 from stemcal.workflow import calibrate
@@ -97,10 +100,10 @@ def all_tables(told: Told) -> list[Table]:
     """Return every table of terminal and page."""
     study, folder, results = told
     names = Names(study.naming)
-    stages = [table for stage in results.done() for table in tables_of(stage)]
+    stages = [table for stage in results.done for table in tables_of(stage)]
     runs = listed(runs_table(ledger(study, folder), names), names)
     ends = [table for taken in (4, 40) for table in final_tables(study, results, True, taken)]
-    return [*stages, *setting_tables(study), *run_tables(results, read_records(results, folder)), *ends, runs]
+    return [*stages, *setting_tables(study), *run_tables(study, results, read_records(results, folder)), *ends, runs]
 
 
 def words_of(table: Table) -> list[str]:
@@ -120,8 +123,7 @@ def test_tables_speak_of_no_stem(told: Told) -> None:
 
 
 def test_tables_have_the_studys_own_heads(angle: Told) -> None:
-    screen, surface, validation = angle[2].screen, angle[2].surface, angle[2].validation
-    assert screen is not None and surface is not None and validation is not None
+    screen, surface, _, validation = angle[2].done
     (effects,), (anova, coefficients, fit, *_) = tables_of(screen), tables_of(surface)
     assert effects.title == "Effects on the angle of repose"
     assert effects.heads[2] == "Effect, °" and anova.heads[0] == "Source"
@@ -133,7 +135,7 @@ def test_tables_have_the_studys_own_heads(angle: Told) -> None:
 
 
 def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
-    validation = moist[2].validation
+    validation = moist[2].of(ValidateResult)
     assert validation is not None
     table = tables_of(validation)[0]
     assert table.title == "Measured against simulated angle of repose"
@@ -225,12 +227,12 @@ def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
 
 
 def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
-    outcomes = [sentence for told in (angle, moist) for stage in told[2].done() for sentence in outcome_of(stage)]
+    outcomes = [sentence for told in (angle, moist) for stage in told[2].done for sentence in outcome_of(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
-    notes = [str(note) for told in (angle, moist) for stage in told[2].done() for note in shown_notes(stage, True)]
+    notes = [str(note) for told in (angle, moist) for stage in told[2].done for note in shown_notes(stage, True)]
     assert of_stems(notes) == []
-    validation, joint = angle[2].validation, moist[2].inversion
+    validation, joint = angle[2].of(ValidateResult), moist[2].of(InvertResult)
     assert validation is not None and joint is not None
     assert re.fullmatch(
         r"Simulated and measured values differ by [\d.]+ % \(angle of repose\)\.", outcome_of(validation)[0]

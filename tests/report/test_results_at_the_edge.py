@@ -28,7 +28,7 @@ def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch:
     monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     what = shown(study, folder)
-    assert not what.results.stale and len(list(what.results.done())) == 4
+    assert not what.results.stale and len(list(what.results.done)) == 4
     assert all(plot.draw() for plot in what.plots)
     return render(study, folder, what)
 

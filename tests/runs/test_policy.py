@@ -22,9 +22,9 @@ def folder(tmp_path: Path) -> StudyFolder:
 def screen(tmp_path: Path, folder: StudyFolder, solver: FakeSolver, runs: str = "", workers: int = 0) -> dict[str, Any]:
     study = make_study(tmp_path, f"solver: {{kind: embedded, {runs}}}\n" if runs else "")
     if not workers:
-        return workflow.screen(study, folder, InlineExecutor(), solver=solver).to_json()
+        return workflow.run_stage("screen", study, folder, InlineExecutor(), solver=solver).to_json()
     with LocalExecutor(workers, study.runs.time_limit) as executor:
-        return workflow.screen(study, folder, executor, solver=solver).to_json()
+        return workflow.run_stage("screen", study, folder, executor, solver=solver).to_json()
 
 
 # ---- tries
@@ -119,9 +119,9 @@ def test_what_determines_no_answer_recomputes_nothing(tmp_path: Path, folder: St
 
 def test_the_runs_that_are_counted_are_those_that_the_surface_is_fitted_to(tmp_path: Path, folder: StudyFolder) -> None:
     study, seen = make_study(tmp_path), []
-    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
     for _ in ("computed", "read"):
-        surface = workflow.fit_surface(study, folder, InlineExecutor(), watch=seen.append, solver=FakeSolver())
+        surface = workflow.run_stage("rsm", study, folder, InlineExecutor(), watch=seen.append, solver=FakeSolver())
         counted = {(state.done, state.total, state.points) for state in seen[-1:]}
         assert counted == {(len(surface.runs_diagnostics),) * 2 + (len(surface.design.runs),)}
     assert len(surface.runs_diagnostics) < len(surface.design.runs)

@@ -13,10 +13,11 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
 from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import Request
-from stemcal.stages.design import screening_design, surface_design
-from stemcal.stages.screen import ScreenResult, screen
-from stemcal.stages.surface.stage import SurfaceResult, fit_response_surface
-from stemcal.stages.validate.stage import requests_at
+from stemcal.stages.screen.analysis import screen, screening_design
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface.analysis import SurfaceResult, fit_response_surface
+from stemcal.stages.surface_design import surface_design
+from stemcal.stages.validate.analysis import requests_at
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 

@@ -18,10 +18,11 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.programs.inputs import values_of
 from stemcal.solvers.protocol import Request
-from stemcal.stages.invert.certainty import fit_over
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
-from stemcal.stages.surface.result import box_of
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.reading import load_study
 from stemcal.study.types.placeholders import fill
 
@@ -128,7 +129,7 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
     with LocalExecutor(2) as executor:
         workflow.calibrate(study, store, executor)
     results = fresh_results(study, store)
-    surface, inversion, screen = results.surface, results.inversion, results.screen
+    surface, inversion, screen = results.of(SurfaceResult), results.of(InvertResult), results.of(ScreenResult)
     assert surface is not None and inversion is not None and screen is not None
     assert len(list(store.runs.glob("*.json"))) == 30 + 30 + 2
     assert screen.residual.df >= 3 and not screen.by_lenth

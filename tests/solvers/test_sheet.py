@@ -79,7 +79,7 @@ def test_known_runs_are_taken_and_the_others_asked_for(tmp_path: Path) -> None:
     (stage,) = (stage for stage in plan(study, None, solver, 1).stages if stage.stage == "rsm")
     assert (stage.rows, stage.to_run) == (3, 1)
     with pytest.raises(Waiting) as waiting:
-        workflow.fit_surface(study, folder, InlineExecutor())
+        workflow.run_stage("rsm", study, folder, InlineExecutor())
     assert [run.row for run in waiting.value.requests] == [2]
     assert len(list(folder.keys())) == 2
 

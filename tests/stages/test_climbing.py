@@ -19,7 +19,7 @@ from stemcal.naming import CUTTING
 from stemcal.report.export.paper import paper_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages import climb
-from stemcal.stages.climb import ClimbResult, ClimbRow
+from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, read_result
 from stemcal.stages.results import Results
@@ -31,8 +31,8 @@ TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
 
 def climbed(tmp_path: Path, options: str) -> tuple[dict[str, Any], StudyFolder]:
     study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
-    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    return workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json(), folder
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
+    return workflow.run_stage("climb", study, folder, InlineExecutor(), solver=FakeSolver()).to_json(), folder
 
 
 def test_path_goes_along_the_slope_either_way() -> None:
@@ -62,11 +62,11 @@ def test_the_design_is_centred_on_the_best_step_and_stays_in_the_ranges(tmp_path
     """Half of the range of 10 MPa about 17 MPa: 14.5 to 19.5 MPa."""
     stage, folder = climbed(tmp_path, "climb: {steps: 5}\n")
     study = make_study(tmp_path, TWO + "climb: {steps: 5}\n")
-    surface = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    surface = workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     levels = [run["levels"]["yield_stress"] for run in surface["design"]["runs"]]
     assert (min(levels), max(levels)) == pytest.approx((14.5, 19.5))
     assert surface["coding"]["yield_stress"]["center"] == pytest.approx(stage["coding"]["yield_stress"]["center"])
-    solution = workflow.invert(study, folder, solver=FakeSolver()).to_json()
+    solution = workflow.run_stage("invert", study, folder, solver=FakeSolver()).to_json()
     assert solution["coded_radius"] < 0.1 and solution["predicted"] == pytest.approx(110.0)
 
 
@@ -75,8 +75,8 @@ def test_out_of_reach_keeps_the_design_inside(tmp_path: Path) -> None:
     forces = tuple(t.model_copy(update={"response": 300.0}) for t in study.targets.means)
     study = study.model_copy(update={"targets": study.targets.model_copy(update={"means": forces})})
     folder = StudyFolder(tmp_path / "out")
-    workflow.screen(study, folder, InlineExecutor(), solver=FakeSolver())
-    stage = workflow.climb(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
+    stage = workflow.run_stage("climb", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     assert not stage["passed"] and stage["best_step"] == 2
     assert "target_not_passed" in [note["kind"] for note in stage["notes"]]
     entry = stage["coding"]["yield_stress"]
@@ -88,7 +88,7 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert folder.read_stage("refine")["converged"] and folder.has_stage("climb")
     steps, loop = read_result(folder, ClimbResult), read_result(folder, RefineResult)
-    published = paper_tables(study, Results(climb=steps, refinement=loop))
+    published = paper_tables(study, Results((steps, loop)))
     assert [table.name for table in published] == ["factors", "ascent", "refinement"]
     assert len(published[1].cells) == len(steps.rows) == 4  # until the target is passed
     assert published[2].cells[-1][-1] == f"{loop.made[-1].outcome.response:.1f}"
@@ -96,9 +96,9 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
 
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
-    workflow.screen(study, folder, InlineExecutor())
+    workflow.run_stage("screen", study, folder, InlineExecutor())
     with pytest.raises(Waiting, match="waiting for 1 result of climb"):
-        workflow.climb(study, folder, InlineExecutor())
+        workflow.run_stage("climb", study, folder, InlineExecutor())
 
 
 CLIMB = ClimbResult(

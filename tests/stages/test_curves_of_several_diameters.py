@@ -20,7 +20,7 @@ from stemcal.measured.curve_modes import Curve
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.joint import machine_found
+from stemcal.stages.invert.analysis import machine_found
 from stemcal.study.model import MachineSection, Study
 from stemcal.study.reading import load_study
 
@@ -71,8 +71,8 @@ def found_in(folder: Path, late: float) -> list[Note]:
     )
     study = load_study(spec)
     solver, out = Cutting(study=study), StudyFolder(folder / "out")
-    workflow.fit_surface(study, out, InlineExecutor(), solver=solver)
-    notes = workflow.invert(study, out, solver=solver).notes
+    workflow.run_stage("rsm", study, out, InlineExecutor(), solver=solver)
+    notes = workflow.run_stage("invert", study, out, solver=solver).notes
     return [note for note in notes if note.kind.startswith("machine_")]
 
 

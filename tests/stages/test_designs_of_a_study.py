@@ -12,8 +12,10 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.plan import judged
-from stemcal.stages.design import Design, design_radius, screening_design, surface_design
+from stemcal.overview.plan import judged, plan
+from stemcal.stages.design import Design
+from stemcal.stages.screen.analysis import screening_design
+from stemcal.stages.surface_design import design_radius, surface_design
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 
@@ -86,10 +88,10 @@ def test_a_size_that_does_not_exist_is_refused_with_the_next_one(tmp_path: Path)
 def test_a_fold_over_computes_only_the_new_runs(tmp_path: Path) -> None:
     witness, folder = tmp_path / "witness", StudyFolder(tmp_path / "out")
     solver = FakeSolver(witness)
-    workflow.screen(make_study(tmp_path), folder, InlineExecutor(), solver=solver)
+    workflow.run_stage("screen", make_study(tmp_path), folder, InlineExecutor(), solver=solver)
     before = len(lines(witness))
-    stage = workflow.screen(
-        make_study(tmp_path, "screen: {fold_over: true}\n"), folder, InlineExecutor(), solver=solver
+    stage = workflow.run_stage(
+        "screen", make_study(tmp_path, "screen: {fold_over: true}\n"), folder, InlineExecutor(), solver=solver
     ).to_json()
     assert (before, len(lines(witness))) == (12, 24)
     (clear,) = (note for note in stage["notes"] if note["kind"] == "clear_of_interactions")
@@ -100,24 +102,24 @@ def test_a_fold_over_computes_only_the_new_runs(tmp_path: Path) -> None:
 def test_extra_runs_compute_only_themselves(tmp_path: Path) -> None:
     witness, folder = tmp_path / "witness", StudyFolder(tmp_path / "out")
     solver = FakeSolver(witness)
-    workflow.fit_surface(
-        make_study(tmp_path, THREE.format("centre_points: 1")), folder, InlineExecutor(), solver=solver
+    workflow.run_stage(
+        "rsm", make_study(tmp_path, THREE.format("centre_points: 1")), folder, InlineExecutor(), solver=solver
     )
     assert len(lines(witness)) == 15
     for extra in (3, 7):
         more = make_study(tmp_path, THREE.format(f"centre_points: 1, extra_runs: {extra}"))
-        workflow.fit_surface(more, folder, InlineExecutor(), solver=solver)
+        workflow.run_stage("rsm", more, folder, InlineExecutor(), solver=solver)
         assert len(lines(witness)) == len(folder.keys()) == 15 + extra
 
 
 def test_a_reduced_surface_goes_on_to_the_solution(tmp_path: Path) -> None:
     folder = StudyFolder(tmp_path / "out")
     study = make_study(tmp_path, THREE.format("reduce: backward"))
-    stage = workflow.fit_surface(study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
+    stage = workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver()).to_json()
     terms = {row["term"] for row in stage["coefficients"]}
     assert {"1", "yield_stress", "failure_strain", "failure_strain^2"} <= terms
     assert stage["reduction"] == []  # the response is exactly quadratic
-    found = workflow.invert(study, folder, solver=FakeSolver()).to_json()
+    found = workflow.run_stage("invert", study, folder, solver=FakeSolver()).to_json()
     assert found["predicted"] == pytest.approx(110.0, abs=1e-6)
     a = (found["solution"]["yield_stress"] - 15.0) / 5.0
     b = (found["solution"]["failure_strain"] - 0.03) / 0.02
@@ -127,12 +129,14 @@ def test_a_reduced_surface_goes_on_to_the_solution(tmp_path: Path) -> None:
 
 def test_the_surface_stage_tells_its_shape(tmp_path: Path) -> None:
     study = make_study(tmp_path, THREE.format("centre_points: 2"))
-    stage = workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=FakeSolver()).to_json()
+    stage = workflow.run_stage(
+        "rsm", study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=FakeSolver()
+    ).to_json()
     assert stage["canonical"]["eigenvalues"][0] > 0.0
 
 
 def test_plan_shows_aliases_and_terms_without_an_estimate(tmp_path: Path) -> None:
-    planned = to_json(workflow.plan(make_study(tmp_path), None, FakeSolver()))
+    planned = to_json(plan(make_study(tmp_path), None, FakeSolver()))
     assert any(note["kind"] == "uniformly_aliased" for note in planned["notes"])
     axes = np.vstack([np.zeros((1, 2)), np.eye(2), -np.eye(2)])
     coding = Coding(("a", "b"), (0.0, 0.0), (1.0, 1.0))

@@ -60,8 +60,8 @@ class WithoutLengths(Solver):
 def calibrated(folder: Path) -> Work:
     """Return a calibrated study whose answers are known."""
     study, out, solver = make_study(folder, TWO), StudyFolder(folder / "out"), FakeSolver()
-    workflow.fit_surface(study, out, InlineExecutor(), solver=solver)
-    workflow.invert(study, out, solver=solver)
+    workflow.run_stage("rsm", study, out, InlineExecutor(), solver=solver)
+    workflow.run_stage("invert", study, out, solver=solver)
     return Work(study, out, InlineExecutor(), ignore, solver)
 
 

@@ -37,7 +37,7 @@ class Scattered(FakeSolver):
 
 def fitted(tmp_path: Path, solver: FakeSolver, more: str = "") -> dict[str, Any]:
     study = make_study(tmp_path, TWO + more)
-    return workflow.fit_surface(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver).to_json()
+    return workflow.run_stage("rsm", study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver).to_json()
 
 
 def rows_of(stage: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -44,11 +44,11 @@ def test_a_planted_exponent_is_found(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     study = load_study(path)
     solver = OfYield(study=study)
-    workflow.fit_surface(study, folder, run, solver=solver)
-    found = workflow.invert(study, folder, solver=solver)
+    workflow.run_stage("rsm", study, folder, run, solver=solver)
+    found = workflow.run_stage("invert", study, folder, solver=solver)
     assert list(found.point.solution.values()) == pytest.approx([YIELD, STRAIN, EXPONENT], rel=0.05)
     assert found.joint is not None and found.joint.max_abs_error_percent < 0.1
-    checked = workflow.validate(study, folder, run, solver=solver)
+    checked = workflow.run_stage("validate", study, folder, run, solver=solver)
     assert checked.worst_percent < 0.5
     held = {table.title: table for table in setting_tables(study)}["Material held"]
     assert ("yield_stress", "a factor at 8 mm, times (d / 8 mm)^growth") in held.rows

@@ -34,7 +34,7 @@ JOINT = JointFitted(
 
 @pytest.fixture
 def joint(results: Any) -> InvertResult:
-    one = results.inversion
+    one = results.of(InvertResult)
     both = replace(one.certainty, source="joint", free=(), scatter="pooled")
     return replace(one, joint=JOINT, certainty=both, certainty_alone=one.certainty)
 
@@ -44,7 +44,7 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 
 
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
-    stage = results.inversion
+    stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith(
         "The surface meets the measured 159.2 N at Yield stress = 18.37"
     )

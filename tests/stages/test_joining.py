@@ -51,8 +51,8 @@ def solved(tmp_path: Path, extra: str) -> tuple[dict[str, Any], StudyFolder]:
     path, folder = tmp_path / "joint.yaml", StudyFolder(tmp_path / "out")
     path.write_text(spec(extra), encoding="utf-8")
     study = load_study(path)
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=Growing())
-    return workflow.invert(study, folder, solver=Growing()).to_json(), folder
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=Growing())
+    return workflow.run_stage("invert", study, folder, solver=Growing()).to_json(), folder
 
 
 def test_joint_fit_finds_both_parameters(tmp_path: Path) -> None:
@@ -83,9 +83,9 @@ def test_validation_simulates_the_joint_solution(tmp_path: Path) -> None:
     path, folder = tmp_path / "joint.yaml", StudyFolder(tmp_path / "out")
     path.write_text(spec("invert: {diameters: all}\n"), encoding="utf-8")
     study = load_study(path)
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=Growing())
-    workflow.invert(study, folder, solver=Growing())
-    stage = workflow.validate(study, folder, InlineExecutor(), solver=Growing()).to_json()
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=Growing())
+    workflow.run_stage("invert", study, folder, solver=Growing())
+    stage = workflow.run_stage("validate", study, folder, InlineExecutor(), solver=Growing()).to_json()
     assert stage["worst_percent"] < 0.01
 
 
@@ -94,7 +94,7 @@ def test_other_diameters_make_the_surface_stale(tmp_path: Path) -> None:
     path = tmp_path / "joint.yaml"
     path.write_text(spec("invert: {diameters: [8 mm, 10 mm]}\n"), encoding="utf-8")
     with pytest.raises(UsageError, match="conditions changed"):
-        workflow.invert(load_study(path), folder, solver=Growing())
+        workflow.run_stage("invert", load_study(path), folder, solver=Growing())
 
 
 def test_a_diameter_without_a_force_is_named(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from stemcal.note import Remedy
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import fresh_results
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.advice import for_physics, reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt
 from stemcal.stages.verdict.result import Judged, Verdict
@@ -138,7 +139,7 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
     study = written(tmp_path / "first", eight=124.0)
     found = judged(study, tmp_path / "first")
     assert kinds(found) == ["out_of_reach"]
-    _, top = reach(fresh_results(study, StudyFolder(tmp_path / "first" / "out")).surface, study)
+    _, top = reach(fresh_results(study, StudyFolder(tmp_path / "first" / "out")).of(SurfaceResult), study)
     study = written(tmp_path / "edge", eight=top * 0.9995)
     before = judged(study, tmp_path / "edge")
     assert before.verdict == "with_reservations" and kinds(before) == ["on_the_edge"]

@@ -15,6 +15,7 @@ from fakes import TWO_FACTORS, SpecSolver
 from planting import judged
 
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
 
@@ -102,14 +103,14 @@ ALIKE = Plant(Law(), (0.3, -0.25))
 def test_a_ridge_gives_one_point_whatever_the_seed(judge) -> None:
     """Three diameters see one combination, 20a + 16b = 2: nearest to the centre is (2/656)·(20, 16) = (0.06, 0.05)."""
     found = [judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n") for seed in SEEDS[:2]]
-    points = [each.results.inversion.point.solution for each in found]
+    points = [each.results.of(InvertResult).point.solution for each in found]
     places = np.array([[point[name] for name in ("yield_stress", "failure_strain")] for point in points])
     assert np.ptp((places - MIDDLE) / HALF, axis=0) == pytest.approx([0.0, 0.0], abs=0.12)
     for each in found:
-        joint = each.results.inversion.joint
+        joint = each.results.of(InvertResult).joint
         assert not joint.separated
-        assert "flat_direction" in [note.kind for note in each.results.inversion.notes]
-        loosest = each.results.inversion.certainty.loosest
+        assert "flat_direction" in [note.kind for note in each.results.of(InvertResult).notes]
+        loosest = each.results.of(InvertResult).certainty.loosest
         rise, fall = loosest["yield_stress"] / HALF[0], loosest["failure_strain"] / HALF[1]
         assert rise / fall == pytest.approx(-16.0 / 20.0, abs=0.12)
         assert each.verdict.has("not_identified") and widened(each.verdict) == []
@@ -119,7 +120,7 @@ def test_a_ridge_gives_one_point_whatever_the_seed(judge) -> None:
 def test_a_ridge_at_the_end_of_the_ranges_is_not_told_to_widen_them(judge, seed: int) -> None:
     """High yield stress and high failure strain: even the point nearest to the centre lies near the edge."""
     before = judge(Plant(Law(), (0.75, 0.6)), (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")
-    assert not before.results.inversion.joint.separated
+    assert not before.results.of(InvertResult).joint.separated
     assert widened(before.verdict) == []
     assert before.verdict.has("not_identified")
 
@@ -129,7 +130,7 @@ def test_after_a_further_response_the_ridge_is_gone(judge, seed: int) -> None:
     """Travel sees b alone: fitted with the force it separates the two, and the truth is nearer."""
     before = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")
     after = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all, responses: [force, travel]}\n")
-    assert after.results.inversion.joint.separated and not after.verdict.has("not_identified")
+    assert after.results.of(InvertResult).joint.separated and not after.verdict.has("not_identified")
     assert ALIKE.off(after.results) < max(ALIKE.off(before.results), 0.15)
     assert widened(after.verdict) == []
 
@@ -143,7 +144,7 @@ def test_two_responses_in_conflict_where_nothing_is_left_to_test(judge, seed: in
     before = judge(CONFLICT, (8.0,), seed, "invert: {responses: [force, travel]}\n")
     (reason,) = (reason for reason in before.verdict.reasons if reason.kind == "conflict")
     assert before.verdict.verdict == "not_calibrated" and before.verdict.reasons[0] is reason
-    found = before.results.inversion.joint.contradiction
+    found = before.results.of(InvertResult).joint.contradiction
     assert found is not None and found.standard_errors > 4.0 and found.p < 0.001
     assert not found.low <= found.measured <= found.high
     assert "`invert.responses`" in reason.remedy.text and widened(before.verdict) == []

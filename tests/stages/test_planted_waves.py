@@ -10,7 +10,10 @@ from fakes import TWO_FACTORS, SpecSolver
 from planting import judged
 
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 
 SPEC = (
@@ -49,7 +52,7 @@ def test_a_target_above_the_quadratic_is_out_of_reach_and_the_surface_is_rough(j
     verdict, results = judge(Wave(phase=phase), 121.0)
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "out_of_reach")
     _, _, high = map(float, re.findall(r"\d+\.?\d*", reason.text))
-    assert results.inversion is None and verdict.verdict == "not_calibrated" and high < 120.0
+    assert results.of(InvertResult) is None and verdict.verdict == "not_calibrated" and high < 120.0
     assert verdict.has("rough_response")
 
 
@@ -58,8 +61,8 @@ def test_refining_corrects_what_the_quadratic_misses(judge) -> None:
     missed, _ = judge(Wave(), 112.0)
     assert missed.has("rough_response") and missed.has("target_missed")
     verdict, results = judge(Wave(), 112.0, "refine: {tolerance_percent: 0.5}\n")
-    assert results.refinement.converged and not verdict.has("target_missed")
-    (row,) = results.validation.rows
+    assert results.of(RefineResult).converged and not verdict.has("target_missed")
+    (row,) = results.of(ValidateResult).rows
     assert row.compared.error_percent == pytest.approx(0.0, abs=0.5)
 
 

@@ -32,8 +32,8 @@ def inverted(folder: Path, prior: str = "", invert: str = "") -> tuple[Study, In
     path, place = folder / "study.yaml", StudyFolder(folder / "out")
     path.write_text(text, encoding="utf-8")
     study = load_study(path)
-    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
-    return study, workflow.invert(study, place, solver=OfTwo()), place
+    workflow.run_stage("rsm", study, place, InlineExecutor(), solver=OfTwo())
+    return study, workflow.run_stage("invert", study, place, solver=OfTwo()), place
 
 
 class OfTwo(FakeSolver):
@@ -69,11 +69,11 @@ def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
     text = (TWO_FACTORS.replace(weak, f"{weak}, {prior}") + FORCES).replace(f"{STRAIN}}}", f"{STRAIN}{PRIOR}}}")
     path.write_text(text, encoding="utf-8")
     study, place = load_study(path), StudyFolder(tmp_path / "out")
-    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
-    found = workflow.invert(study, place, solver=OfTwo())
+    workflow.run_stage("rsm", study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.run_stage("invert", study, place, solver=OfTwo())
     assert found.joint is not None and found.joint.df == 1 and found.joint.p is not None and found.joint.p < 0.001
     assert [row.factor for row in found.priors] == ["yield_stress", "failure_strain"]
-    verdict = verdict_of(study, place, Results(inversion=found))
+    verdict = verdict_of(study, place, Results((found,)))
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "misfit")
     assert reason.severity == "error" and verdict.verdict == "not_calibrated"
     assert "prior of yield_stress" in reason.remedy.text and "compression, Li 2019" in reason.remedy.text
@@ -90,8 +90,8 @@ def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
     path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
     path.write_text(text, encoding="utf-8")
     study = load_study(path)
-    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
-    found = workflow.invert(study, place, solver=OfTwo())
+    workflow.run_stage("rsm", study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.run_stage("invert", study, place, solver=OfTwo())
     assert found.joint is not None and found.joint.scatter == "misfit" and (found.joint.p or 0.0) > 0.05
     assert found.point.solution["failure_strain"] == pytest.approx(0.04, abs=5e-4)
     assert found.certainty is not None and found.certainty.free == ()
@@ -104,6 +104,6 @@ def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -
     path, place = tmp_path / "study.yaml", StudyFolder(tmp_path / "out")
     path.write_text(text, encoding="utf-8")
     study = load_study(path)
-    workflow.fit_surface(study, place, InlineExecutor(), solver=OfTwo())
-    found = workflow.invert(study, place, solver=OfTwo())
+    workflow.run_stage("rsm", study, place, InlineExecutor(), solver=OfTwo())
+    found = workflow.run_stage("invert", study, place, solver=OfTwo())
     assert "prior_unused" in [note.kind for note in found.notes] and found.parameters["density"] == 1100.0

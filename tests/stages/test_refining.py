@@ -36,9 +36,9 @@ class Curved(FakeSolver):
 
 def refined(tmp_path: Path, options: str, solver: FakeSolver) -> tuple[dict[str, Any], StudyFolder]:
     study, folder = make_study(tmp_path, TWO + options), StudyFolder(tmp_path / "out")
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    workflow.invert(study, folder, solver=solver)
-    return workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json(), folder
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=solver)
+    workflow.run_stage("invert", study, folder, solver=solver)
+    return workflow.run_stage("refine", study, folder, InlineExecutor(), solver=solver).to_json(), folder
 
 
 def test_ends_within_the_tolerance(tmp_path: Path) -> None:
@@ -96,17 +96,17 @@ def test_validation_takes_the_refined_parameters(tmp_path: Path) -> None:
 def test_running_again_computes_nothing(tmp_path: Path) -> None:
     study, folder = make_study(tmp_path, TWO), StudyFolder(tmp_path / "out")
     solver = Curved()
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    workflow.invert(study, folder, solver=solver)
-    once = workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json()
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=solver)
+    workflow.run_stage("invert", study, folder, solver=solver)
+    once = workflow.run_stage("refine", study, folder, InlineExecutor(), solver=solver).to_json()
     keys = folder.keys()
-    assert workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json() == once
+    assert workflow.run_stage("refine", study, folder, InlineExecutor(), solver=solver).to_json() == once
     assert folder.keys() == keys
 
 
 def test_a_sheet_is_asked_for_the_solution(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
-    workflow.fit_surface(study, folder, InlineExecutor())
-    workflow.invert(study, folder)
+    workflow.run_stage("rsm", study, folder, InlineExecutor())
+    workflow.run_stage("invert", study, folder)
     with pytest.raises(Waiting, match="waiting for 1 result of refine"):
-        workflow.refine(study, folder, InlineExecutor())
+        workflow.run_stage("refine", study, folder, InlineExecutor())

@@ -14,7 +14,7 @@ from stemcal.doe.calibration.approach import JointTrial, missed
 from stemcal.errors import RunsFailed
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.tables.stages import tables_of
+from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import SurfaceSteps
@@ -73,9 +73,9 @@ def refined(
     )
     path.write_text(f"{spec}refine: {refine}\ntargets:\n{forces}", encoding="utf-8")
     study = load_study(path)
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    workflow.invert(study, folder, solver=solver)
-    return workflow.refine(study, folder, InlineExecutor(), solver=solver).to_json(), folder
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=solver)
+    workflow.run_stage("invert", study, folder, solver=solver)
+    return workflow.run_stage("refine", study, folder, InlineExecutor(), solver=solver).to_json(), folder
 
 
 def test_ends_when_every_diameter_is_within_the_tolerance(tmp_path: Path) -> None:
@@ -169,5 +169,5 @@ def test_records_without_the_travel_are_reported(tmp_path: Path) -> None:
 def test_running_again_computes_nothing(tmp_path: Path) -> None:
     stage, folder = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}")
     keys, study = folder.keys(), load_study(tmp_path / "closing.yaml")
-    again = workflow.refine(study, folder, InlineExecutor(), solver=Curved()).to_json()
+    again = workflow.run_stage("refine", study, folder, InlineExecutor(), solver=Curved()).to_json()
     assert again == stage and folder.keys() == keys

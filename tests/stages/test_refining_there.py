@@ -18,7 +18,7 @@ from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.options import CommandSolver, EmbeddedSolver
-from stemcal.stages.base import study_of
+from stemcal.stages.stage import stage_called
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -273,7 +273,11 @@ def test_keys_that_are_left_out_are_the_studys(tmp_path: Path) -> None:
     assert str(seen.solver.element_size) == "1 mm" != str(own.element_size)
     assert (seen.solver.mass_scaling, seen.solver.time_step) == (own.mass_scaling, own.time_step)
     assert seen.material.internal_length.at(8.0) == 0.0 and seen.loading.duration == 1.5
-    assert seen.blade == study.blade and study_of("refine", study) == seen and study_of("validate", study) is study
+    assert (
+        seen.blade == study.blade
+        and stage_called("refine").seen(study) == seen
+        and stage_called("validate").seen(study) is study
+    )
     assert not isinstance(seen.solver, CommandSolver)
 
 
@@ -289,8 +293,8 @@ def test_after_a_joint_fit_the_aim_is_what_the_study_gives(tmp_path: Path) -> No
     joint = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\ninvert: {diameters: all}\n"
     study, work = make_study(tmp_path, joint + there), StudyFolder(tmp_path / "joint")
     solver = FakeSolver()
-    for stage in (workflow.fit_surface, workflow.invert, workflow.validate, workflow.refine):
-        stage(study, work, InlineExecutor(), solver=solver)
+    for stage in ("rsm", "invert", "validate", "refine"):
+        workflow.run_stage(stage, study, work, InlineExecutor(), solver=solver)
     found, validated = work.read_stage("refine"), work.read_stage("validate")
     at = {row["condition"]: row for row in found["rows"]}
     own = {row["condition"]: row["simulated"] for row in validated["rows"]}

@@ -17,9 +17,9 @@ from stemcal.naming import FIRST
 from stemcal.solvers.command import Command
 from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.invert.certainty import fit_over, measured_of
+from stemcal.stages.fitting import fit_over, measured_of
+from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.stages.surface.result import SurfaceResult, box_of
-from stemcal.stages.surface.stage import fit_response_surface
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 

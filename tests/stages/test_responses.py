@@ -56,8 +56,8 @@ TEN = "diameter: 10 mm, force: 130 N, sd: {force: 2 N}, n: 4, travel: 1.325 mm"
 
 def solved(study: Study, tmp_path: Path, solver: FakeSolver | None = None) -> dict[str, Any]:
     folder, solver = StudyFolder(tmp_path / "out"), solver or Telling()
-    workflow.fit_surface(study, folder, InlineExecutor(), solver=solver)
-    return workflow.invert(study, folder, solver=solver).to_json()
+    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=solver)
+    return workflow.run_stage("invert", study, folder, solver=solver).to_json()
 
 
 def test_work_is_the_area_under_the_curve_from_first_touch() -> None:
@@ -116,7 +116,7 @@ def test_other_responses_make_the_surface_stale(tmp_path: Path) -> None:
     solved(study_of(tmp_path, EIGHT, "invert: {responses: [force, travel]}\n"), tmp_path)
     changed = study_of(tmp_path, EIGHT, "invert: {responses: all}\n")
     with pytest.raises(UsageError, match="responses changed"):
-        workflow.invert(changed, StudyFolder(tmp_path / "out"), solver=Telling())
+        workflow.run_stage("invert", changed, StudyFolder(tmp_path / "out"), solver=Telling())
 
 
 def test_a_solver_that_tells_no_travel_is_named(tmp_path: Path) -> None:
@@ -128,7 +128,9 @@ def test_a_solver_that_tells_no_travel_is_named(tmp_path: Path) -> None:
 def test_validation_compares_what_was_measured(tmp_path: Path) -> None:
     study = study_of(tmp_path, f"{EIGHT}\n{TEN}", "invert: {diameters: all, responses: all}\n")
     solved(study, tmp_path)
-    stage = workflow.validate(study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=Telling()).to_json()
+    stage = workflow.run_stage(
+        "validate", study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=Telling()
+    ).to_json()
     eight, ten = (row["further"] for row in stage["rows"])
     assert [entry["response"] for entry in eight] == ["travel", "work"]
     assert eight[0]["simulated"] == pytest.approx(1.06, rel=1e-3)
@@ -162,8 +164,8 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
     both = f"targets: [{{diameter: 8 mm, n: 6, {given}, sd: {{{sd}}}}}]\n"
     path.write_text(f"{text}{both}invert: {{responses: all}}\n", encoding="utf-8")
     study, folder = load_study(path), StudyFolder(tmp_path / "out")
-    workflow.fit_surface(study, folder, InlineExecutor())
-    stage = workflow.invert(study, folder).to_json()
+    workflow.run_stage("rsm", study, folder, InlineExecutor())
+    stage = workflow.run_stage("invert", study, folder).to_json()
     assert stage["solution"]["yield_stress"] == pytest.approx(16.0, rel=0.01)
     assert stage["solution"]["failure_strain"] == pytest.approx(0.11, rel=0.06)
     assert stage["certainty_alone"]["free"] == ["failure_strain"] and stage["certainty"]["free"] == []

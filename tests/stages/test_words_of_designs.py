@@ -10,16 +10,17 @@ from stemcal.names import Names
 from stemcal.note import SEVERITIES
 from stemcal.report.notes import notes_of_all, read_first
 from stemcal.run_warnings import energy_drifts
-from stemcal.stages import screen
 from stemcal.stages.result import DesignRuns, Head
-from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen import words as screen
+from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface import words as surface
+from stemcal.stages.surface.result import SurfaceResult
 
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
 def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None:
-    assert " ".join(screen.outcome(results.screen, NAMES)) == (
+    assert " ".join(screen.outcome(results.of(ScreenResult), NAMES)) == (
         "9 factors were screened in 12 runs. Factors that affect the maximum force (share of the sum of squares): "
         "Yield stress (60.2 %) and failure_strain (34.0 %)."
     )
@@ -45,7 +46,7 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
 
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
-    assert screen.certainty(results.screen, NAMES) == [
+    assert screen.certainty(results.of(ScreenResult), NAMES) == [
         "Chosen by: Lenth's method.",
         "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
@@ -53,7 +54,9 @@ def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) ->
 
 def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
     """The paper keeps strain_rate_c by F(1, 2); Lenth's method does not."""
-    short = {effect.factor: screen.standing(effect, results.screen) for effect in results.screen.effects}
+    short = {
+        effect.factor: screen.standing(effect, results.of(ScreenResult)) for effect in results.of(ScreenResult).effects
+    }
     assert short["yield_stress"] == "significant" and short["density"] == "not significant"
     assert short["strain_rate_c"] == "methods disagree"
 
@@ -64,7 +67,7 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
     assert places == sorted(places) and found[0][0] == "runs"
     kinds = [note.kind for _, note in found]
     assert len(kinds) == len(set(kinds))
-    assert {note.kind: note.severity for note in results.screen.notes} == {
+    assert {note.kind: note.severity for note in results.of(ScreenResult).notes} == {
         "lenth_decides": "caution",
         "methods_disagree": "warning",
         "uniformly_aliased": "caution",
@@ -73,21 +76,21 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
 
 
 def test_the_outcome_of_a_surface_names_factors_runs_and_range(results: Any) -> None:
-    assert surface.outcome(results.surface, NAMES) == [
+    assert surface.outcome(results.of(SurfaceResult), NAMES) == [
         "A quadratic surface over Yield stress, failure_strain and strain_rate_c was fitted to 20 runs between 64 N "
         "and 175 N."
     ]
 
 
 def test_certainty_gives_both_r2_and_the_lack_of_fit(results: Any) -> None:
-    assert surface.certainty(results.surface, NAMES) == [
+    assert surface.certainty(results.of(SurfaceResult), NAMES) == [
         "The surface explains 98.5 % of the variation between its runs (R² 0.985, predicted R² 0.922).",
         "Its lack of fit is not significant (p = 0.3189).",
     ]
 
 
 def test_the_notes_of_the_published_surface(results: Any) -> None:
-    said = {note.kind: note.text for note in results.surface.notes}
+    said = {note.kind: note.text for note in results.of(SurfaceResult).notes}
     assert "run 3 (112 N)" in said["verdict_on_one_run"] and "p = 0.0173" in said["verdict_on_one_run"]
     assert "6 runs" in said["unequal_repeats"] and "112 N to 124 N" in said["unequal_repeats"]
     assert "saddle" in said["shape"]

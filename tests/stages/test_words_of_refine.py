@@ -9,9 +9,9 @@ import pytest
 from stemcal.files.rows import Rows
 from stemcal.names import Names
 from stemcal.naming import Named, Naming
-from stemcal.report.tables.of_responses import refine_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
+from stemcal.stages.refine.showing import refine_tables
 from stemcal.stages.refine.words import certainty, notes_of, outcome, program, shortfall
 from stemcal.stages.result import Head
 

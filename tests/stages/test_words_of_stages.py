@@ -18,7 +18,9 @@ from stemcal.naming import Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
@@ -128,7 +130,7 @@ def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypa
     told = texts(place)
     assert {"screen.json", "rsm.json", "invert.json", "validate.json", "validate.csv"} <= set(told)
     results = fresh_results(study, place)
-    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done())]
+    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done)]
     said.append(json.dumps(verdict_json(verdict, Names(study.naming))))
     planned = [str(note) for note in plan(study, place).notes]
     said += [repr(study), *planned, *(entry.message for entry in ledger(study, place))]
@@ -160,7 +162,7 @@ def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: p
     study = written(tmp_path, CASES["joint"])
     place, _ = calibrated(tmp_path, study, monkeypatch)
     results = fresh_results(study, place)
-    found, joint = results.validation, results.inversion and results.inversion.joint
+    found, joint = results.of(ValidateResult), results.of(InvertResult) and results.of(InvertResult).joint
     assert found is not None and joint is not None and joint.null is None
     assert found.measured_exponent is found.error_slope_percent_per_unit is found.formula is None
     assert {note.kind for note in found.notes} <= {"fitted"}

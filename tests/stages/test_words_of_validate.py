@@ -7,7 +7,7 @@ from stemcal.files.rows import Rows
 from stemcal.names import Names
 from stemcal.naming import Named, Naming
 from stemcal.note import Note
-from stemcal.stages.invert.certainty import Measured
+from stemcal.stages.fitting import Measured
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
 from stemcal.stages.validate.words import certainty, notes_of, outcome
 
@@ -27,25 +27,25 @@ def rows_with(stage: ValidateResult, **facts: Any) -> ValidateResult:
 
 def test_outcome_and_certainty(results: Any) -> None:
     """Table 13: at most 7.83 %, 6.72 % on average; d^2.5 through 8 mm is 7.3 % off at most."""
-    (size,) = outcome(results.validation, Names())
+    (size,) = outcome(results.of(ValidateResult), Names())
     assert "5 values" in size and "7.8 %" in size and "6.7 %" in size
-    checked, formula, table = certainty(results.validation, Names())
+    checked, formula, table = certainty(results.of(ValidateResult), Names())
     assert checked.startswith("At 7, 9, 10 and 11 mm") and "7.8 %; 4 of 4 are within 10 %" in checked
     assert "d^2.5 through 8 mm" in formula and "7.3 %" in formula and "only within 7.8 %" in formula
-    assert table in [note.text for note in results.validation.notes if note.kind == "from_table"]
-    assert "1 of 4 are within 6 %" in certainty(replace(results.validation, tolerance_percent=6.0), Names())[0]
+    assert table in [note.text for note in results.of(ValidateResult).notes if note.kind == "from_table"]
+    assert "1 of 4 are within 6 %" in certainty(replace(results.of(ValidateResult), tolerance_percent=6.0), Names())[0]
 
 
 def test_a_small_error_is_not_zero(results: Any) -> None:
     """As of a study whose solution is known."""
-    small = replace(results.validation, worst_percent=0.0123, mean_abs_error_percent=0.0068)
+    small = replace(results.of(ValidateResult), worst_percent=0.0123, mean_abs_error_percent=0.0068)
     assert "at most 0.01 %, 0.007 % on average" in outcome(small, Names())[0]
     one = rows_with(replace(small, rows=small.rows[:1]), error_percent=-0.0123)
     assert "0.01 % (angle of repose)" in outcome(one, Names(ANGLE))[0]
 
 
 def test_a_single_condition_and_none(results: Any) -> None:
-    one = replace(results.validation, rows=results.validation.rows[:1], formula=None, notes=())
+    one = replace(results.of(ValidateResult), rows=results.of(ValidateResult).rows[:1], formula=None, notes=())
     (checked,) = certainty(one, Names())
     assert checked.startswith("At 7 mm") and "7.8 %: it agrees within 10 %" in checked
     (fitted,) = certainty(rows_with(one, role="fitted"), Names())
@@ -55,14 +55,14 @@ def test_a_single_condition_and_none(results: Any) -> None:
 
 
 def test_notes_of_the_published_forces(results: Any) -> None:
-    assert {note.kind: note.severity for note in results.validation.notes} == {
+    assert {note.kind: note.severity for note in results.of(ValidateResult).notes} == {
         "fitted": "info",
         "growth": "info",
         "beside_formula": "warning",
         "error_trend": "warning",
         "from_table": "warning",
     }
-    found = notes(results.validation)
+    found = notes(results.of(ValidateResult))
     assert "at 8 mm" in found["fitted"].text
     assert "d^2.59" in found["growth"].text and "d^2.20" in found["growth"].text
 
@@ -72,16 +72,19 @@ def test_a_machines_travel_is_compared_with_the_simulated(results: Any) -> None:
 
     def with_travel(*measured: float) -> ValidateResult:
         pairs = [FurtherRow.of(Measured(8.0, "travel", value), 0.7) for value in measured]
-        rows = [replace(row, further=Rows([pair])) for row, pair in zip(results.validation.rows, pairs, strict=False)]
-        return replace(results.validation, rows=Rows(rows))
+        rows = [
+            replace(row, further=Rows([pair]))
+            for row, pair in zip(results.of(ValidateResult).rows, pairs, strict=False)
+        ]
+        return replace(results.of(ValidateResult), rows=Rows(rows))
 
     found = notes(with_travel(3.0, 5.0))["travel_apart"]
     assert found.severity == "caution" and "at 3.00 to 5.00 mm" in found.text and "0.700 mm" in found.text
-    assert "travel_apart" not in notes(with_travel(0.75, 0.9)) | notes(results.validation)
+    assert "travel_apart" not in notes(with_travel(0.75, 0.9)) | notes(results.of(ValidateResult))
 
 
 def test_failed_runs_are_named_by_their_condition(results: Any) -> None:
-    failed = rows_with(results.validation, simulated=None)
+    failed = rows_with(results.of(ValidateResult), simulated=None)
     assert notes(failed)["failed"].severity == "warning"
     assert "maximum force at 7, 8, 9, 10 and 11 mm" in notes(failed)["failed"].text
     moist = replace(ANGLE, condition=Named("moisture", "Moisture", "w", "%"))

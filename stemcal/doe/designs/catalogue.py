@@ -1,11 +1,13 @@
 """The designs by name, in coded units; each is built in a module of its own.
 
-A new design is one function and one line in `SCREENING` or `SURFACES`.
+A new screening design is one function and one line in `SCREENING`, a new surface design one class and one line in
+`SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from stemcal.doe.designs.latin_hypercube import latin_hypercube
 from stemcal.doe.designs.plackett_burman import plackett_burman
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
+from stemcal.registry import Checked, Registry
 
 _MOST_FOR_FIVE_LEVELS = 5
 _RUNS_PER_TERM = 2  # of a Latin hypercube whose number of runs is not given
@@ -69,21 +72,95 @@ class SurfaceOptions:
         return self.runs if self.runs is not None else _RUNS_PER_TERM * ((k + 1) * (k + 2) // 2)
 
 
-SURFACES: dict[str, Callable[[int, SurfaceOptions], Array]] = {
-    "central-composite": lambda k, o: central_composite(k, o.centre_points, o.alpha, "fractional"),
-    "box-behnken": lambda k, o: box_behnken(k, o.centre_points),
-    "full-factorial": lambda k, _o: full_factorial(k, 3),
-    "latin-hypercube": lambda k, o: latin_hypercube(k, o.size(k)),
-}
+class SurfaceDesign(Checked):
+    """A design for the response surface of k factors, in coded units; `factors` are how few and how many it takes."""
+
+    name: ClassVar[str] = ""
+    factors: ClassVar[tuple[int, int]] = (2, 100)
+
+    def points(self, k: int, options: SurfaceOptions) -> Array:
+        """Return the runs (n, k)."""
+        raise NotImplementedError
+
+    def reach(self, k: int, options: SurfaceOptions) -> float:
+        """Return the coded distance at which a factor's low and high lie."""
+        return 1.0
+
+    def radius(self, k: int, options: SurfaceOptions) -> float:
+        """Return how far from the centre the surface may be used: by default √k, the distance of the corners."""
+        return float(k**0.5)
+
+
+class CentralComposite(SurfaceDesign):
+    """Corners, axial points at α and the centre."""
+
+    name = "central-composite"
+
+    def points(self, k: int, options: SurfaceOptions) -> Array:
+        return central_composite(k, options.centre_points, options.alpha, "fractional")
+
+    def reach(self, k: int, options: SurfaceOptions) -> float:
+        return max(1.0, self._alpha(k, options))
+
+    def radius(self, k: int, options: SurfaceOptions) -> float:
+        alpha = self._alpha(k, options)
+        return alpha if options.alpha == "rotatable" else max(alpha, k**0.5)
+
+    def _alpha(self, k: int, options: SurfaceOptions) -> float:
+        return axial_distance(k, options.alpha, options.centre_points, "fractional")
+
+
+class BoxBehnken(SurfaceDesign):
+    """Midpoints of edges and the centre; no run at a corner."""
+
+    name, factors = "box-behnken", (3, 7)
+
+    def points(self, k: int, options: SurfaceOptions) -> Array:
+        return box_behnken(k, options.centre_points)
+
+    def radius(self, k: int, options: SurfaceOptions) -> float:
+        return float(np.linalg.norm(box_behnken(k, 0), axis=1).max())
+
+
+class ThreeLevels(SurfaceDesign):
+    """Every combination of low, middle and high."""
+
+    name = "full-factorial"
+
+    def points(self, k: int, options: SurfaceOptions) -> Array:
+        return full_factorial(k, 3)
+
+
+class LatinHypercube(SurfaceDesign):
+    """Points spread over the whole box."""
+
+    name = "latin-hypercube"
+
+    def points(self, k: int, options: SurfaceOptions) -> Array:
+        return latin_hypercube(k, options.size(k))
+
+
+SURFACES: Registry[SurfaceDesign] = Registry(
+    SurfaceDesign,
+    "stemcal.designs",
+    tuple(f"{__name__}:{kind}" for kind in ("CentralComposite", "BoxBehnken", "ThreeLevels", "LatinHypercube")),
+)
+
+
+def surface_design(name: str) -> SurfaceDesign:
+    """Return a design by its name; raise `UsageError` if there is none."""
+    if (found := SURFACES.named(name)) is None:
+        known = ", ".join(one.name for one in SURFACES.built_in)
+        raise UsageError(f"rsm.design: no design {name!r}; choose one of {known}")
+    return found
 
 
 def surface_runs(k: int, options: SurfaceOptions) -> Array:
     """Build a design for the response surface of k factors, its extra runs last."""
-    if options.design not in SURFACES:
-        raise UsageError(f"rsm.design: no design {options.design!r}; choose one of {', '.join(SURFACES)}")
+    chosen = surface_design(options.design)
     if k < 1:
         raise UsageError(f"rsm.factors: {k} factors; give at least one")
-    design = SURFACES[options.design](k, options)
+    design = np.asarray(chosen.points(k, options))
     if not options.extra_runs:
         return design
     return np.vstack([design, extra_runs(design, options.extra_runs, _candidates(k, options))])
@@ -91,30 +168,8 @@ def surface_runs(k: int, options: SurfaceOptions) -> Array:
 
 def _candidates(k: int, options: SurfaceOptions) -> Array:
     """Return the grid of 0, ±1 and, for few factors, ±α, within the sphere where the surface may be used."""
-    reach, radius = surface_reach(k, options), surface_radius(k, options)
+    design = surface_design(options.design)
+    reach, radius = design.reach(k, options), design.radius(k, options)
     levels = sorted({-1.0, 0.0, 1.0} | ({-reach, reach} if k <= _MOST_FOR_FIVE_LEVELS else set()))
     points = np.array(list(product(levels, repeat=k)))
     return np.asarray(points[np.linalg.norm(points, axis=1) <= max(radius, k**0.5) + 1e-9])
-
-
-def surface_reach(k: int, options: SurfaceOptions) -> float:
-    """Return the coded distance at which a factor's low and high lie: max(α, 1) of a composite, else 1."""
-    return max(1.0, _alpha(k, options)) if options.design == "central-composite" else 1.0
-
-
-def _alpha(k: int, options: SurfaceOptions) -> float:
-    return axial_distance(k, options.alpha, options.centre_points, "fractional")
-
-
-def surface_radius(k: int, options: SurfaceOptions) -> float:
-    """Return how far from the centre the surface may be used, in coded units.
-
-    α of a rotatable composite, the distance of the runs of a Box–Behnken design, and otherwise the larger of α and
-    √k, the distance of the corners: there the box alone bounds the region.
-    """
-    if options.design == "box-behnken":
-        return float(np.linalg.norm(box_behnken(k, 0), axis=1).max())
-    if options.design == "central-composite":
-        alpha = _alpha(k, options)
-        return alpha if options.alpha == "rotatable" else max(alpha, k**0.5)
-    return float(k**0.5)

@@ -43,16 +43,17 @@ _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def entry(function: Function) -> Any:
-    """Compile a `kernel` that Python calls."""
+    """Compile a `kernel` that Python calls; the result is cached on disk."""
     return _jit(cache=True, nogil=True, no_cfunc_wrapper=True, error_model="numpy", fastmath=_MATHS)(function)
 
 
 def kernel(function: Function) -> Any:
-    """Compile a function that loops over arrays and lets other threads run meanwhile; the result is cached on disk.
+    """Compile a function that loops over arrays and lets other threads run meanwhile.
 
-    Other kernels call it.
+    Other kernels call it. Only an `entry` is cached: it contains the code of all that it calls, and a cache of each
+    function would have LLVM write the same code at every level.
     """
-    return _jit(cache=True, nogil=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
+    return _jit(nogil=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
 
 
 def summing(function: Function) -> Any:

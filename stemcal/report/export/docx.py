@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.outputs import open_output
-from stemcal.report.export.paper import PaperTable
-from stemcal.report.figures.gallery import Plot
+from stemcal.report.figures.plot import Plot
 from stemcal.report.tables.columns import starred
+from stemcal.report.tables.printed import PaperTable
 
 WIDTH, HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 PER_CHARACTER = 0.19  # cm, of letters of 9 points

@@ -10,9 +10,9 @@ from stemcal.files.durable import write_durably
 from stemcal.files.showing import csv_text, in_a_line
 from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
-from stemcal.report.export.paper import PaperTable
-from stemcal.report.figures.gallery import Plot
+from stemcal.report.figures.plot import Plot
 from stemcal.report.tables.columns import starred
+from stemcal.report.tables.printed import PaperTable
 
 Tables = Sequence[PaperTable]
 

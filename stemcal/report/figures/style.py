@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from stemcal.numbers import unit_written
 from stemcal.outputs import open_output, write_output
 
 if TYPE_CHECKING:
@@ -99,6 +100,11 @@ def styled() -> Iterator[None]:
 def plain(text: str) -> str:
     """Return text that matplotlib takes as it stands: `$` would begin a formula."""
     return text.replace("$", r"\$")
+
+
+def axis_of(called: str, unit: str | None) -> str:
+    """Return a factor's label, or its name, with its unit, for an axis."""
+    return plain(f"{called}, {written}" if (written := unit_written(unit or "1")) else called)
 
 
 def in_lines(text: str, most: int) -> str:

@@ -1,20 +1,19 @@
 """The head and foot of the page: the study's question, the calibrated parameters, failed runs, how to cite it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stemcal.executors.code import code_version
 from stemcal.names import Names
 from stemcal.numbers import short, significant, unit_written
-from stemcal.report.tables.stages import cited_ranges
-from stemcal.stages.base import stage_called
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.invert.showing import cited_ranges
 from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results
+from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
 from stemcal.version import __version__
 from stemcal.words import counted, series
-
-_FOLLOWING = ("climb", "refine")  # their runs follow from each other; the next one corrects a failed one
 
 
 @dataclass(frozen=True)
@@ -28,14 +27,9 @@ class Card:
     range: str
 
 
-def headline(
-    invert: InvertResult | None, study: Study, holds: bool = True, values: Mapping[str, float] | None = None
-) -> list[Card]:
-    """Return a card per calibrated parameter; without its range where the study is not calibrated.
-
-    `values` are those of a refinement.
-    """
-    if invert is None:
+def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
+    """Return a card per calibrated parameter; without its range where the study is not calibrated."""
+    if (invert := results.of(InvertResult)) is None:
         return []
     head, ranges = cited_ranges(invert)
     return [
@@ -46,7 +40,7 @@ def headline(
             head,
             f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
         )
-        for name, value in (invert.point.solution if values is None else values).items()
+        for name, value in results.parameters.items()
         if name in invert.point.solution
     ]
 
@@ -91,12 +85,12 @@ def _question(study: Study) -> str:
 
 
 def failures(done: Iterable[StageResult]) -> list[str]:
-    """Return the runs of designs and of the validation that gave no response."""
+    """Return the runs that gave no response, but not of stages that correct a failed one with the next."""
     return [
         f"{stage_called(result.name).title}, run {label.removeprefix(f'{result.name} ')} failed: "
         f"{outcome.message or outcome.reason}"
         for result in done
-        if result.name not in _FOLLOWING
+        if not stage_called(result.name).one_by_one
         for label, outcome in result.runs()
         if not outcome.ok
     ]

@@ -14,23 +14,25 @@ from markupsafe import Markup, escape
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_durably
-from stemcal.files.rows import Table
+from stemcal.files.rows import Table, visible
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import small
 from stemcal.numbers import short
-from stemcal.report.figures.gallery import CLAIMING, Plot, gallery
 from stemcal.report.figures.inline import Shared, inline
+from stemcal.report.figures.plot import Plot
+from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import failures, folded, headline, kind_of, made_with, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
+from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import grown_table, setting_tables
-from stemcal.report.tables.stages import tables_of, visible
-from stemcal.stages.base import stage_called, stages_of
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.words import assumptions, valid_for
-from stemcal.stages.result import StageResult
+from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
@@ -103,7 +105,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
 
     what = what or shown(study, folder)
     results, records, verdict = what.results, what.records, what.verdict
-    done = list(results.done())
+    done = results.done
     if not done:
         raise UsageError(
             "\n".join(results.stale) or f"{folder.path}: no stage is done yet; run `stemcal run SPEC` first"
@@ -136,11 +138,11 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
         first=[drawn(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds, labels),
-        headline=headline(results.inversion, study, verdict.holds, results.parameters if results.inversion else None),
+        headline=headline(results, study, verdict.holds),
         valid_for=_beside_values(results, verdict.holds),
         setting=part_of([*setting_tables(study), *_grown(study, results, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
-        runs=part_of(run_tables(results, records), _plots_of("runs", plots), shared),
+        runs=part_of(run_tables(study, results, records), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{Path(__file__).with_name('page.css').read_text('utf-8')}{shared.css}"),
         css_hash=_hash(css),
@@ -161,15 +163,14 @@ def coded(text: str) -> Markup:
 
 def _beside_values(results: Results, holds: bool) -> list[str]:
     """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
-    if results.inversion is None:
+    if (inversion := results.of(InvertResult)) is None:
         return []
-    assumed = assumptions(results.inversion) if holds else []
-    return [*valid_for(results.inversion), *assumed]
+    return [*valid_for(inversion), *(assumptions(inversion) if holds else [])]
 
 
 def _grown(study: Study, results: Results, holds: bool) -> list[Table]:
     """Return the growing parameters of each stem, once they are calibrated."""
-    if results.inversion is None or not study.material.growing():
+    if results.of(InvertResult) is None or not study.material.growing():
         return []
     return visible([grown_table(study, results.parameters)], holds)
 
@@ -178,7 +179,7 @@ def section(
     result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
 ) -> Section:
     """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
-    pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or plot.name not in CLAIMING]
+    pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = part_of(
         visible(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
@@ -209,18 +210,14 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
 
 
-def run_tables(results: Results, records: Records) -> list[Table]:
+def run_tables(study: Study, results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and what the solver told of every run."""
-    tables, names = [], []
-    if (screen := results.screen) is not None:
-        symbols = {effect.factor: effect.symbol for effect in screen.effects}
-        tables.append(design_table(screen.design, Names(screen.naming), symbols, "Runs: screening"))
-        names.append("screen_runs.csv")
-    if (surface := results.surface) is not None:
-        symbols = {entry.factor: entry.symbol for entry in surface.factors}
-        tables.append(design_table(surface.design, Names(surface.naming), symbols, "Runs: response surface"))
-        names.append("rsm_runs.csv")
-    tables = [table.shortened(f"`{table_name}`") for table, table_name in zip(tables, names, strict=True)]
+    tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
+    for result in results.done:
+        if isinstance(design := getattr(result, "design", None), DesignRuns):
+            title = f"Runs: {small(stage_called(result.name).title)}"
+            table = design_table(design, Names(result.naming), symbols, title)
+            tables.append(table.shortened(f"`{result.name}_runs.csv`"))
     checks = checks_table(records)
     return tables if checks is None else [*tables, checks.shortened("The folder `runs`")]
 

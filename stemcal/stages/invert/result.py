@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -206,6 +206,11 @@ class InvertResult(StageResult):
             parameters={**study.midlevels(), **point.solution},
             **(own | more),
         )
+
+    @property
+    def settles(self) -> Mapping[str, float]:
+        """The calibrated parameters."""
+        return self.parameters
 
     @property
     def known(self) -> list[Certainty]:

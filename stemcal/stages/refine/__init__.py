@@ -1,1 +1,57 @@
-"""The closed loop: simulate at the solution, compare, learn from it, go on until the force is right."""
+"""The refinement: simulate at the solution, correct it, again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from stemcal.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from stemcal.stages.design import Later
+    from stemcal.stages.refine.result import RefineResult
+    from stemcal.study.model import Study
+
+
+class Refinement(Stage["RefineResult"]):
+    """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
+
+    name, title, reads = "refine", "Refinement", ("refine", "targets")
+    pictured = one_by_one = True
+    help = """Simulate at the solution, correct it and step, until the simulated response is right.
+
+        It ends within refine.tolerance_percent of the measured value, or after refine.budget simulations. A joint fit
+        (invert.diameters) is simulated at each of its diameters; it also ends when the fit no longer moves. With a
+        section refine in the spec it is part of `stemcal run`, and the validation uses the refined parameters. With
+        refine.in it runs after the validation, in the program or on the mesh where the parameters will be used.
+        """
+
+    def needs(self, study: Study) -> str | None:
+        """Return the stage whose parameters it corrects; in another model it comes after the validation."""
+        return "invert" if study.refine is None or study.refined_here else "validate"
+
+    def asked_for(self, study: Study) -> bool:
+        return study.refine is not None
+
+    def seen(self, study: Study) -> Study:
+        return study.there
+
+    def result(self) -> type[RefineResult]:
+        from stemcal.stages.refine.result import RefineResult
+
+        return RefineResult
+
+    def making(self) -> Callable[..., RefineResult]:
+        from stemcal.stages.refine.analysis import refine
+
+        return refine
+
+    def later(self, study: Study) -> Later | None:
+        from stemcal.stages.refine.analysis import later
+
+        return later(study)
+
+    def showing(self) -> object:
+        from stemcal.stages.refine.showing import RefineShowing
+
+        return RefineShowing()

@@ -16,8 +16,8 @@ from stemcal.files.rows import Rows
 from stemcal.runs.answer import answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.protocol import Request
+from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.refine.loop import Loop, PathSteps
-from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
 from stemcal.study.model import Study

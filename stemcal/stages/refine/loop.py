@@ -21,8 +21,7 @@ from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
-from stemcal.stages.invert.certainty import fit_over, measured_of, priors_of
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means, measured_of, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import How, RefineRun, Stopped
 from stemcal.stages.result import Interval

@@ -1,6 +1,6 @@
 """The result of the refinement: the parameters where they are used, the responses there, and every run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -100,6 +100,11 @@ class RefineResult(StageResult):
     max_abs_error_percent: float | None
     made: Rows[RefineRun] = key("runs")
     notes: tuple[Note, ...] = ()
+
+    @property
+    def settles(self) -> Mapping[str, float] | None:
+        """The refined parameters, unless they are for another model."""
+        return None if self.elsewhere else self.parameters
 
     @property
     def varied(self) -> tuple[str, ...]:

@@ -222,6 +222,11 @@ class SurfaceResult(StageResult):
         """Return how a factor is coded."""
         return next(entry for entry in self.factors if entry.factor == name)
 
+    @property
+    def without_scatter(self) -> bool:
+        """Whether repeated runs agree exactly; without any, whether the solver gives equal answers to equal inputs."""
+        return self.deterministic if self.pure_error is None else self.pure_error.kind == "equal_repeats"
+
     def symbols(self) -> dict[str, str]:
         """Return the symbol of every factor, its name where it has none."""
         return {entry.factor: entry.symbol or entry.factor for entry in self.factors}

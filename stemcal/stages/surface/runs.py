@@ -21,7 +21,6 @@ class ConditionRun(Spread):
 
 
 Answered = DesignRun | ConditionRun
-EQUAL_REPEATS = "equal_repeats"
 
 
 def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:
@@ -44,7 +43,7 @@ def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> 
         return Note("equal_seeds", "caution", "Runs with different seeds agree exactly.", remedy)
     if same:
         text = "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
-        return Note(EQUAL_REPEATS, "caution", text)
+        return Note("equal_repeats", "caution", text)
     if by_chance:
         return _scatter(repeated, names)
     text = (

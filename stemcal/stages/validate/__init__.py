@@ -1,1 +1,46 @@
-"""The validation: every measured diameter against the calibrated model."""
+"""The validation: what was measured against what is simulated with the calibrated parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from stemcal.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.solvers.protocol import Solver
+    from stemcal.stages.design import Asked
+    from stemcal.stages.validate.result import ValidateResult
+    from stemcal.study.model import Study
+
+
+class Validating(Stage["ValidateResult"]):
+    """The comparison with what was measured, at every condition."""
+
+    name, title, reads, pictured = "validate", "Validation", ("targets", "validation"), True
+    help = "Simulate whatever was measured, at every diameter or other condition, with the calibrated parameters."
+
+    def needs(self, study: Study) -> str | None:
+        """Return the last stage at the solution that the study asks for."""
+        return "refine" if study.refined_here else "invert"
+
+    def result(self) -> type[ValidateResult]:
+        from stemcal.stages.validate.result import ValidateResult
+
+        return ValidateResult
+
+    def making(self) -> Callable[..., ValidateResult]:
+        from stemcal.stages.validate.analysis import validate
+
+        return validate
+
+    def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
+        from stemcal.stages.validate.analysis import foresee
+
+        return foresee(study, solver, folder)
+
+    def showing(self) -> object:
+        from stemcal.stages.validate.showing import ValidateShowing
+
+        return ValidateShowing()

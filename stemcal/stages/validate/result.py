@@ -16,7 +16,7 @@ from stemcal.runs.outcome import Outcome, Replicates
 from stemcal.stages.result import Head, StageResult
 
 if TYPE_CHECKING:
-    from stemcal.stages.invert.certainty import Measured
+    from stemcal.stages.fitting import Measured
 
 
 _COLUMNS = (

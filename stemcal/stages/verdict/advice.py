@@ -10,7 +10,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.names import Names
 from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Remedy
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.result import Certainty, JointFitted
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind

@@ -17,9 +17,13 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
-from stemcal.stages.invert.joint import joint_surfaces, measured_means
+from stemcal.stages.fitting import joint_surfaces, measured_means
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
+from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Physics
 from stemcal.stages.verdict.result import Judged
@@ -43,6 +47,32 @@ class Evidence:
     folder: StudyFolder
 
     @property
+    def screen(self) -> ScreenResult | None:
+        """The screening, if it is done."""
+        return self.results.of(ScreenResult)
+
+    @property
+    def surface(self) -> SurfaceResult | None:
+        """The response surface, if it is done."""
+        return self.results.of(SurfaceResult)
+
+    @property
+    def inversion(self) -> InvertResult | None:
+        """The calibration, if it is done."""
+        return self.results.of(InvertResult)
+
+    @property
+    def validation(self) -> ValidateResult | None:
+        """The validation, if it is done."""
+        return self.results.of(ValidateResult)
+
+    @property
+    def there(self) -> RefineResult | None:
+        """The refinement in another model, if it is done."""
+        found = self.results.of(RefineResult)
+        return found if found is not None and found.elsewhere else None
+
+    @property
     def names(self) -> Names:
         """Names and units of the study."""
         return Names(self.study.naming)
@@ -55,7 +85,7 @@ class Evidence:
     @property
     def is_given(self) -> bool:
         """Whether the validation compares values of a sheet that were simulated elsewhere, with other parameters."""
-        validation = self.results.validation
+        validation = self.validation
         return validation is not None and any(note.kind == "from_table" for note in validation.notes)
 
     @property
@@ -64,7 +94,7 @@ class Evidence:
 
         Beside the force that is every response that the study declares itself; one that was not fitted is a check.
         """
-        validation = self.results.validation
+        validation = self.validation
         if validation is None or self.is_given:
             return []
         found = []
@@ -83,7 +113,7 @@ class Evidence:
 
         It decides between a reservation and not calibrated, the same however many conditions were fitted.
         """
-        found = self.results.inversion
+        found = self.inversion
         sizes = [row.size for row in self.judged if row.error_percent is not None]
         if not sizes and found is not None and found.joint is not None:
             sizes = [abs(row.error_percent) for row in found.joint.rows]
@@ -98,7 +128,7 @@ class Evidence:
     @cached_property
     def reaches(self) -> dict[str, Sequence[tuple[float, float, float]]]:
         """Each measured value that is fitted, with the least and greatest one that its surface takes, by response."""
-        surface, study = self.results.surface, self.study
+        surface, study = self.surface, self.study
         if surface is None:
             return {}
         if study.joint_targets and surface.conditions:
@@ -118,7 +148,7 @@ class Evidence:
 
 def chance(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
-    if evidence.study.replicates or evidence.results.surface is not None:
+    if evidence.study.replicates or evidence.surface is not None:
         return
     found: dict[str, list[float]] = defaultdict(list)
     for record in evidence.records:
@@ -179,7 +209,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield how many runs failed, where, and what they leave undetermined; of a stage that could not end, too."""
-    surface = evidence.results.surface
+    surface = evidence.surface
     if surface is None:
         yield from _lost(evidence)
         return
@@ -200,7 +230,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 
 def few_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface has as many coefficients as runs, though none failed."""
-    surface = evidence.results.surface
+    surface = evidence.surface
     if surface is not None and _error_unknown(evidence) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so its error is "
@@ -210,10 +240,10 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    found = evidence.results.inversion
+    found = evidence.inversion
     if found is not None and found.certainty is not None:
         return not found.certainty.surface_error_known
-    return evidence.results.surface is not None and evidence.results.surface.fitted.df < 1
+    return evidence.surface is not None and evidence.surface.fitted.df < 1
 
 
 def _where(surface: SurfaceResult, coded: Array) -> str:

@@ -1,13 +1,15 @@
 """How many of a study's runs have doubtful physics, as their records tell."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
 
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.run_warnings import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
+from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
+from stemcal.stages.validate.result import ValidateResult
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]
@@ -57,8 +59,9 @@ class Physics:
 
 def physics_of(results: Results, folder: StudyFolder) -> Physics:
     """Read the checks of every run of the study's own solver; runs of solvers that tell none are not counted."""
-    own = replace(results, refinement=results.refined_here).runs()
-    keys = dict.fromkeys(outcome.key for _, outcome in own if outcome.key and outcome.ok)
+    own = [result for result in results.done if not (isinstance(result, RefineResult) and result.elsewhere)]
+    outcomes = [outcome for result in own for _, outcome in result.runs()]
+    keys = dict.fromkeys(outcome.key for outcome in outcomes if outcome.key and outcome.ok)
     every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
     found = list(every.values())
     kinds = dict.fromkeys(kind for doubts in found for kind in doubts)
@@ -74,7 +77,8 @@ def physics_of(results: Results, folder: StudyFolder) -> Physics:
 
 def _at_solution(results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
     """Yield what is doubtful of each run of the validation, which has the calibrated parameters."""
-    for row in () if results.validation is None else results.validation.rows:
+    checked = results.of(ValidateResult)
+    for row in () if checked is None else checked.rows:
         for kind, size in every.get(row.key, {}).items():
             yield DoubtAt(row.compared.condition, row.compared.role == "fitted", Doubt(kind, 1, size))
 

@@ -13,10 +13,9 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FORCE
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import signed_probability
-from stemcal.stages.base import stages_of
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.surface.runs import EQUAL_REPEATS
+from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice, data, words
 from stemcal.stages.verdict.data import Evidence
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
@@ -59,7 +58,7 @@ def _use(evidence: Evidence) -> Use | None:
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None
-    checked = evidence.results.validation
+    checked = evidence.validation
     formula = checked.formula if checked is not None else None
     return replace(
         _use_of(evidence, rows),
@@ -71,7 +70,7 @@ def _use(evidence: Evidence) -> Use | None:
 
 def _use_there(evidence: Evidence) -> UseThere | None:
     """Return at which conditions the refinement in another model agrees."""
-    found = evidence.results.refined_there
+    found = evidence.there
     if found is None:
         return None
     rows = [
@@ -93,7 +92,7 @@ def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
 
 
 def _unfinished(evidence: Evidence) -> Iterator[Note]:
-    done = {result.name for result in evidence.results.done()}
+    done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
         by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
@@ -107,7 +106,7 @@ def _unfinished(evidence: Evidence) -> Iterator[Note]:
 def _reach(evidence: Evidence) -> Iterator[Note]:
     if any(data.units(evidence)):
         return  # no range corrects a unit
-    surface, found, study = evidence.results.surface, evidence.results.inversion, evidence.study
+    surface, found, study = evidence.surface, evidence.inversion, evidence.study
     if surface is None:
         return
     if study.joint_targets:
@@ -122,10 +121,10 @@ def _reach(evidence: Evidence) -> Iterator[Note]:
 
 def _trend(evidence: Evidence) -> Iterator[Note]:
     """Yield that the error follows the diameter: no other change of the model or the data helps against that."""
-    study, surface, found = evidence.study, evidence.results.surface, evidence.results.inversion
+    study, surface, found = evidence.study, evidence.surface, evidence.inversion
     if surface is None or found is None or not (study.naming.is_force_on_stems and study.naming.is_cutting):
         return
-    joint, checked = found.joint, evidence.results.validation
+    joint, checked = found.joint, evidence.validation
     if joint is not None:
         rows = [
             (row.condition, row.measured, row.predicted, _standard_error(row))
@@ -165,7 +164,7 @@ def _standard_error(row: JointRow | ValidationRow) -> float | None:
 
 def _conflict(evidence: Evidence) -> Iterator[Note]:
     """Yield which measured mean the others contradict, or that the fit misses one where no scatter is known."""
-    found = evidence.results.inversion
+    found = evidence.inversion
     joint = found.joint if found is not None else None
     if found is None or joint is None or found.priors:
         return
@@ -182,9 +181,9 @@ def _conflict(evidence: Evidence) -> Iterator[Note]:
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
-    surface = evidence.results.surface
-    assert surface is not None and evidence.results.inversion is not None
-    coded = list(evidence.results.inversion.point.coded.values())
+    surface = evidence.surface
+    assert surface is not None and evidence.inversion is not None
+    coded = list(evidence.inversion.point.coded.values())
     if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
     return advice.to_reconcile(evidence.study, joint)
@@ -243,10 +242,10 @@ def _doubts(evidence: Evidence) -> Iterator[Note]:
 
 
 def _edge(evidence: Evidence) -> Iterator[Note]:
-    surface = evidence.results.surface
-    if surface is None or evidence.results.inversion is None:
+    surface = evidence.surface
+    if surface is None or evidence.inversion is None:
         return
-    joint = evidence.results.inversion.joint
+    joint = evidence.inversion.joint
     if joint is not None and any(_conflict(evidence)):
         return  # the conflict says what to do, at a place of its own
     place = evidence.results.parameters
@@ -258,7 +257,7 @@ def _edge(evidence: Evidence) -> Iterator[Note]:
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
     """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
-    surface, found = evidence.results.surface, evidence.results.inversion
+    surface, found = evidence.surface, evidence.inversion
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
     if joint is None or known is None or (joint.separated and joint.presses_outwards):
@@ -267,7 +266,7 @@ def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
-    surface = evidence.results.surface
+    surface = evidence.surface
     assert surface is not None
     radius = sum(value**2 for value in coded) ** 0.5
     region = surface.region(evidence.study)
@@ -277,7 +276,7 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
 
 
 def _misfit(evidence: Evidence) -> Iterator[Note]:
-    found = evidence.results.inversion
+    found = evidence.inversion
     joint = found.joint if found is not None else None
     if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
@@ -302,7 +301,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
 
 def _validation(evidence: Evidence) -> Iterator[Note]:
     study = evidence.study
-    if evidence.results.validation is None:
+    if evidence.validation is None:
         return
     if evidence.is_given:
         text = "The validation is read from a sheet, not simulated with these parameters."
@@ -330,7 +329,7 @@ def _validation(evidence: Evidence) -> Iterator[Note]:
 
 def _formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted, or was left out in turn, at least as well."""
-    checked, found = evidence.results.validation, evidence.results.inversion
+    checked, found = evidence.validation, evidence.inversion
     if checked is None or evidence.is_given:
         return
     joint, formula = found.joint if found is not None else None, checked.formula
@@ -351,13 +350,13 @@ def _formula(evidence: Evidence) -> Iterator[Note]:
 
 def _left_out(evidence: Evidence) -> bool:
     """Whether what is left out of a joint fit in turn is predicted within the percentage."""
-    found = evidence.results.inversion
+    found = evidence.inversion
     error = found.joint.max_abs_left_out_error_percent if found is not None and found.joint is not None else None
     return error is not None and error <= evidence.equivalent_percent
 
 
 def _identified(evidence: Evidence) -> Iterator[Note]:
-    found = evidence.results.inversion
+    found = evidence.inversion
     known = None if found is None else found.certainty
     if known is None or not known.not_identified:
         return
@@ -379,7 +378,7 @@ def _signs(evidence: Evidence) -> Iterator[Note]:
 
 def _sign_found(evidence: Evidence, factor: str) -> str | None:
     """Return the sign of an effect that is sure: by the interval of the surface's slope, else by the screening."""
-    surface, screen = evidence.results.surface, evidence.results.screen
+    surface, screen = evidence.surface, evidence.screen
     slope = None if surface is None else surface.coefficient(factor)
     if slope is not None and slope.low is not None and slope.high is not None and slope.low * slope.high > 0.0:
         return "+" if slope.value > 0.0 else "-"
@@ -389,7 +388,7 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
 
 
 def _there(evidence: Evidence) -> Iterator[Note]:
-    found = evidence.results.refined_there
+    found = evidence.there
     if found is None or found.converged:
         return
     budget, factors = 2 * found.budget, series([one.factor for one in found.adjusted])
@@ -406,11 +405,10 @@ def _there(evidence: Evidence) -> Iterator[Note]:
 
 
 def _rough(evidence: Evidence) -> Iterator[Note]:
-    surface = evidence.results.surface
+    surface = evidence.surface
     if surface is None:
         return
-    repeats = surface.pure_error
-    if not (surface.deterministic if repeats is None else repeats.kind == EQUAL_REPEATS):
+    if not surface.without_scatter:
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
@@ -421,7 +419,7 @@ def _rough(evidence: Evidence) -> Iterator[Note]:
 
 
 def _levels(evidence: Evidence) -> dict[str, float] | None:
-    return None if evidence.results.inversion is None else evidence.results.parameters
+    return None if evidence.inversion is None else evidence.results.parameters
 
 
 RULES: tuple[Rule, ...] = (

@@ -1,11 +1,14 @@
 """Options of the stages, from the designs to the refinement."""
 
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic_core import PydanticKnownError
 
 from stemcal.naming import FIRST
+from stemcal.registry import surface_designs
 from stemcal.study.model.factor import MOST_FACTORS, Flag, Frozen, Time
 from stemcal.study.model.solver_kind import AnySolver
 from stemcal.study.types.field_types import Number, StemLengthOrZero, Whole, complain
@@ -20,13 +23,27 @@ def _in_full(given: Any) -> Any:
 
 
 ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
-SurfaceDesign = Literal["central-composite", "box-behnken", "full-factorial", "latin-hypercube"]
 
 
-def _names_of(designs: Any) -> dict[str, Any]:
+def _names_of(known: Sequence[str]) -> dict[str, Any]:
     """Return the JSON schema of a design's name: in full, or what the field calls it."""
-    known = get_args(designs)
     return {"enum": [*known, *(short for short, name in _FIELD_NAMES.items() if name in known)], "type": "string"}
+
+
+class _OfSurfaces:
+    """The JSON schema of the name of a surface's design, read from the list of designs where it is wanted."""
+
+    def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> dict[str, Any]:
+        return _names_of([design.name for design in surface_designs().all])
+
+
+def _surface_design(given: Any) -> str:
+    """Return the name of a design for the surface that exists, here or in another package."""
+    name = _in_full(given)
+    if isinstance(name, str) and surface_designs().named(name) is not None:
+        return name
+    *others, last = (repr(design.name) for design in surface_designs().all)
+    raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {last}"})
 
 
 class ScreenOptions(Frozen):
@@ -35,9 +52,9 @@ class ScreenOptions(Frozen):
     PB stands for plackett-burman. With none there is no screening: `rsm.factors` names the factors of the surface.
     """
 
-    design: Annotated[ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(ScreeningDesign))] = (
-        "plackett-burman"
-    )
+    design: Annotated[
+        ScreeningDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(get_args(ScreeningDesign)))
+    ] = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     """Runs in the middle of all ranges: they tell whether the response is curved, and its scatter."""
@@ -73,7 +90,8 @@ def strongest_asked(factors: str | tuple[str, ...]) -> int:
 
 def factors_taken(design: str) -> tuple[int, int]:
     """Return how few and how many factors a design for the surface takes."""
-    return (3, 7) if design == "box-behnken" else (2, MOST_FACTORS)
+    found = surface_designs().named(design)
+    return (2, MOST_FACTORS) if found is None else found.factors
 
 
 AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
@@ -93,9 +111,7 @@ class RsmOptions(Frozen):
     CCD stands for central-composite, BBD for box-behnken.
     """
 
-    design: Annotated[SurfaceDesign, BeforeValidator(_in_full), WithJsonSchema(_names_of(SurfaceDesign))] = (
-        "central-composite"
-    )
+    design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
     """The design; all but Box–Behnken (3 to 7 factors) take any number of factors. From five factors on
     central-composite has a fraction of the corners that estimates the same terms (resolution V)."""
 

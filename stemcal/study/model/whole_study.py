@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
@@ -43,6 +43,9 @@ from stemcal.study.types.named import naming_of
 from stemcal.words import counted, did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
+
+
+F = TypeVar("F", bound=Frozen)
 
 
 class StudyForm(Frozen):
@@ -102,6 +105,8 @@ class Study(StudyForm):
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
+    further: dict[str, Frozen] = Field(default={}, exclude=True)
+    """The sections of stages from other packages, by the names of the stages."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
     _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
 
@@ -204,6 +209,10 @@ class Study(StudyForm):
     def own_further(self) -> tuple[str, ...]:
         """The names of the responses that the study declares beside its first."""
         return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+
+    def of(self, kind: type[F]) -> F:
+        """Return the section of a stage from another package by its class; its defaults where the spec has none."""
+        return next((section for section in self.further.values() if isinstance(section, kind)), kind())
 
     def test_of(self, response: str) -> str:
         """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""

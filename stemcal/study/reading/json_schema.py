@@ -7,6 +7,7 @@ from inspect import getsource
 from itertools import pairwise
 from typing import Any
 
+from stemcal.registry import stages
 from stemcal.study.model import StudyForm
 from stemcal.study.model.factor import Frozen
 from stemcal.study.model.solver_kind import known_kinds
@@ -39,6 +40,11 @@ def _form() -> dict[str, Any]:
     results["anyOf"] = [several["additionalProperties"], several]
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
+    for stage in stages().external:
+        if (further := stage.section()) is not None:
+            own = further.model_json_schema()
+            schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
+            schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}", "description": stage.title}
     models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
     for model in models:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})

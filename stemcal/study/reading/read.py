@@ -11,6 +11,7 @@ from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.plain import open_plain
+from stemcal.registry import stages
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import broken_rules
@@ -70,7 +71,7 @@ def _refuse_unknown(data: Any, changes: Mapping[str, object], path: Path) -> Non
     factors = [entry.get("name") for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
     sections = (str(field.validation_alias or name) for name, field in StudyForm.model_fields.items())
     known = [*(name for name in factors if isinstance(name, str)), *sections]
-    wrong = [name for name in changes if name not in known]
+    wrong = [name for name in changes if name not in known and stages().named(name) is None]
     if wrong:
         unknown = ((name, f"there is no factor or section {name[:60]!r}", did_you_mean(name, known)) for name in wrong)
         raise SpecError([SpecProblem(str(path), 1, 1, *problem) for problem in unknown])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
@@ -12,6 +12,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
+from stemcal.registry import stages
 from stemcal.study.model import (
     MOST_FACTORS,
     Factor,
@@ -40,8 +41,8 @@ def read_sections(data: Any, folder: Path) -> Sections:
         message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
         sections.findings.append(Finding((), message, "start from `stemcal init`"))
         return sections
-    sections.findings += _unknown_sections(data)
     _learn_kinds(data)
+    sections.read_further()
     for name, key in StudyForm.model_fields.items():
         spelled = str(key.validation_alias or name)
         if spelled in data:
@@ -84,6 +85,21 @@ class Sections:
             kind = type(usual_solver()) if name == "solver" else get_type_hints(StudyForm)[name]
             if (rest := partly(kind, given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
+
+    def read_further(self) -> None:
+        """Read the sections of stages from other packages; any other key is unknown."""
+        known, further = tuple(map(_spelled, StudyForm.model_fields)), {}
+        for key in self.data:
+            if key in known:
+                continue
+            if (stage := stages().named(key)) is None or (kind := stage.section()) is None:
+                self.findings.append(_unknown_section(key, known))
+                continue
+            try:
+                further[key] = kind.model_validate(self.data[key] or {}, context=self.context)
+            except ValidationError as error:
+                self.findings += _findings(error, (key,))
+        self.good["further"] = further
 
     def read_targets(self, name: str, given: Any) -> None:
         """Read the rows of the targets, and the curves that they name; make further responses of what they give."""
@@ -173,15 +189,14 @@ def _spelled(name: str) -> str:
     return str(StudyForm.model_fields[name].validation_alias or name)
 
 
-def _unknown_sections(data: dict[str, Any]) -> Iterator[Finding]:
-    known = tuple(map(_spelled, StudyForm.model_fields))
-    for key in data:
-        if key not in known:
-            near, section = nearest(key, known), section_with(key)
-            remedy = f"remove it; the sections are {listed(known)}"
-            if near or section:
-                remedy = f"did you mean {near}?" if near else f"it belongs under {section}"
-            yield Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
+def _unknown_section(key: str, known: Collection[str]) -> Finding:
+    near, section = nearest(key, known), section_with(key)
+    remedy = f"remove it; the sections are {listed(known)}"
+    if near or section:
+        remedy = f"did you mean {near}?" if near else f"it belongs under {section}"
+    if (broken := stages().broken.get(key)) is not None:
+        remedy = f"its stage cannot be loaded: {broken}"
+    return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
 def _with_defaults(entry: Any, index: int) -> Any:

@@ -82,8 +82,10 @@ def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     if isinstance(draft.study.rsm.factors, str):
         return
     k, rsm = len(draft.study.rsm.factors), draft.study.rsm
-    if rsm.design == "box-behnken" and not 3 <= k <= 7:
-        yield Finding(("rsm", "design"), f"box-behnken exists for 3 to 7 factors, not {k}", "write central-composite")
+    fewest, most = factors_taken(rsm.design)
+    if (fewest > 2 and k < fewest) or k > most:
+        message = f"{rsm.design} exists for {fewest} to {most} factors, not {k}"
+        yield Finding(("rsm", "design"), message, "write central-composite")
     least = (k + 1) * (k + 2) // 2
     if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
         message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"

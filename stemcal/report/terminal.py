@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -14,16 +14,16 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from stemcal.files.rows import MOST_ROWS, Column, Table
+from stemcal.files.rows import MOST_ROWS, Column, Table, visible
 from stemcal.names import Names
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant, unit_written
-from stemcal.report.tables.of_responses import validation_tables
-from stemcal.report.tables.stages import calibration_table, shortened, tables_of, visible
+from stemcal.report.showing import names_of, shortened, showing_of, tables_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.words import known, unseen_changes
+from stemcal.stages.invert.showing import calibration_table
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.measured_targets import BEFORE_MAXIMUM, RESPONSES, Mean
 
@@ -41,25 +41,14 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    said = spoken(stage) if holds or not isinstance(stage, InvertResult) else []
-    return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *said]
+    return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *spoken(stage, holds)]
 
 
-def spoken(stage: StageResult) -> list[RenderableType]:
-    """Return what the measurements fix and leave open."""
-    if not isinstance(stage, InvertResult):
-        return []
-    names = Names(stage.naming)
-    each = [(known(part, stage, names), unseen_changes(part, stage, names)) for part in stage.known]
-    lines = [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
-    return _lines("Identifiability", lines)
-
-
-def _lines(title: str, lines: Sequence[str]) -> list[RenderableType]:
-    if not lines:
-        return []
+def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
+    """Return what the measurements fix and leave open, of a calibrated study."""
+    lines = showing_of(stage).spoken(stage, names_of(stage)) if holds else []
     shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]
-    return [Text(title, style="bold"), *shown, Text("")]
+    return [Text("Identifiability", style="bold"), *shown, Text("")] if lines else []
 
 
 def drawn(table: Table) -> list[RenderableType]:
@@ -113,19 +102,19 @@ def _wrapped(text: str, width: int) -> str:
 
 def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
     """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
-    tables = visible([_parameters(study, results)], holds) if results.inversion is not None else []
-    if results.validation is not None:
-        first, *others = validation_tables(results.validation, Names(study.naming))
+    inversion, validation = results.of(InvertResult), results.of(ValidateResult)
+    tables = visible([_parameters(study, inversion, results.parameters)], holds) if inversion is not None else []
+    if validation is not None:
+        first, *others = showing_of(validation).tables(validation, Names(study.naming))
         most = MOST_ROWS if left is None else max(left - _AROUND - sum(len(table.rows) for table in tables), 4)
-        tables.append(shortened(results.validation, replace(first, foot=first.foot[:1]), most))
-        tables += [shortened(results.validation, one) for one in others] if study.naming.others else []
+        tables.append(shortened(validation, replace(first, foot=first.foot[:1]), most))
+        tables += [shortened(validation, one) for one in others] if study.naming.others else []
     return tables
 
 
-def _parameters(study: Study, results: Results) -> Table:
+def _parameters(study: Study, inversion: InvertResult, parameters: Mapping[str, float]) -> Table:
     """Return each calibrated parameter with its unit and the range to cite."""
-    assert results.inversion is not None
-    table = calibration_table(results.inversion, Names(study.naming), results.parameters)
+    table = calibration_table(inversion, Names(study.naming), parameters)
     name, value, *others = table.columns
     unit = Column("unit", "Unit", form=unit_written, words=True)
     rows = tuple((*row[:2], study.factor(row[0]).unit, *row[2:]) for row in table.rows)

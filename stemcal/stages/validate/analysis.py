@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
 from stemcal.doe.validation.null_model import Formula, formula_elsewhere
+from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
+from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome, lower_bound_notes
 from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.invert.certainty import measured_of
+from stemcal.stages.design import Asked
+from stemcal.stages.fitting import measured_of
+from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.stage import calibrated_parameters
 from stemcal.stages.result import Head
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.validate.words import notes_of
@@ -110,6 +114,16 @@ def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.replicates)
+
+
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    """Return a run per condition, at the solution if there is one, else at mid-levels."""
+    levels = None
+    if folder is not None:
+        with suppress(UsageError):
+            levels = calibrated_parameters(study, solver, folder)
+    middle = study.midlevels() if levels is None else levels
+    return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
 def _row(

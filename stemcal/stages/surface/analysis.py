@@ -1,12 +1,13 @@
 """The response surface as a stage: its design run, its terms fitted."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from stemcal.doe.regression.canonical import Shape, canonical_analysis
 from stemcal.doe.regression.reduction import ReductionStep, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.errors import RunsFailed
+from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
@@ -15,12 +16,12 @@ from stemcal.note import Note
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.base import stage_called
-from stemcal.stages.climb import ClimbResult
-from stemcal.stages.design import Design, design_radius, runs_of, surface_design, surface_factors
+from stemcal.stages.climb.result import ClimbResult
+from stemcal.stages.design import Asked, Design, runs_of
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
-from stemcal.stages.screen import ScreenResult
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.stage import stage_called
 from stemcal.stages.surface.result import (
     AtCondition,
     FactorCoding,
@@ -30,12 +31,12 @@ from stemcal.stages.surface.result import (
 )
 from stemcal.stages.surface.runs import ConditionRun, pure_error_of
 from stemcal.stages.surface.words import shape_name
+from stemcal.stages.surface_design import design_radius, surface_design, surface_factors
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target
 from stemcal.words import series
 
-__all__ = ["SurfaceResult", "fit_response_surface", "read_before"]
-
+_USUAL_FACTORS = 3  # that a screening keeps
 _KEPT_P = 0.1  # terms with a larger p are removed
 
 
@@ -136,6 +137,43 @@ def fit_terms(
     if study.rsm.reduce == "none":
         return fit_surface(*given, written=names), None
     return reduce_surface(*given, _KEPT_P, names)
+
+
+# ---- before it is run
+
+
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    """Return the runs of the design, of an assumed number of factors as long as a screening has to choose."""
+    known = _names(study, solver, folder)
+    names = known or [factor.name for factor in study.factors[:_USUAL_FACTORS]]
+    design = surface_design(recentred(study, _known_before(study, solver, folder)), solver, names)
+    conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
+    requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
+    return Asked("rsm", requests, known is not None, None if known else _factors_assumed(len(names)), design)
+
+
+def _names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
+    """Return the factors of the surface as far as they are known now; None if a screening has still to choose."""
+    before = stage_called("rsm").needs(study)
+    given = solver.given_design("rsm")
+    if before is None:
+        return surface_factors(study, solver, None)[0]
+    if given is not None:
+        return [name for name in given[0] if name in study.names]
+    screening = _known_before(study, solver, folder)
+    return None if screening is None else surface_factors(study, solver, screening)[0]
+
+
+def _known_before(study: Study, solver: Solver, folder: StudyFolder | None) -> ScreenResult | ClimbResult | None:
+    """Return the screening, or the climb that centres the surface, if it is there."""
+    with suppress(UsageError):
+        return None if folder is None else read_before(study, solver, folder)
+    return None
+
+
+def _factors_assumed(count: int) -> Note:
+    text = f"The plan assumes {count} factors for the surface; the screening decides which."
+    return Note("factors_assumed", "caution", text)
 
 
 # ---- the design run at the other diameters of a joint fit

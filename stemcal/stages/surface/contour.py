@@ -1,4 +1,4 @@
-"""The response surface over two factors, as contours and as a relief, and where the solutions lie."""
+"""The response surface over two factors, as contours and as a relief."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -7,8 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.numbers import unit_written
-from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, frame_in_space, in_lines, new_figure, plain
+from stemcal.report.figures.style import (
+    FAINT,
+    ORANGE,
+    Axes,
+    Figure,
+    axis_of,
+    frame_in_space,
+    in_lines,
+    new_figure,
+    plain,
+)
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 
@@ -125,7 +134,7 @@ def _label(
     axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = LONGEST
 ) -> None:
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(with_unit(rsm, name, labels), most))
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), most))
         axis.set_major_locator(round_ticks())
 
 
@@ -148,12 +157,6 @@ def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple
         places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
     axes.plot(*solution, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
     return places
-
-
-def with_unit(rsm: SurfaceResult, name: str, labels: Mapping[str, str] | None = None) -> str:
-    """Return a factor's label, or its name, with its unit, for an axis."""
-    unit, called = unit_written(rsm.factor(name).unit or "1"), (labels or {}).get(name, name)
-    return plain(f"{called}, {unit}" if unit else called)
 
 
 def relief(
@@ -213,22 +216,3 @@ def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping
     axes.tick_params(labelsize=7, pad=0)
     axes.view_init(elev=24, azim=-128)
     frame_in_space(axes)
-
-
-def solutions(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return for each factor, in coded units, the range over all solutions and the point that was chosen."""
-    names = list(invert.point.solution)
-    with new_figure(height=1.3 + 0.42 * len(names)) as figure:
-        axes = figure.add_subplot()
-        for row, name in enumerate(reversed(names)):
-            low, high = ((bound - rsm.coding[name].center) / rsm.coding[name].half_step
-                         for bound in invert.ranges[name])  # fmt: skip
-            axes.plot([low, high], [row, row], color=BLUE, linewidth=6, solid_capstyle="butt", alpha=0.6)
-            axes.plot(invert.point.coded[name], row, "*", color=ORANGE, markersize=12, markeredgecolor="white")
-        reach = rsm.radius or 1.0
-        for place, style in ((-reach, ":"), (-1.0, "--"), (1.0, "--"), (reach, ":")):
-            axes.axvline(place, color=FAINT, linestyle=style, linewidth=0.9)
-        axes.set_yticks(range(len(names)), [plain((labels or {}).get(name, name)) for name in reversed(names)])
-        axes.set_ylim(-0.6, len(names) - 0.4)
-        axes.set_xlabel("coded value")
-    return figure

@@ -1,4 +1,4 @@
-"""Several measured means at once: the parameters that fit them all.
+"""The calibration: the point of the surface that gives one measured mean, or of several surfaces for theirs.
 
 At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
 """
@@ -6,68 +6,67 @@ At a condition (a diameter) each response (force, travel and work to the maximum
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from stemcal.doe.calibration.fit import LEVEL, Fit
-from stemcal.doe.calibration.intervals import (
-    contradiction,
-    left_out,
-    out_of_reach,
-    presses_outwards,
-    settled,
-)
-from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.surface import Surface
+from stemcal.doe.calibration.intervals import contradiction, left_out, out_of_reach, presses_outwards, settled
+from stemcal.doe.calibration.level_set import solve_target
+from stemcal.doe.regression.coding import Coding
 from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note
+from stemcal.stages.fitting import Measured, fit_of_study, fit_over, measured_means, measured_of
 from stemcal.stages.invert import words
-from stemcal.stages.invert.certainty import (
-    Measured,
-    certainty_of,
-    changes_along,
-    fit_over,
-    measured_of,
-    prior_rows,
-    priors_of,
-)
-from stemcal.stages.invert.result import (
-    Contradicted,
-    InvertResult,
-    JointFitted,
-    JointRow,
-    Mean,
-    Point,
-)
+from stemcal.stages.invert.certainty import certainty_of, changes_along, prior_rows
+from stemcal.stages.invert.result import Contradicted, InvertResult, JointFitted, JointRow, Mean, Point
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import MachineSection, Study
 
 _NORMAL = 1.96  # of a normal distribution 95 % are within so many standard deviations
 _UNTOLD = 1e-4  # of the variance of what is known of the machine: of less the curves tell nothing
 
 
-def measured_means(study: Study) -> list[Measured]:
-    """Return what the joint fit is made to: every response measured at its diameters."""
-    return [
-        mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses, study.naming)
-    ]
+@a_stage(InvertResult)
+def invert(work: Work, head: Head) -> InvertResult:
+    """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
+    study, surface = work.study, work.result(SurfaceResult)
+    solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
+    idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
+    notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
+    return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
 
 
-def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
-    """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
-    at = {part.condition: part for part in surface.conditions}
-    return [
-        surface.refitted(at[mean.condition].runs, [(x, float(found[i])) for x, found in further], mean.response)
-        for i, mean in enumerate(measured_means(study))
-    ]
+def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+    """Return the calibrated point, what is known about it, and every factor's level there."""
+    coding, target = surface.scales, study.calibration_target
+    region, unit = surface.region(study), study.naming.response.unit_suffix
+    ends, rule = (region.low, region.high, region.radius), study.invert.rule
+    found = solve_target(surface.fitted, target.response, *ends, rule, unit)
+    whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
+    known = certainty_of(study, coding, whole, "single")
+    point = Point.of(found.point, coding)
+    return InvertResult.of(
+        study,
+        head,
+        surface.radius,
+        point,
+        known,
+        ranges=_by_factor(coding, found.ranges),
+        coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
+        rule=found.rule,
+        notes=tuple(words.of_level_set(found.free, found.second)),
+    )
 
 
-def fit_of_study(study: Study, surface: SurfaceResult) -> Fit:
-    """Return the fit of everything that the parameters are fitted to, priors among it."""
-    jointly = bool(study.joint_targets)
-    means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
-    surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
-    return fit_over(means, surfaces, surface.region(study), priors_of(study, surface.scales))
+def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:
+    natural = coding.to_natural(np.array(coded).T).T
+    return {name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)}
+
+
+# ---- several measured means at once: the parameters that fit them all
 
 
 def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:

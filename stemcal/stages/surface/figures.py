@@ -1,78 +1,55 @@
-"""Effects of a screening by size and against chance, and how well a surface fits its runs."""
+"""The figures of a response surface: how well it fits its runs, and itself over each pair of factors."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
+from itertools import combinations
 from statistics import NormalDist
-from typing import Any
 
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
-from stemcal.report.tables.columns import response_decimals
-from stemcal.stages.screen import Limit, ScreenResult, limit_label
+from stemcal.names import Names
+from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.surface.contour import contours, relief
 from stemcal.stages.surface.result import SurfaceResult
 
-_LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
-
-
-def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the effects by size, with Lenth's margin of error; `labels` has what to write for a factor."""
-    effects = sorted(screen.effects, key=lambda e: abs(e.effect))
-    with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
-        axes = figure.add_subplot()
-        places = response_decimals(screen.naming.response, [e.effect for e in effects], 1)
-        names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
-        colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
-        axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
-        for limit in screen.limits():
-            axes.axvline(limit.value, color=INK, **_line(limit, screen))
-        if axes.lines:
-            figure.legend(loc="outside upper right", ncols=3)
-        axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
-    return figure
-
-
-def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
-    """Return how the line of a limit looks, and what it is called."""
-    return {"linestyle": _LINES[limit.method], "linewidth": 1, "label": limit_label(limit, screen.alpha)}
-
-
-def _signed(effect: float, places: int = 1) -> str:
-    """Return an effect with its sign and so many decimals.
-
-    >>> _signed(-8.0), _signed(74.69)
-    ('−8.0', '+74.7')
-    """
-    return f"{effect:+.{places}f}".replace("-", "−")
-
-
-def half_normal(screen: ScreenResult) -> Figure:
-    """Return |effect| against the half-normal quantile Φ⁻¹(½ + ½(i − ½)/m); real effects leave the line of chance.
-
-    Source: C. Daniel, Technometrics 1 (1959), 311–341.
-    """
-    effects, m = sorted(screen.effects, key=lambda e: abs(e.effect)), len(screen.effects)
-    points = [(NormalDist().inv_cdf(0.5 + 0.5 * (i + 0.5) / m), e) for i, e in enumerate(effects)]
-    with new_figure() as figure:
-        axes = figure.add_subplot()
-        if screen.lenth.pse is not None:
-            last = points[-1][0]
-            axes.plot([0, last], [0, screen.lenth.pse * last], color=FAINT, label="chance (Lenth)")
-        for limit in (one for one in screen.limits() if one.method != "t"):
-            axes.axhline(limit.value, color=FAINT, **_line(limit, screen))
-        if axes.lines:
-            legend_above(axes)
-        for quantile, effect in points:
-            chosen, size = effect.factor in screen.significant, abs(effect.effect)
-            axes.plot(quantile, size, "o", color=BLUE if chosen else FAINT)
-            if chosen:
-                axes.annotate(
-                    plain(effect.symbol or effect.factor), (quantile, size), (0, 4),
-                    textcoords="offset points", ha="center", va="bottom", size=8,
-                )  # fmt: skip
-        axes.set_xlabel("half-normal score")
-        axes.set_ylabel(plain(screen.naming.response.headed("|effect|")))
-    return figure
-
-
 _NORMAL = NormalDist()
+
+
+def plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
+    """Return the figures of a surface; with a solution they show it."""
+    observed = f"Simulated {rsm.naming.response.noun} against the surface's prediction."
+    checks = (
+        "Residuals against the normal distribution (on the line: normal) and in order of the runs (no trend: good), "
+        "and how strongly each run influences the surface (large above a Cook's distance of 1, dashed)."
+    )
+    plots = [
+        Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
+        Plot("residuals", "rsm", "Residuals of the surface, run by run.", partial(residuals, rsm), detail=True),
+    ]
+    if rsm.runs_diagnostics:
+        plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
+    for pair in combinations(rsm.names, 2):
+        plots += _pair_plots(rsm, pair, invert, labels)
+    return plots
+
+
+def _pair_plots(
+    rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, labels: Mapping[str, str]
+) -> list[Plot]:
+    """Return contours and relief over two factors."""
+    response, alone = rsm.naming.response, len(rsm.names) == 2
+    over = f"over {Names(rsm.naming, labels).factors(pair)}"
+    held = "" if alone else f", the others at the {'solution' if invert else 'centre'}"
+    unit = f" in {response.written}" if response.written else ""
+    met = f" Orange: the measured {response.noun}; star: the solution." if invert else ""
+    lines = f"{response.capital} {over}{held}, contours{unit}.{met} White dots: design points (numbers: repeats)."
+    dots = " Dots: runs, full above the surface and open below it." if alone else ""
+    relieved = f"Surface of the {response.noun} {over}{held}, with contours projected on the base.{dots}"
+    flat, lifted = (partial(draw, rsm, pair, invert, labels) for draw in (contours, relief))
+    return [
+        Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),
+        Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, lifted),
+    ]
 
 
 def _fit(rsm: SurfaceResult) -> tuple[list[int], list[float], list[float]]:

@@ -8,12 +8,12 @@ from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
+from stemcal.note import Note
 from stemcal.runs.answer import ignore
-from stemcal.solvers.protocol import Solver
-from stemcal.stages.fresh import read_fresh
-from stemcal.stages.invert.certainty import Measured, measured_of
+from stemcal.solvers.protocol import Request
+from stemcal.stages.design import Later
+from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
@@ -23,10 +23,9 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import RefineOptions, Study, Target
 from stemcal.study.types.units import from_internal
-from stemcal.words import listed
+from stemcal.words import counted, listed
 
-__all__ = ["RefineResult", "calibrated_parameters", "refine"]
-
+_USUAL_ROUNDS = 2
 # The failure strain depends on mesh and lengths: its range where these are different.
 _OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
 
@@ -179,8 +178,12 @@ def _scatter(target: Target) -> tuple[float, float] | None:
     return (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
 
 
-def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
-    """Return the level of every factor at the solution; refined if the spec asks for that."""
-    if study.refined_here:
-        return read_fresh(study, solver, folder, RefineResult).parameters
-    return read_fresh(study, solver, folder, InvertResult).parameters
+def later(study: Study) -> Later | None:
+    """Return the rounds as many as there usually are, and how many runs there may be."""
+    options = study.refine
+    if options is None or options.elsewhere:
+        return None
+    conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
+    round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
+    text = f"refine: at most {counted(options.budget, 'more run')}, chosen one by one."
+    return Later([round_] * min(_USUAL_ROUNDS, options.budget), Note("decided_later", "caution", text))

@@ -1,16 +1,58 @@
-"""Measured and simulated responses over the conditions: of the validation, before and after a refinement."""
+"""The figures of a validation: measured and simulated responses over the conditions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from statistics import geometric_mean
 
 from stemcal.doe.validation.comparison import Exponent
-from stemcal.naming import DIAMETER, FORCE, Named
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
-from stemcal.stages.refine.result import RefineResult
+from stemcal.naming import DIAMETER, FIRST, FORCE, Named
+from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.style import BLUE, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain
 from stemcal.stages.validate.result import ValidateResult
+from stemcal.study.model import Study
 
+MOST_RESPONSES = 6  # whose figures the page shows
 _MOST_TICKS = 12
+
+
+def plots(study: Study, validate: ValidateResult) -> list[Plot]:
+    """Return the figures of a validation."""
+    naming, plots = study.naming, []
+    worst = _largest_errors(validate)
+    responses = [naming.response, *(other for other in naming.others if other.name in worst)]
+    shown = {naming.response.name, *sorted(worst, key=lambda name: -worst[name])[: MOST_RESPONSES - 1]}
+    for response in responses:
+        spread = spread_of(study, response)
+        text = f"Measured and simulated {response.long}"
+        if naming.condition is not None:
+            text += "; the parameters are fitted to the ringed values" if validate.fitted else ""
+        text += ". Bars: standard deviation of the measurements." if spread else "."
+        name = "validation" if response is naming.response else f"validation-{response.name}"
+        draw, on_page = partial(validation, validate, spread, response), response.name in shown
+        if response is naming.response and len(responses) > len(shown):
+            text += f" {len(shown)} of {len(responses)} responses are shown: the first and those of the largest errors."
+        plots.append(Plot(name, "validate", text, draw, on_page))
+    if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
+        text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
+        plots.append(Plot("growth", "validate", text, partial(growth, validate)))
+    return plots
+
+
+def _largest_errors(validate: ValidateResult) -> dict[str, float]:
+    """Return the largest absolute error of each further response, percent."""
+    largest: dict[str, float] = {}
+    for row in validate.rows:
+        for one in row.further:
+            largest[one.response] = max(largest.get(one.response, 0.0), abs(one.error_percent or 0.0))
+    return largest
+
+
+def spread_of(study: Study, response: Named) -> dict[float, float]:
+    """Return the standard deviation of what was measured of a response, by the condition."""
+    name = FIRST if response is study.naming.response else response.name
+    measured = ((target.condition, target.mean_of(name)[1]) for target in study.targets.means)
+    return {place: sd for place, sd in measured if sd is not None}
 
 
 @dataclass(frozen=True)
@@ -152,24 +194,3 @@ def _plain_ticks(axes: Axes, conditions: Sequence[float]) -> None:
     axes.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="y", which="minor", labelsize=7)
-
-
-_SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
-
-
-def refined(stage: RefineResult) -> Figure:
-    """Return the responses over the condition; the target is ringed."""
-    condition = stage.naming.condition
-    with new_figure(height=3.1) as figure:
-        axes = figure.add_subplot()
-        for key, style, colour in _SERIES:
-            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
-            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=key)
-        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
-        at = [row.condition for row in stage.rows]
-        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
-        axes.set_xlabel("" if condition is None else plain(condition.axis()))
-        axes.set_ylabel(plain(stage.naming.response.axis()))
-        axes.set_ylim(bottom=0)
-        legend_above(axes, most=3)
-    return figure

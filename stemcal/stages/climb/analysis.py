@@ -1,82 +1,28 @@
 """The climb between screening and surface: active factors stepped together towards the target."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import ClassVar
 
-from stemcal.doe.designs.catalogue import surface_reach
+from stemcal.doe.designs.catalogue import surface_design
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
-from stemcal.doe.screening.effects import Effect
 from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
-from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import Spread, inline
+from stemcal.files.rows import Rows
 from stemcal.names import Names
 from stemcal.note import Note, Remedy
-from stemcal.numbers import fixed, minus
-from stemcal.runs.outcome import Outcome
-from stemcal.stages.design import surface_factors, surface_options
-from stemcal.stages.result import CodedScale, DesignRuns, Head, StageResult
-from stemcal.stages.screen import ScreenResult
+from stemcal.numbers import minus
+from stemcal.solvers.protocol import Request
+from stemcal.stages.climb.result import ClimbResult, ClimbRow
+from stemcal.stages.design import Later
+from stemcal.stages.result import CodedScale, DesignRuns, Head
+from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.surface_design import surface_factors, surface_options
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import ClimbOptions, Study
 from stemcal.words import counted
 
 # Of each range, how much the design of the surface covers around the best step.
 _SHARE = 0.5
-
-
-@dataclass(frozen=True)
-class ClimbRow(Spread):
-    """One step: where it was, its error against the target and what came of it."""
-
-    step: int
-    levels: dict[str, float]
-    coded: dict[str, float]
-    error_percent: float | None
-    outcome: Outcome = inline()
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class ClimbResult(StageResult):
-    """The steps towards the target, the best one, and the coding of a design centred on it."""
-
-    name: ClassVar[str] = "climb"
-    shown = ("solution",)
-
-    head: Head = inline()
-    target: float
-    condition: float
-    names: tuple[str, ...]
-    rows: Rows[ClimbRow]
-    best_step: int
-    passed: bool
-    solution: dict[str, float]
-    error_percent: float
-    coding: dict[str, CodedScale]
-    effects: Rows[Effect]
-    significant: tuple[str, ...]
-    notes: tuple[Note, ...] = ()
-
-    @property
-    def shares(self) -> dict[str, float]:
-        """What each factor contributes, per cent."""
-        return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
-
-    @property
-    def active_factors(self) -> tuple[str, ...]:
-        """The factors that matter."""
-        return self.significant
-
-    def _tables(self) -> dict[str, Table]:
-        """Return the steps."""
-        return {"climb": Table.of(("step", *self.names, "response", "error_percent", "status", "reason"), self.rows)}
-
-    def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every step."""
-        for number, row in enumerate(self.rows, 1):
-            yield f"climb {number}", row.outcome
 
 
 @a_stage(ClimbResult)
@@ -196,17 +142,19 @@ def _natural(study: Study, name: str, coded: float) -> float:
 
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
     """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
-    factor, reach = study.factor(name), surface_reach(k, surface_options(study))
+    factor, reach = study.factor(name), surface_design(study.rsm.design).reach(k, surface_options(study))
     span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
 
 
-def outcome(stage: ClimbResult, names: Names) -> list[str]:
-    """Return how near the steps came to the target."""
-    stepped = f"{len(stage.rows)} runs stepped {names.factors(stage.names)} together towards the target."
-    reached = "The target was passed" if stage.passed else "The target was not reached"
-    return [
-        "1 run was made at the centre." if len(stage.rows) == 1 else stepped,
-        f"{reached}; step {stage.best_step} came nearest, {fixed(abs(stage.error_percent), 1)} % from it.",
-    ]
+def later(study: Study) -> Later | None:
+    """Return the steps as many as there usually are, and how many there may be."""
+    if (options := study.climb) is None:
+        return None
+    most = f"at most {counted(options.steps + 1, 'more run')}"
+    note = Note("decided_later", "caution", f"climb: {most}, chosen one by one.")
+    if options.at_once:
+        note = Note("asked_together", "caution", f"climb: {most}, all at once after the stage before it.")
+    step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
+    return Later([[step]] * (options.steps // 2), note)

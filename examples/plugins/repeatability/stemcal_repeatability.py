@@ -1,0 +1,118 @@
+"""A stage from another package: the middle of the ranges at several positions of the mesh, and how far they scatter.
+
+The section ``repeatability: {positions: 3}`` in a spec adds it to the study.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from statistics import mean, stdev
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from stemcal.errors import RunsFailed
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import inline
+from stemcal.names import Names
+from stemcal.note import Note
+from stemcal.numbers import significant
+from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.style import BLUE, Figure, new_figure
+from stemcal.report.showing import Setting, Showing
+from stemcal.runs.outcome import Outcome
+from stemcal.solvers.protocol import Request
+from stemcal.stages.result import Head, StageResult
+from stemcal.stages.stage import Stage
+from stemcal.stages.work import Work, a_stage
+from stemcal.study.model.factor import Frozen
+
+
+class RepeatOptions(Frozen):
+    """The section of the spec."""
+
+    positions: Annotated[int, Field(ge=2, le=20)] = 3
+    """The number of positions of the mesh."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RepeatResult(StageResult):
+    """The force at each position of the mesh, and their coefficient of variation."""
+
+    name: ClassVar[str] = "repeatability"
+    shown = ("cv_percent",)
+
+    head: Head = inline()
+    outcome: Outcome = inline()
+    cv_percent: float
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def forces(self) -> tuple[float, ...]:
+        """The force at each position, N."""
+        return self.outcome.phase_responses or ()
+
+    def _tables(self) -> dict[str, Table]:
+        return {self.name: Table((Column("position"), Column("force")), tuple(enumerate(self.forces, 1)))}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield the one run, which has all positions."""
+        yield "repeatability 1", self.outcome
+
+
+@a_stage(RepeatResult)
+def repeat(work: Work, head: Head) -> RepeatResult:
+    """Simulate the middle of the ranges at every position."""
+    study, positions = work.study, work.study.of(RepeatOptions).positions
+    asked = Request("repeatability", 0, study.midlevels(), study.targets.calibrate_at, phases=positions)
+    (outcome,) = work.outcomes([asked])
+    if len(forces := outcome.phase_responses or ()) < 2:
+        raise RunsFailed(f"repeatability: {outcome.message or 'this solver has no positions of a mesh'}")
+    cv = 100.0 * stdev(forces) / mean(forces)
+    note = Note("repeatability", "info", f"Over {len(forces)} positions of the mesh the force scatters by {cv:.2f} %.")
+    return RepeatResult(head=head, outcome=outcome, cv_percent=cv, notes=(note,))
+
+
+class RepeatShowing(Showing[RepeatResult]):
+    """A sentence, a table and a figure."""
+
+    def outcome(self, result: RepeatResult, names: Names) -> list[str]:
+        return [note.text for note in result.notes]
+
+    def tables(self, result: RepeatResult, names: Names, judged: bool = False) -> list[Table]:
+        columns = (Column("position", "Position", form=format), Column("force", "Maximum force", "N", significant))
+        return [Table(columns, tuple(enumerate(result.forces, 1)), "Force over positions of the mesh")]
+
+    def figures(self, result: RepeatResult, setting: Setting) -> list[Plot]:
+        return [Plot("repeatability", result.name, "Force at each position of the mesh.", partial(draw, result))]
+
+
+def draw(result: RepeatResult) -> Figure:
+    """Draw the force at each position."""
+    with new_figure(height=2.2) as figure:
+        axes = figure.add_subplot()
+        axes.plot(range(1, len(result.forces) + 1), result.forces, "o", color=BLUE)
+        axes.set_xlabel("Position of the mesh")
+        axes.set_ylabel("Maximum force, N")
+    return figure
+
+
+class Repeatability(Stage[RepeatResult]):
+    """The scatter of the force over positions of the mesh."""
+
+    name, title = "repeatability", "Repeatability"
+    help = "Simulate the middle of the ranges at several positions of the mesh."
+
+    def section(self) -> type[Frozen]:
+        return RepeatOptions
+
+    def result(self) -> type[RepeatResult]:
+        return RepeatResult
+
+    def making(self):
+        return repeat
+
+    def showing(self) -> object:
+        return RepeatShowing()

@@ -1,0 +1,112 @@
+"""Every figure of a study by name: for the page, the figures folder and `stemcal export figures`."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from stemcal.cutting.end_state import Shape
+from stemcal.numbers import short
+from stemcal.outputs import make_folder
+from stemcal.report.figures.curves import energies, force_travel, measured_band
+from stemcal.report.figures.fracture import fracture
+from stemcal.report.figures.frames import fields, fracture_frames, mesh
+from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.style import Figure, resize, save, write_both
+from stemcal.report.records import Details, Records, curves_of
+from stemcal.report.showing import Setting, showing_of
+from stemcal.solvers.film import frames_of
+from stemcal.stages.results import Results
+from stemcal.study.model import Study
+
+
+def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
+    """Return the figures that the finished stages and their records allow, none of them drawn yet."""
+    setting = Setting(study, results)
+    plots = [plot for result in results.done for plot in showing_of(result).figures(result, setting)]
+    return plots + run_plots(study, records)
+
+
+def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
+    """Write every figure as SVG and PNG into a folder; returns the files."""
+    make_folder(folder)
+    return [path for plot in plots for path in write_both(plot.document, plot.pixels, folder / plot.name)]
+
+
+def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:
+    """Write figures in these formats, with this resolution and width (mm); returns the files."""
+    make_folder(folder)
+    paths = []
+    for plot in plots:
+        figure = plot.make()
+        if width is not None:
+            resize(figure, width)
+        for kind in kinds:
+            paths.append(folder / f"{plot.name}.{kind}")
+            save(figure, paths[-1], dpi)
+    return paths
+
+
+def run_plots(study: Study, records: Records) -> list[Plot]:
+    """Return the figures of the runs themselves."""
+    curves, plots = curves_of(records), []
+    if curves:
+        chosen = [label for label in curves if records[label].at_solution]
+        text = "Force over blade travel: validation runs in colour, all others in grey."
+        text += " Dotted: after failure." if any(curve.broke for curve in curves.values()) else ""
+        plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
+    calibrated = f"{short(study.targets.calibrate_at)} mm"
+    for condition, modes in study.targets.modes.items():
+        if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
+            text = (
+                "The measured curves and the one simulated at the calibration, each until its maximum, at shares of "
+                "its own travel; below, the difference of the forces in standard deviations of the specimens."
+            )
+            name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
+            plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
+    hollow = study.specimen.diameter_ratio > 0.0 or "wall_thickness" in study.names
+    for label, record in records.items():
+        if record.at_solution:
+            plots += _run(label, record.details, label == calibrated, hollow)
+    return plots
+
+
+def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
+    """Return the pictures of one run; the page shows those of the calibration diameter."""
+    name, plots = label.replace(" ", ""), []
+    if details.energies:
+        text, draw = f"Energies over blade travel, stem of {label}.", partial(energies, details.energies)
+        plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
+    if details.shape:
+        plots += _pictures(label, name, details, on_page, hollow)
+    return plots
+
+
+def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
+    """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
+
+    def shape() -> Shape:
+        return Shape.unpacked(details.shape)
+
+    def plot(figure: str, text: str, draw: Callable[[], Figure], detail: bool = True) -> Plot:
+        return Plot(f"{figure}-{name}", "runs", text, draw, on_page, wide=True, detail=detail)
+
+    meshed = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
+    bore = " (the bore between the walls)" if hollow else ""
+    cut = (
+        f"The stem of {label} at the end of the simulation, which stops after the peak force, before the stem is cut "
+        f"through. From the side and in section{bore}, coloured by plastic strain; failed elements are removed. Grey: "
+        "the blade, and the supports with their clearance between."
+    )
+    plots = [
+        plot("mesh", meshed, lambda: mesh(shape())),
+        plot("fracture", cut, lambda: fracture(shape()), detail=False),
+    ]
+    if details.film:
+        film = f"Cutting of the stem of {label}, in section: travel of the blade and force above each picture."
+        largest = (
+            f"Stress and displacement in the stem of {label} at the maximum force, in section; travel of the blade and "
+            "force above. Each has its own scale."
+        )
+        plots.append(plot("frames", film, lambda: fracture_frames(frames_of(shape(), details.film))))
+        plots.append(plot("fields", largest, lambda: fields(frames_of(shape(), details.film))))
+    return plots

@@ -1,0 +1,122 @@
+"""How a stage is shown: its sentences, tables and figures, which page, terminal and export ask for in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Generic
+
+from stemcal.files.rows import MOST_ROWS, Table
+from stemcal.names import Names
+from stemcal.numbers import unit_written
+from stemcal.registry import Checked
+from stemcal.report.figures.plot import Plot
+from stemcal.report.tables.printed import PaperTable
+from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results
+from stemcal.stages.stage import R, stage_called
+from stemcal.study.model import Study
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a stage is shown in: its study, all results, and whether the study is calibrated (`holds`)."""
+
+    study: Study
+    results: Results
+    holds: bool = True
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """What people call the factors."""
+        return {factor.name: factor.label for factor in self.study.factors}
+
+    @cached_property
+    def symbols(self) -> Names:
+        """The factors by their symbols."""
+        return Names(self.study.naming, {factor.name: factor.symbol for factor in self.study.factors})
+
+    @cached_property
+    def labelled(self) -> Names:
+        """The factors by label and unit, as papers print them."""
+        names = {}
+        for factor in self.study.factors:
+            unit = unit_written(factor.unit)
+            names[factor.name] = f"{factor.label or factor.name} ({unit})" if unit else factor.label
+        return Names(self.study.naming, names)
+
+
+class Showing(Checked, Generic[R]):
+    """The words, tables and figures of a stage, made from its result.
+
+    `claims` intervals or agreement, which are true of a calibrated study only: its certainty is not shown of another
+    one, nor its outcome where that states an agreement.
+    """
+
+    claims: ClassVar[str] = ""
+
+    def outcome(self, result: R, names: Names) -> list[str]:
+        """Return the outcome in sentences."""
+        return []
+
+    def certainty(self, result: R, names: Names) -> list[str]:
+        """Return how certain it is, in sentences."""
+        return []
+
+    def warnings(self, result: R) -> list[str]:
+        """Return what the stage's command warns of."""
+        return []
+
+    def tables(self, result: R, names: Names, judged: bool = False) -> list[Table]:
+        """Return its tables; a `judged` one says in words what each row means."""
+        return []
+
+    def early(self, result: R, names: Names) -> list[Table]:
+        """Return the tables that `stemcal run` prints as soon as the stage is done."""
+        return []
+
+    def findings(self, result: R, names: Names) -> list[Table]:
+        """Return the tables that `stemcal run` prints at its end, besides parameters and validation."""
+        return []
+
+    def spoken(self, result: R, names: Names) -> list[str]:
+        """Return the lines below them, of a calibrated study."""
+        return []
+
+    def figures(self, result: R, setting: Setting) -> list[Plot]:
+        """Return its figures, none of them drawn yet."""
+        return []
+
+    def printed(self, result: R, setting: Setting) -> list[PaperTable]:
+        """Return its tables as papers print them."""
+        return []
+
+
+def showing_of(result: StageResult) -> Showing[Any]:
+    """Return how a result is shown."""
+    found = stage_called(result.name).showing()
+    assert isinstance(found, Showing)
+    return found
+
+
+def names_of(result: StageResult, labels: Mapping[str, str] | None = None) -> Names:
+    """Return the names of a result's responses, its condition and its factors."""
+    return Names(result.naming, labels or {})
+
+
+def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judged: bool = False) -> list[Table]:
+    """Return the tables of a stage, factors by their `labels` where they have any, long ones shortened.
+
+    A `judged` table of effects says in words what each of them means.
+    """
+    return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels), judged)]
+
+
+def shortened(stage: StageResult, table: Table, most: int = MOST_ROWS) -> Table:
+    """Return a table of a stage with at most so many rows, and the file that has all of them."""
+    if len(table.rows) <= most:
+        return table
+    files, keys = stage.tables(), {column.key for column in table.headed(stage.naming.headings).columns}
+    file = max(files, key=lambda name: len(keys & {column.key for column in files[name].columns}))
+    return table.shortened(f"`{file}.csv`", most)

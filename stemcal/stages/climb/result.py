@@ -1,0 +1,64 @@
+"""The result of a climb: every step towards the target, and the coding of a design centred on the best one."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.doe.screening.effects import Effect
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import Spread, inline
+from stemcal.note import Note
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.result import CodedScale, Head, StageResult
+
+
+@dataclass(frozen=True)
+class ClimbRow(Spread):
+    """One step: where it was, its error against the target and what came of it."""
+
+    step: int
+    levels: dict[str, float]
+    coded: dict[str, float]
+    error_percent: float | None
+    outcome: Outcome = inline()
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ClimbResult(StageResult):
+    """The steps towards the target, the best one, and the coding of a design centred on it."""
+
+    name: ClassVar[str] = "climb"
+    shown = ("solution",)
+
+    head: Head = inline()
+    target: float
+    condition: float
+    names: tuple[str, ...]
+    rows: Rows[ClimbRow]
+    best_step: int
+    passed: bool
+    solution: dict[str, float]
+    error_percent: float
+    coding: dict[str, CodedScale]
+    effects: Rows[Effect]
+    significant: tuple[str, ...]
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """What each factor contributes, per cent."""
+        return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
+
+    @property
+    def active_factors(self) -> tuple[str, ...]:
+        """The factors that matter."""
+        return self.significant
+
+    def _tables(self) -> dict[str, Table]:
+        """Return the steps."""
+        return {"climb": Table.of(("step", *self.names, "response", "error_percent", "status", "reason"), self.rows)}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every step."""
+        for number, row in enumerate(self.rows, 1):
+            yield f"climb {number}", row.outcome

@@ -1,0 +1,47 @@
+"""How a climb is shown: how near it came to the target, and every step."""
+
+from stemcal.files.rows import Column, Table
+from stemcal.names import Names
+from stemcal.numbers import fixed, significant
+from stemcal.report.showing import Setting, Showing
+from stemcal.report.tables.columns import ERROR, levels, simulated
+from stemcal.report.tables.printed import PaperTable, printed, run_heads
+from stemcal.stages.climb.result import ClimbResult
+
+
+class ClimbShowing(Showing[ClimbResult]):
+    """The words and tables of a climb."""
+
+    def outcome(self, result: ClimbResult, names: Names) -> list[str]:
+        """Return how near the steps came to the target."""
+        stepped = f"{len(result.rows)} runs stepped {names.factors(result.names)} together towards the target."
+        reached = "The target was passed" if result.passed else "The target was not reached"
+        return [
+            "1 run was made at the centre." if len(result.rows) == 1 else stepped,
+            f"{reached}; step {result.best_step} came nearest, {fixed(abs(result.error_percent), 1)} % from it.",
+        ]
+
+    def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
+        return [climb_table(result, names)]
+
+    def printed(self, result: ClimbResult, setting: Setting) -> list[PaperTable]:
+        measured = f"measured {setting.labelled.quantity(result.target, '.6g')}"
+        note = f"Relative error = 100·(measured − simulated)/measured, {measured}."
+        heads = run_heads(setting.study, "step") | {"error_percent": "Relative Error"}
+        caption = "Scheme and results of the steepest ascent test."
+        return [printed("ascent", caption, climb_table(result, setting.symbols), heads, note)]
+
+
+def climb_table(stage: ClimbResult, names: Names) -> Table:
+    """Return every step towards the target with its relative error."""
+    columns = [Column("step", "Step", form=format), *levels(stage.names, names), simulated(names.response), ERROR]
+    centres = ", ".join(
+        f"{names.factor(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
+        for name, scale in stage.coding.items()
+    )
+    foot = (
+        f"Target {names.quantity(stage.target, '.6g')}{names.at(stage.condition)}.",
+        "Error = 100·(measured − simulated)/measured.",
+        f"The design of the surface: {centres} (coded 0 ± 1).",
+    )
+    return Table.of(columns, stage.rows, "Steps towards the target", foot, strong=frozenset({stage.best_step}))

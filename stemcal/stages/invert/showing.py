@@ -1,0 +1,184 @@
+"""How a calibration is shown: the parameters with the range of each to cite, and what was fitted together."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from stemcal.files.rows import Column, Table, visible
+from stemcal.files.typed import to_json
+from stemcal.names import Names
+from stemcal.numbers import MISSING, fixed, interval, short, significant
+from stemcal.report.figures.plot import Plot
+from stemcal.report.showing import Setting, Showing
+from stemcal.report.tables.columns import ERROR, factor, measured_of, to_decimals
+from stemcal.report.tables.of_responses import from_means, further_table, scores
+from stemcal.report.tables.printed import NUMBERS, PaperTable, printed, titled
+from stemcal.stages.invert import figures, words
+from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
+from stemcal.stages.invert.words import assumption, assumptions, range_to_cite, source, valid_for
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.study.model import Factor, Study
+
+_JOINT = "Fitted together"
+
+
+class InvertShowing(Showing[InvertResult]):
+    """The words, tables and figures of a calibration."""
+
+    claims = "intervals"
+
+    def outcome(self, result: InvertResult, names: Names) -> list[str]:
+        return words.outcome(result, names)
+
+    def certainty(self, result: InvertResult, names: Names) -> list[str]:
+        return words.certainty(result, names)
+
+    def tables(self, result: InvertResult, names: Names, judged: bool = False) -> list[Table]:
+        return [calibration_table(result, names), *joint_tables(result, names)]
+
+    def findings(self, result: InvertResult, names: Names) -> list[Table]:
+        return joint_tables(result, names) if result.joint is not None else []
+
+    def spoken(self, result: InvertResult, names: Names) -> list[str]:
+        each = [(words.known(part, result, names), words.unseen_changes(part, result, names)) for part in result.known]
+        return [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
+
+    def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
+        surface = setting.results.of(SurfaceResult)
+        return [] if surface is None else figures.plots(surface, result, setting.labels)
+
+    def printed(self, result: InvertResult, setting: Setting) -> list[PaperTable]:
+        heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
+        parameters, names, holds = setting.results.parameters, setting.labelled, setting.holds
+        note = " ".join([*valid_for(result), *(assumptions(result) if holds else ())])
+        calibrated = {name: parameters[name] for name in result.point.solution}
+        return [
+            *(
+                printed("calibration", "Parameter calibration values.", table, heads, note)
+                for table in visible([calibration_table(result, names, parameters)], holds)
+            ),
+            _published(setting.study, names, calibrated, cited_ranges(result) if holds else None),
+        ]
+
+
+def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:
+    """Return the calibrated parameters with the range of each that is to be cited, and what else was found.
+
+    `refined` has the values after a refinement.
+    """
+    point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
+    rows: list[dict[str, Any]] = [
+        {"factor": name, "range": ranges[name], "coded": point.coded[name]}
+        | {"solution": (refined or point.solution)[name], "share": known and share_of_range(known, name)}
+        for name in point.solution
+    ]
+    columns = [
+        factor(names),
+        Column("solution", "Calibrated", form=significant),
+        Column("range", head, form=str, claims=True),
+        *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
+        Column("coded", "Coded", form=to_decimals(3)),
+    ]
+    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all that is fitted together"
+    where = (
+        f"Target {names.quantity(stage.target, '.6g')}; predicted {names.quantity(point.predicted)}; coded radius "
+        f"{point.coded_radius:.3f}; {rule}."
+    )
+    response = names.response.long
+    ends = (
+        f"95 % interval of the mean {response} {_ends(point.mean_interval, names)}, of one simulated {response} "
+        f"{_ends(point.prediction_interval, names)}."
+    )
+    claimed = (ends, *range_to_cite(stage, names))
+    return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
+
+
+def _ends(bounds: tuple[float, float] | None, names: Names) -> str:
+    return MISSING if bounds is None else names.quantities(bounds)
+
+
+def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
+    """Return what the range of each parameter to cite is called, and the ranges; ends of the search are marked."""
+    known = stage.certainty
+    ranges = {name: stage.cited.get(name) for name in stage.point.solution}
+    if known is None:
+        return "Exact solutions", {name: interval(found) for name, found in ranges.items()}
+    bounded = {name: known.bounded.get(name, (True, True)) for name in ranges}
+    return "95 % range", {name: interval(found, bounded=bounded[name]) for name, found in ranges.items()}
+
+
+def share_of_range(part: Certainty, name: str) -> str:
+    """Return how much of a factor's range its interval takes, or that it is free."""
+    return "free" if name in part.free else f"{100.0 * part.share[name]:.0f} %"
+
+
+def interval_table(stage: InvertResult, names: Names) -> Table:
+    """Return the interval of each parameter from one measured value and from all of them, side by side."""
+    columns = [factor(names)]
+    for part in stage.known:
+        columns.append(Column(part.source, source(part, stage, names), form=str))
+        columns.append(Column(f"share {part.source}", "of range", form=str))
+    rows = [
+        {"factor": name}
+        | {part.source: interval(part.intervals[name], bounded=part.bounded[name]) for part in stage.known}
+        | {f"share {part.source}": share_of_range(part, name) for part in stage.known}
+        for name in stage.point.solution
+    ]
+    assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
+    profile = "95 % intervals by profile likelihood; free: half of the range or more remains possible."
+    return Table.of(columns, rows, "How well the measurements fix the parameters", (profile, *assumed), claims=True)
+
+
+def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
+    """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
+    tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
+    tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
+    if stage.joint is not None and stage.joint.further:
+        predicted = "predicted", "Predicted", significant
+        tables.append(further_table(map(to_json, stage.joint.further), predicted, names))
+    return tables
+
+
+def joint_table(joint: JointFitted, names: Names) -> Table:
+    """Return what was measured beside the surfaces."""
+    values = ("measured", "Measured", short), ("predicted", "Surface", significant)
+    columns = measured_of(names, bool(names.naming.others), values)
+    error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
+    rows = from_means(map(to_json, joint.rows), names)
+    columns.append(ERROR)
+    if left_out is None:
+        return Table.of(columns, rows, _JOINT, [f"Largest error {fixed(error)} %.", *scores(names)])
+    columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
+    tests = any(row.left_out_interval is not None for row in joint.rows)
+    if tests:
+        columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
+    largest = f"Largest error {fixed(error)} %, left out {fixed(left_out)} %."
+    others = "other tests. Others allow: where these put the mean, with 95 %." if tests else "others."
+    foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
+    return Table.of(columns, rows, _JOINT, foot)
+
+
+def _published(
+    study: Study, names: Names, found: Mapping[str, float], cited: tuple[str, Mapping[str, str]] | None
+) -> PaperTable:
+    """Return all parameters of the validation's simulations: those `found` with their range, the others marked."""
+    levels, (head, ranges) = {**study.midlevels(), **found}, cited or ("Source", {})
+
+    def known(factor: Factor) -> str:
+        if factor.name not in found:
+            return "fixed"
+        return ranges.get(factor.name, "calibrated")
+
+    columns = [
+        Column("symbol", "Symbol"),
+        Column("name", "Parameters", form=names.factor, words=True),
+        Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
+        Column("known", titled(head), of=known),
+    ]
+    fixed = any(factor.name not in found for factor in study.factors)
+    note = "fixed: held at the middle of its range, not calibrated." if fixed else ""
+    of = (
+        "Finite element simulation parameters of the stem."
+        if study.naming.is_cutting
+        else "Parameters of the simulation."
+    )
+    return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)

@@ -1,0 +1,155 @@
+"""How a refinement is shown: what moved, the responses before and after, every run."""
+
+from functools import partial
+
+from stemcal.files.rows import Column, Table
+from stemcal.names import Names
+from stemcal.numbers import fixed, interval, short, significant
+from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
+from stemcal.report.showing import Setting, Showing
+from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
+from stemcal.report.tables.printed import PaperTable, printed, run_heads
+from stemcal.stages.refine import words
+from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.refine.words import program
+
+_SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
+
+
+class RefineShowing(Showing[RefineResult]):
+    """The words, tables and figures of a refinement."""
+
+    claims = "agreement"
+
+    def outcome(self, result: RefineResult, names: Names) -> list[str]:
+        return words.outcome(result, names)
+
+    def certainty(self, result: RefineResult, names: Names) -> list[str]:
+        return words.certainty(result, names)
+
+    def warnings(self, result: RefineResult) -> list[str]:
+        return [] if result.converged else [words.shortfall(result)]
+
+    def tables(self, result: RefineResult, names: Names, judged: bool = False) -> list[Table]:
+        return refine_tables(result, names)
+
+    def findings(self, result: RefineResult, names: Names) -> list[Table]:
+        return [table for table in refine_tables(result, names) if not table.detail] if result.elsewhere else []
+
+    def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
+        response = result.naming.response.capital
+        text = f"{response}: measured, and simulated before and after the refinement; the target is ringed."
+        return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
+
+    def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
+        heads = {**run_heads(setting.study, "run"), "predicted": "Predicted Value"}
+        caption, note = "Iterations of simulation and refitted surface.", "Predicted by the surface before the run."
+        return [printed("refinement", caption, runs(result, setting.symbols), heads, note)]
+
+
+_INSIDE = {True: "inside", False: "outside", None: ""}
+
+
+def refine_tables(stage: RefineResult, names: Names) -> list[Table]:
+    """Return what moved in another model, the responses, and every run."""
+    return [*([_parameters(stage, names)] if stage.elsewhere else []), responses(stage, names), runs(stage, names)]
+
+
+def _parameters(stage: RefineResult, names: Names) -> Table:
+    settings = ", ".join(f"{name} {value}" for name, value in (stage.model.belongs_to or {}).items())
+    known = any(one.interval is not None for one in stage.adjusted)
+    columns = [
+        factor(names),
+        Column("calibrated", "Calibrated", form=significant),
+        Column("value", "There", form=significant),
+        *([Column("interval", "95 % range", form=interval, claims=True)] if known else []),
+        Column("between", "Between", form=interval, of=lambda one: (one.low, one.high)),
+    ]
+    foot = [
+        "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
+        "others may be as near."
+    ]
+    foot += ["95 % range: by the scatter of the measured mean, the other parameters fixed."] if known else []
+    foot += [f"They depend on {settings}."] if settings else []
+    return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
+
+
+def responses(stage: RefineResult, names: Names) -> Table:
+    """Return measured and simulated responses, before and after."""
+    several = len({row.response for row in stage.rows}) > 1
+    unit = "" if several else names.response.written
+    columns = [
+        *condition(names.naming),
+        *([Column("response", "Response", of=lambda row: names.naming.named(row.response).capital)] if several else []),
+        Column("measured", "Measured", unit, short),
+        Column("before", "Before", unit, significant),
+        Column("after", "After", unit, significant),
+        ERROR,
+    ]
+    foot = [
+        f"The best point is {'' if stage.converged else 'not '}within {stage.tolerance_percent:g} %, after "
+        f"{len(stage.made)} of {stage.budget} runs."
+    ]
+    if not stage.aims_at_measured:
+        foot += [f"After a joint fit the target is what the study's own model gives: {names.quantity(stage.aim)}."]
+    where = program(stage.model.kind) if stage.elsewhere else "the study's own model"
+    foot += ["Error = 100·(measured − after)/measured."]
+    return Table.of(columns, stage.rows, f"Measured and simulated, {where}", foot)
+
+
+def runs(stage: RefineResult, names: Names) -> Table:
+    """Return every run: its levels, the response predicted by then, and the simulated one."""
+    columns = [
+        Column("run", "No.", form=format),
+        Column("how", "From"),
+        *condition(names.naming),
+        *levels(stage.varied, names),
+        Column("predicted", "Predicted", names.response.written, significant),
+        *([] if stage.elsewhere else [Column("interval", "Interval", of=lambda run: _INSIDE[run.inside_interval])]),
+        simulated(names.response, "Simulated"),
+    ]
+    foot = (
+        f"Predicted: before the run. Interval: whether the simulated {names.response.long} is inside its 95 % "
+        "prediction interval."
+    )
+    return Table.of(columns, stage.made, "Runs of the refinement", [foot], detail=True)
+
+
+def strain_table(found: SizedStrains) -> Table:
+    """Return the failure strain of every element size."""
+    columns = [
+        Column("element_size", "Element size", "mm", significant),
+        Column("failure_strain", "Failure strain", form=significant),
+        Column("interval", "95 % range", form=interval),
+        Column("force", "Mean force", "N", significant),
+        Column("sd_percent", "SD over positions", "%", fixed),
+        Column("positions", "Positions", form=format),
+        Column("runs", "Runs", form=format),
+        Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
+    ]
+    foot = (
+        f"The mean force over the positions of the mesh is {found.aim:.4g} N (stem of {found.condition:g} mm); the "
+        f"search ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: by the scatter over the "
+        "positions. Valid: the mean and its standard error are within 5 %."
+    )
+    return Table.of(columns, found.rows, "Failure strain over element size", [foot])
+
+
+def refined(stage: RefineResult) -> Figure:
+    """Return the responses over the condition; the target is ringed."""
+    condition = stage.naming.condition
+    with new_figure(height=3.1) as figure:
+        axes = figure.add_subplot()
+        for key, style, colour in _SERIES:
+            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
+            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=key)
+        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
+        at = [row.condition for row in stage.rows]
+        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
+        axes.set_xlabel("" if condition is None else plain(condition.axis()))
+        axes.set_ylabel(plain(stage.naming.response.axis()))
+        axes.set_ylim(bottom=0)
+        legend_above(axes, most=3)
+    return figure

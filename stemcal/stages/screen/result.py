@@ -1,0 +1,120 @@
+"""The result of a screening: the effect of every factor, with every test of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Literal
+
+from stemcal.doe.regression.least_squares import t_quantile
+from stemcal.doe.screening.analysis import Screening
+from stemcal.doe.screening.effects import Curvature, Effect, Residual
+from stemcal.doe.screening.lenth import Lenth
+from stemcal.doe.screening.notes import LEAST_DF
+from stemcal.files.rows import Rows, Table
+from stemcal.files.typed import absent, inline
+from stemcal.note import Note
+from stemcal.runs.outcome import Outcome
+from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The size from which an effect counts, by which method: Lenth's margin, also for all effects, or the t test."""
+
+    value: float
+    method: Literal["lenth", "lenth_all", "t"]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ScreenResult(StageResult):
+    """Which factors move the response: effects in the order of the factors, with every test of them.
+
+    `responses` has the same of further responses; `seen_by` shows each as a result of its own.
+    """
+
+    name: ClassVar[str] = "screen"
+    shown = ("significant",)
+
+    head: Head = inline()
+    design: DesignRuns
+    effects: Rows[Effect]
+    significant: tuple[str, ...]
+    lenth: Lenth
+    residual: Residual
+    total_sum_of_squares: float
+    alpha: float = 0.05
+    curvature: Curvature | None = absent()
+    runs_used: int
+    runs_failed: int
+    responses: dict[str, Screening] | None = absent()
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def all_responses(self) -> list[ScreenResult]:
+        """The screening of every response, the first one's first."""
+        return [self, *(self.seen_by(name) for name in self.responses or {})]
+
+    def seen_by(self, response: str) -> ScreenResult:
+        """Return the screening of a further response as if it were the only one."""
+        further = (self.responses or {})[response]
+        head = replace(self.head, naming=self.naming.with_primary(response))
+        return replace(self, head=head, **fields_of(further), responses=None)
+
+    @property
+    def active_factors(self) -> tuple[str, ...]:
+        """The factors that move any response, in the order of the factors."""
+        moved = {name for one in self.all_responses for name in one.significant}
+        return tuple(effect.factor for effect in self.effects if effect.factor in moved)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The largest contribution of each factor to any response, per cent."""
+        each = self.all_responses
+        return {
+            effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in each)
+            for effect in self.effects
+        }
+
+    def effect(self, factor: str) -> Effect:
+        """Return the effect of a factor."""
+        return next(effect for effect in self.effects if effect.factor == factor)
+
+    def ranked(self) -> list[Effect]:
+        """Return the effects by contribution, the largest first."""
+        return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
+
+    def limits(self) -> list[Limit]:
+        """Return the sizes from which an effect counts: Lenth's margins, and t₀·s of the t test.
+
+        The standard error s of an effect is its size over its t.
+        """
+        limits = [Limit(self.lenth.me, "lenth")] if self.lenth.me is not None else []
+        limits += [Limit(self.lenth.sme, "lenth_all")] if self.lenth.sme is not None else []
+        errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]
+        return limits + ([Limit(t_quantile(1.0 - self.alpha, self.residual.df) * max(errors), "t")] if errors else [])
+
+    @property
+    def by_lenth(self) -> bool:
+        """Whether Lenth's method chose the factors, because the residual has too few degrees of freedom or is zero."""
+        tested = self.residual.df >= LEAST_DF and any(effect.f is not None for effect in self.effects)
+        return self.lenth.me is not None and not tested
+
+    def _tables(self) -> dict[str, Table]:
+        """Return effects and runs."""
+        return {"screen": self.effects.table(), "screen_runs": self.design.table()}
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run."""
+        for run in self.design.runs:
+            yield f"screen {run.run}", run.outcome
+
+    def entries(self) -> Iterator[Entries]:
+        """Yield what every run must tell, and the effects that are called significant."""
+        yield from self.design.entries(self.design.varied)
+        yield "effects", [effect.factor for effect in self.effects], self.significant
+
+
+def fields_of(found: Screening) -> dict[str, Any]:
+    """Return an analysis field by field, as a result has them too."""
+    return {field.name: getattr(found, field.name) for field in fields(found)}

@@ -1,0 +1,131 @@
+"""A stage as commands, plan, status, page and export see it, and the one list of stages.
+
+What a stage is made of is imported in its methods: asking for its name, its title or its place costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+
+from stemcal.errors import UsageError
+from stemcal.registry import Checked, Registry
+
+if TYPE_CHECKING:
+    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.solvers.protocol import Solver
+    from stemcal.stages.design import Asked, Later
+    from stemcal.stages.result import StageResult
+    from stemcal.study.model import Study
+    from stemcal.study.model.factor import Frozen
+
+R = TypeVar("R", bound="StageResult")
+
+
+class Stage(Checked, Generic[R]):
+    """One stage of a study.
+
+    Attributes
+    ----------
+    name : str
+        Of its command and of its files.
+    title, help : str
+        For people; what its command does.
+    reads : tuple of str
+        The sections of the spec that it is made from.
+    simulates : bool
+        Whether it has runs of its own.
+    pictured : bool
+        Whether its runs keep what pictures are made from: those at a solution do.
+    one_by_one : bool
+        Whether each run follows from the one before, so that the next one corrects a failed one.
+    """
+
+    name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    help: ClassVar[str] = ""
+    reads: ClassVar[tuple[str, ...]] = ()
+    simulates: ClassVar[bool] = True
+    pictured: ClassVar[bool] = False
+    one_by_one: ClassVar[bool] = False
+
+    def needs(self, study: Study) -> str | None:
+        """Return the name of the stage whose file it reads; None if it reads none."""
+        return None
+
+    def asked_for(self, study: Study) -> bool:
+        """Whether the whole study has it."""
+        return True
+
+    def seen(self, study: Study) -> Study:
+        """Return the study as the stage simulates it."""
+        return study
+
+    def inputs(self, study: Study) -> Mapping[str, object]:
+        """Return what its file depends on besides factors, sections, solver and the file before."""
+        return {}
+
+    def section(self) -> type[Frozen] | None:
+        """Return the model of a section of the spec with the stage's name; of another package's stage only."""
+        return None
+
+    def result(self) -> type[R]:
+        """Return the class of its result."""
+        raise NotImplementedError
+
+    def making(self) -> Callable[..., R]:
+        """Return the function that makes it (`stages.work.a_stage`)."""
+        raise NotImplementedError
+
+    def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
+        """Return the runs that it asks for, as far as they are known now; None where each follows from the last."""
+        return None
+
+    def later(self, study: Study) -> Later | None:
+        """Return the runs that it usually decides on one by one; None if it does not."""
+        return None
+
+    def showing(self) -> object:
+        """Return its words, tables and figures (`report.showing.Showing`)."""
+        raise NotImplementedError
+
+
+STAGES: Registry[Stage[Any]] = Registry(
+    Stage,
+    "stemcal.stages",
+    (
+        "stemcal.stages.screen:Screening",
+        "stemcal.stages.climb:Climbing",
+        "stemcal.stages.surface:ResponseSurface",
+        "stemcal.stages.invert:Calibration",
+        "stemcal.stages.refine:Refinement",
+        "stemcal.stages.validate:Validating",
+    ),
+)
+
+
+def stage_called(name: str) -> Stage[Any]:
+    """Return a stage by its name; raise `UsageError` if there is none."""
+    if (found := STAGES.named(name)) is None:
+        raise UsageError(STAGES.broken.get(name) or f"there is no stage {name!r}")
+    return found
+
+
+def stages_of(study: Study) -> tuple[Stage[Any], ...]:
+    """Return the stages of a whole study in the order of the list, each after the one that it needs.
+
+    Another package's stage is one of them where the spec has its section.
+    """
+    left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
+    left += [stage_called(name) for name in study.further]
+    ordered: list[Stage[Any]] = []
+    while left:
+        waiting = {stage.name for stage in left}
+        ordered.append(next(stage for stage in left if stage.needs(study) not in waiting))
+        left.remove(ordered[-1])
+    return tuple(ordered)
+
+
+def stages_known(study: Study) -> tuple[Stage[Any], ...]:
+    """Return the stages of a study, and then those that it does not have."""
+    return tuple(dict.fromkeys((*stages_of(study), *STAGES.built_in)))

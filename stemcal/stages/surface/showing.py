@@ -1,0 +1,199 @@
+"""How a response surface is shown: analysis of variance, coefficients, fit and shape; its design; its figures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from stemcal.doe.regression.canonical import Shape
+from stemcal.doe.regression.fit_statistics import Coefficient
+from stemcal.files.rows import Column, Table
+from stemcal.names import Names
+from stemcal.naming import FORCE, Named
+from stemcal.numbers import fixed, short, significant
+from stemcal.report.figures.plot import Plot
+from stemcal.report.showing import Setting, Showing
+from stemcal.report.tables.columns import (
+    level,
+    level_list,
+    levels,
+    ratio,
+    response_decimals,
+    squares,
+    starred,
+    to_decimals,
+)
+from stemcal.report.tables.of_designs import design_table
+from stemcal.report.tables.printed import NUMBERS, STARS, PaperTable, printed, run_heads
+from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.surface import figures, words
+from stemcal.stages.surface.result import SurfaceResult
+
+MANY = 3  # factors beyond which columns are headed by symbols in place of names
+MOST_FITS = 6  # further responses whose tables are shown
+ONE = "1"  # the term of the constant
+
+
+class SurfaceShowing(Showing[SurfaceResult]):
+    """The words, tables and figures of a response surface."""
+
+    def outcome(self, result: SurfaceResult, names: Names) -> list[str]:
+        return words.outcome(result, names)
+
+    def certainty(self, result: SurfaceResult, names: Names) -> list[str]:
+        return words.certainty(result, names)
+
+    def tables(self, result: SurfaceResult, names: Names, judged: bool = False) -> list[Table]:
+        return [*surface_tables(result, names), *_of_others(result, names)]
+
+    def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
+        return figures.plots(result, setting.results.of(InvertResult), setting.labels)
+
+    def printed(self, result: SurfaceResult, setting: Setting) -> list[PaperTable]:
+        study = setting.study
+        note = f"{equation(result.coefficients, result.symbols(), study.naming.response)} (coded values)."
+        heads = {"source": "", "sum_of_squares": "", "df": "df", "mean_square": "", "f": "F-Value", "p": "p-Value"}
+        caption = "Test results and scheme of the response surface design."
+        design = design_table(result.design, setting.symbols)
+        return [
+            _levels(result),
+            printed("surface-runs", caption, design, run_heads(study, "run")),
+            printed("anova", "ANOVA of the response surface.", anova_table(result), heads, f"{STARS} {note}"),
+        ]
+
+
+def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
+    """Return all tables of a surface."""
+    tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
+    tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
+    return tables
+
+
+def written(term: str, symbols: Mapping[str, str]) -> str:
+    """Return a term as it stands in an equation.
+
+    >>> written("yield_stress:failure_strain", {"yield_stress": "X4", "failure_strain": "X9"})
+    'X4·X9'
+    """
+    if term.endswith("^2"):
+        name = term.removesuffix("^2")
+        return f"{symbols.get(name, name)}²"
+    return "·".join(symbols.get(name, name) for name in term.split(":"))
+
+
+def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], response: Named = FORCE) -> str:
+    """Return the surface of a response as an equation in coded units.
+
+    >>> from types import SimpleNamespace as C
+    >>> equation([C(term="1", value=120.415), C(term="a^2", value=-0.829)], {"a": "X9"})
+    'F = 120.42 − 0.83·X9²'
+    """
+    text, places = "", response_decimals(response, [row.value for row in coefficients if row.term != ONE])
+    for row in coefficients:
+        size = fixed(abs(row.value), places) + ("" if row.term == ONE else f"·{written(row.term, symbols)}")
+        sign = "−" if row.value < 0.0 else "+"
+        text += f" {sign} {size}" if text else f"{'−' if row.value < 0.0 else ''}{size}"
+    return f"{response.symbol} = {text}"
+
+
+def anova_table(stage: SurfaceResult) -> Table:
+    """Return the analysis of variance."""
+    symbols = stage.symbols()
+    columns = [
+        Column("source", "Source", of=lambda row: written(row.source, symbols)),
+        Column("sum_of_squares", "Sum of squares", form=squares),
+        Column("df", "df", form=format),
+        Column("mean_square", "Mean square", form=squares),
+        Column("f", "F", form=ratio),
+        Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
+    ]
+    foot = () if stage.lack_of_fit_testable else ["Lack of fit cannot be tested."]
+    strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
+    return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
+
+
+def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
+    """Return the coefficients with their intervals, the equation below."""
+    symbols, response = stage.symbols(), names.response
+    form = to_decimals(response_decimals(response, [row.value for row in stage.coefficients[1:]], 3))
+    columns = [
+        Column("term", "Term", of=lambda row: written(row.term, symbols)),
+        Column("value", "Coefficient", response.written, form),
+        Column("standard_error", "Std. error", form=form),
+        Column("low", "95 % low", form=form),
+        Column("high", "95 % high", form=form),
+    ]
+    coded = (
+        f"{entry.symbol or entry.factor} = ({entry.factor} − {short(entry.center)}) / {short(entry.half_step)}"
+        for entry in stage.factors
+    )
+    foot = equation(stage.coefficients, symbols, response), "; ".join(coded)
+    return Table.of(columns, stage.coefficients, "Response surface in coded units", foot, detail=True)
+
+
+def fit_table(stage: SurfaceResult) -> Table:
+    """Return how well the surface fits."""
+    response = stage.naming.response
+    rows = (
+        ("R²", fixed(stage.r2, 4)),
+        ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
+        ("Predicted R²", fixed(stage.predicted_r2, 4)),
+        ("Adequate precision", fixed(stage.adequate_precision, 2)),
+        (replace(response, unit=response.squared).headed("PRESS"), significant(stage.press, 6)),
+        ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
+    )
+    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Quality of the fit")
+
+
+def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
+    """Return the surface along its own axes: curvature, and the direction in coded units."""
+    axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
+    columns = [
+        Column("axis", "Axis", form=format),
+        Column("curvature", "Curvature", names.response.written, significant),
+        *levels(stage.names, _short_names(stage, names), to_decimals(3)),
+    ]
+    point = "No single stationary point: the surface is a plane, or level along some direction."
+    if shape.natural is not None and shape.predicted is not None:
+        point = (
+            f"Stationary point: {words.shape_name(shape)}, {names.quantity(shape.predicted)} at "
+            f"{level_list(shape.natural, names)}; coded radius {shape.coded_radius:.2f}, "
+            f"{'inside' if shape.inside else 'outside'} the region of the runs."
+        )
+    curved = (
+        f"Negative: the {names.response.long} falls on both sides along that axis; the columns give its direction, "
+        "coded."
+    )
+    rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
+    return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
+
+
+def _short_names(stage: SurfaceResult, names: Names) -> Names:
+    """Return what heads the column of each factor: where they are many, its symbol."""
+    return Names(names.naming, stage.symbols()) if len(stage.names) > MANY else names
+
+
+def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
+    """Return the tables of the further responses that a study itself has named."""
+    own = {response.name for response in stage.naming.others}
+    fitted = [(part.condition, name) for part in stage.conditions for name in part.responses or {} if name in own]
+    tables: list[Table] = []
+    for place, name in fitted[:MOST_FITS]:
+        seen = stage.seen_by(name, place)
+        for table in surface_tables(seen, names.of(seen.naming)):
+            naming = seen.naming
+            title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
+            tables.append(replace(table, title=title))
+    if len(fitted) > MOST_FITS:
+        more = f"{len(fitted) - MOST_FITS} more fitted responses are in `rsm.json`."
+        tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
+    return tables
+
+
+def _levels(stage: SurfaceResult) -> PaperTable:
+    """Return what the coded levels of the response surface mean."""
+    coded = sorted({round(run.coded[name], 3) + 0.0 for run in stage.design.runs for name in stage.names})
+    rows = [{name: stage.coding[name].natural(one) for name in stage.names} | {"": one} for one in coded[::-1]]
+    heads = {"": "Factor Level", **stage.symbols()}
+    columns = [Column(key, head, form=level) for key, head in heads.items()]
+    return PaperTable(
+        NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
+    )

@@ -1,0 +1,125 @@
+"""How a validation is shown: measured against simulated, at every condition."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import to_json
+from stemcal.names import Names
+from stemcal.naming import FORCE, Named
+from stemcal.numbers import fixed, short, significant
+from stemcal.report.figures.plot import Plot
+from stemcal.report.showing import Setting, Showing
+from stemcal.report.tables.columns import ERROR, condition, simulated, to_decimals
+from stemcal.report.tables.of_responses import from_means, further_table
+from stemcal.report.tables.printed import NUMBERS, PaperTable, label_of, titled
+from stemcal.stages.validate import figures, words
+from stemcal.stages.validate.result import ValidateResult, ValidateRow
+from stemcal.words import series
+
+_LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
+_ERROR = "Error = 100·(measured − simulated)/measured"
+
+
+class ValidateShowing(Showing[ValidateResult]):
+    """The words, tables and figures of a validation."""
+
+    claims = "agreement"
+
+    def outcome(self, result: ValidateResult, names: Names) -> list[str]:
+        return words.outcome(result, names)
+
+    def certainty(self, result: ValidateResult, names: Names) -> list[str]:
+        return words.certainty(result, names)
+
+    def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
+        return validation_tables(result, names)
+
+    def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
+        return figures.plots(setting.study, result)
+
+    def printed(self, result: ValidateResult, setting: Setting) -> list[PaperTable]:
+        return [printed_table(result)]
+
+
+def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
+    """Return measured against simulated, and further responses."""
+    tables = [validation_table(stage, names)]
+    every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
+    further = from_means(every, names)
+    if further:
+        tables.append(further_table(further, ("simulated", "Simulated", significant), names, []))
+    return tables
+
+
+def validation_table(stage: ValidateResult, names: Names) -> Table:
+    """Return measured against simulated response over the conditions."""
+    unit = names.response.written
+    columns = [
+        *condition(names.naming),
+        Column("role", "Role", form=lambda role: role.replace("_", " "), words=True),
+        Column("measured", "Measured", unit, short),
+        simulated(names.response, "Simulated", "simulated"),
+        ERROR,
+        *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
+    ]
+    worst = [errors_in_short(stage, names)] if names.placed else []
+    title = f"Measured against simulated {names.response.long}"
+    return Table.of(columns, stage.rows, title, (*worst, f"{_ERROR}."))
+
+
+def errors_in_short(stage: ValidateResult, names: Names) -> str:
+    """Return the largest held-out error next to that of a formula, then the largest and the mean of all."""
+    of = "over all responses" if names.naming.others else "absolute"
+    every = f"argest error {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
+    if stage.worst_held_out_percent is None:
+        return f"L{every}"
+    formula = stage.formula
+    beside = (
+        f" (F = a·d^{formula.exponent:.3g} through the fitted forces: {fixed(formula.worst_held_out_percent)} %)"
+        if formula is not None
+        else ""
+    )
+    return f"Largest held-out error {fixed(stage.worst_held_out_percent)} %{beside}; l{every}"
+
+
+def printed_table(stage: ValidateResult) -> PaperTable:
+    """Return measured against simulated responses; dashes where nothing was measured."""
+    naming = stage.naming
+    columns = [replace(one, label=titled(naming.condition.label)) for one in condition(naming) if naming.condition]
+    for named in (naming.response, *naming.others):
+        label, of = label_of(named), _field_of(named, naming.response)
+        columns += [
+            Column("measured", f"{label} Measured", named.written, short, of("measured")),
+            Column("simulated", f"{label} Simulation Value", named.written, significant, of("simulated")),
+            replace(ERROR, form=to_decimals(1), of=of("error_percent")),
+        ]
+    first = next(i for i, column in enumerate(columns) if column.key == "simulated")
+    columns[first] = simulated(naming.response, columns[first].name, "simulated")
+    others = [one.long for one in (naming.response, *naming.others)]
+    responses = ["maximum shear force"] if naming.response == FORCE else others
+    at = [row.condition for row in stage.compared if row.role == "fitted"]
+    served = Names(naming).conditions(at) if at and naming.condition is not None else f"the {naming.response.long}"
+    checks = "check" if len(at) > 1 and naming.condition is not None else "checks"
+    note = f"{_ERROR}; {served} served for calibration and {checks} nothing."
+    if stage.worst_held_out_percent is not None:
+        note = f"{errors_in_short(stage, Names(naming))} {note}"
+    caption = f"Comparison of the measured and simulated {series(responses)}."
+    return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
+
+
+def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateRow], Any]]:
+    """Return what reads a field of the comparison of a response."""
+
+    def compared(row: ValidateRow) -> object:
+        found = row.compared if named == first else None
+        return found or next((one for one in row.further if one.response == named.name), None)
+
+    def value(key: str, row: ValidateRow) -> Any:
+        found: Any = compared(row)
+        told = getattr(found, key, None)
+        return named.counted(told, found.measured) if told is not None and key in ("measured", "simulated") else told
+
+    return lambda key: partial(value, key)
