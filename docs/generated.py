@@ -27,7 +27,10 @@ def commands() -> str:
     from stemcal.cli.app import app
 
     root: Any = get_command(app)
-    parts = ["# Commands", "What a command prints goes to stdout, progress and remarks to stderr."]
+    parts = [
+        "# Commands",
+        "For users of the command line. Results are printed to stdout, progress and notes to stderr.",
+    ]
     for name, command in sorted(root.commands.items()):
         parts += _command(name, command)
     return "\n\n".join(parts)
@@ -66,9 +69,9 @@ def spec() -> str:
     head = ("Key", "Meaning", "Value", "Default")
     parts = [
         "# Spec",
-        "A study is one YAML file. Quantities carry their unit (`8 mm`); pure numbers have none. `stemcal check` names "
-        "every mistake with its line; `stemcal explain --schema` prints this page for editors. Defaults of quantities "
-        "are given in mm, s, N, MPa and degrees. `[]` stands for each entry of a list.",
+        "For users who write a study: all sections and keys of its YAML file. Quantities have a unit (`8 mm`), pure "
+        "numbers have none. `stemcal check` lists every mistake with its line; `stemcal explain --schema` prints this "
+        "page for editors. Defaults of quantities are in mm, s, N, MPa and degrees. `[]` is each entry of a list.",
         _table(head, _keys_of(schema)),
     ]
     for name, place in section_places().items():
@@ -90,12 +93,12 @@ def _anchor(name: str) -> str:
 
 
 def _marked(text: str) -> str:
-    """Set code of reStructuredText as that of Markdown."""
+    """Replace the code marks of reStructuredText by those of Markdown."""
     return text.replace("``", "`")
 
 
 def _kind(node: Mapping[str, Any]) -> str:
-    """Return in words what a key takes."""
+    """Return the kind of value of a key in words."""
     if "$ref" in node:
         from stemcal.study.reading.json_schema import section_places
 
@@ -121,29 +124,33 @@ def _default(node: Mapping[str, Any]) -> str:
 
 
 def glossary() -> str:
-    """Return the terms that `stemcal explain` knows."""
+    """Return the terms of `stemcal explain`."""
     from stemcal.cli.explain import glossary as terms
 
-    rows = [(entry.term, entry.meaning, entry.source) for entry in sorted(terms(), key=lambda e: e.term.lower())]
+    rows = [
+        (entry.term, entry.chinese, entry.meaning, entry.source)
+        for entry in sorted(terms(), key=lambda e: e.term.lower())
+    ]
     return "\n\n".join(
         [
             "# Glossary",
-            "The same as `stemcal explain TERM`, which knows the keys of a [spec](spec.md) too.",
-            _table(("Term", "Meaning", "Source"), rows),
+            "For readers of tables and reports, in English and Chinese. `stemcal explain TERM` prints the same and "
+            "explains the keys of a [spec](spec.md).",
+            _table(("Term", "Chinese", "Meaning", "Source"), rows),
         ]
     )
 
 
 def stages() -> str:
-    """Return what a study leaves, key by key and column by column, and the exit codes."""
+    """Return every key and column of the files of a study, and the exit codes."""
     import stagefiles
 
     parts = [
-        "# Stage files, key by key",
-        "As the published study leaves them when it is computed from its printed forces (`configs/paper-replay.yaml`). "
-        "`[]` stands for each element of a list, `*` for the name of a factor. Forces are in N, lengths in mm, factors "
-        "in the unit of the spec; what could not be computed is `null`. A joint fit, "
-        "a climb or a refinement adds its own. `schema_version` rises when a key changes its meaning or goes.",
+        "# Stage files",
+        "For programs that read results: the keys of `configs/paper-replay.yaml`, the published study. "
+        "`[]` is each element of a list, `*` the name of a factor. Forces are in N, lengths in mm, factors "
+        "in the unit of the spec; a value that could not be computed is `null`. Joint fits, climbs and refinements "
+        "have further keys. `schema_version` increases when a key changes or is removed.",
     ]
     for title, head, rows in stagefiles.stage_files():
         parts += [f"## {title}", _table(head, rows)]

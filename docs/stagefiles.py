@@ -1,4 +1,4 @@
-"""The reference of what a study leaves: keys and columns read off the replayed study, exit codes off the errors."""
+"""The reference of stage files and exit codes, from the replayed study and the classes of errors."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ def stage_files() -> list[tuple[str, Row, list[Row]]]:
         tables = []
         for stage in STAGES:
             data = json.loads((Path(place) / f"{stage}.json").read_text("utf-8"))
-            tables.append((f"{stage}.json", ("Key", "Holds", "For example"), _one_per_key(_keys(data, names))))
+            tables.append((f"{stage}.json", ("Key", "Type", "Example"), _one_per_key(_keys(data, names))))
         return [*tables, ("CSV files", ("File", "Columns"), list(_columns(Path(place))))]
 
 
 def exit_codes() -> list[Row]:
-    """Return the exit codes with their kind of error and what that means."""
+    """Return the exit codes with their errors and meanings."""
     from stemcal import errors
 
     kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.StemcalError)]
-    said = [(str(kind.exit_code), kind.__name__, (kind.__doc__ or "").splitlines()[0]) for kind in kinds]
+    known = [(str(kind.exit_code), kind.__name__, (kind.__doc__ or "").splitlines()[0]) for kind in kinds]
     rest = [
-        ("0", "", "All right."),
-        ("130, 143", "", "Interrupted by Ctrl-C or SIGTERM; finished runs are kept, the same command goes on."),
+        ("0", "", "Success."),
+        ("130, 143", "", "Interrupted by Ctrl-C or SIGTERM; finished runs are kept, and the same command resumes."),
     ]
-    return sorted(said + rest, key=lambda row: (len(row[0]), row[0]))
+    return sorted(known + rest, key=lambda row: (len(row[0]), row[0]))
 
 
 def _keys(value: Any, names: set[str], path: str = "") -> Iterator[Row]:
@@ -76,7 +76,7 @@ def _kind(value: Any) -> str:
 
 
 def _example(value: Any) -> str:
-    """Return a value as it may be shown: short."""
+    """Return a value in short form."""
     text = f"{value:.4g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
     text = text if len(text) <= SHORT else f"{text[: SHORT - 2]} …"
     return "" if value is None else f"`{text}`"

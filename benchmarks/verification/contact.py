@@ -38,10 +38,10 @@ def rebound() -> Topic:
     text = "momentum left over, spinning block between two tools"
     cases.append(Case(text, momentum_error(), 0.0, 1e-12, "Newton's third law", relative=False))
     text = (
-        "A block falls on a rigid table through a contact so soft that the block is rigid. Undamped it leaves as fast "
-        "as it came; damped it keeps that share of its speed which a damped oscillator that never pulls would keep. "
-        "Last, a spinning block is caught, yielding, between table and moving wedge, with friction: the momentum it "
-        "loses is the impulse on the tools, to round-off."
+        "A block falls on a rigid table with a contact so soft that the block is rigid. Undamped, it rebounds with "
+        "its speed of impact. Damped, it keeps the same fraction of its speed as a damped oscillator without "
+        "tension. In the last case a spinning block with plasticity and friction is caught between table and moving "
+        "wedge. Its loss of momentum must equal the impulse on the tools."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -88,9 +88,10 @@ def sliding() -> Topic:
                     "μd + (μs − μd) exp(−DC·v)")  # fmt: skip
         cases.append(case)
     text = (
-        "A block lies on the table under its weight. Thrown, it stops after v²/2μg; pulled below the limit it gives "
-        "only as much as its contact springs, pulled above it accelerates. With a static coefficient above the dynamic "
-        "one friction grows as the block slows down, by the law of LS-DYNA's contacts."
+        "A block is on the table under its weight. With an initial speed it stops after v²/2μg. Pulled below the "
+        "limit it moves only by the elasticity of its contact; above the limit it accelerates. With a static "
+        "coefficient above the dynamic one, friction increases as the block slows down, by the law of LS-DYNA "
+        "contacts."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
     caption = "Left: speed of a thrown block, computed (points) and v − μgt (lines). Right: friction over weight."
@@ -133,12 +134,12 @@ def taylor() -> Topic:
         ]
         profiles[label] = profile(history, across, along)
     text = (
-        f"A copper rod of {LENGTH:g} mm and radius {RADIUS:g} mm at {1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973; "
-        "E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa, 8930 kg/m³) after 80 µs. There is no closed form: the "
-        "references are the middles of what explicit codes report (Hallquist; Zhu and Cescotto 1995), the tolerances "
-        "half of their spread with two exceptions, which lie outside of it: the foot on the coarser mesh is allowed "
-        "0.05 mm more, and the largest plastic strain, that of a single element, grows as the mesh gets finer and is "
-        "allowed 0.4 more on the finer one."
+        f"A copper rod of {LENGTH:g} mm and radius {RADIUS:g} mm at {1e-3 * SPEED:g} m/s after 80 µs (Wilkins and "
+        "Guinan 1973). E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa, 8930 kg/m³. There is no closed form. The "
+        "references are the means of published explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances "
+        "are half of their range, with two exceptions. The foot on the coarser mesh has a tolerance 0.05 mm wider. The "
+        "largest plastic strain, that of a single element, increases with refinement; its tolerance is 0.4 wider on "
+        "the finer mesh."
     )
     caption = "Largest radius along the rod after 80 µs on both meshes, and as it began (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

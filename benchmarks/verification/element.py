@@ -30,10 +30,10 @@ def patch() -> Topic:
         Case("force left on inner nodes", interior, 0.0, 1e-12, source, relative=False),
     ]
     text = (
-        "All nodes of a randomly distorted 3 × 3 × 3 mesh follow one deformation gradient, in four steps, elastic and "
-        "through yield with hardening and rate dependence; the worse of the two is shown. Whatever the shape of the "
-        "elements, the stress must be the same everywhere and the forces on inner nodes must cancel. Both are given as "
-        "a share of the largest value."
+        "All nodes of a randomly distorted 3 × 3 × 3 mesh follow one deformation gradient in four steps. The "
+        "material is elastic, or yields with hardening and rate dependence; the worse of the two is listed. The "
+        "stress must be uniform, and the forces on inner nodes must cancel. Both errors are relative to the largest "
+        "value."
     )
     return Topic("Patch test", text, tuple(cases))
 
@@ -62,10 +62,10 @@ def objectivity() -> Topic:
             text = f"{name}/G in simple shear, γ = {gamma:g}"
             cases.append(Case(text, value, exact, 1e-4, "Dienes 1979", relative=False))
     text = (
-        "A strained body turned by 90° must carry its stress along, R σ Rᵀ. The error, a share of the largest "
-        "deviatoric stress, belongs to half-degree steps and must fall to a quarter in steps half as long. In large "
-        "simple shear the Jaumann rate has the exact answer τ = G sin γ, σxx = G (1 − cos γ), to which two step sizes "
-        "are extrapolated; the Green–Naghdi rate would miss it by 7 % at γ = 1."
+        "A strained body rotated by 90° must rotate its stress, R σ Rᵀ. The error is relative to the largest "
+        "deviatoric stress, for steps of half a degree. It must decrease to a quarter with half the step. In large "
+        "simple shear the exact answer of the Jaumann rate is τ = G sin γ, σxx = G (1 − cos γ). Results of two step "
+        "sizes are extrapolated. The Green–Naghdi rate would differ by 7 % at γ = 1."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 
@@ -104,11 +104,11 @@ def hourglass() -> Topic:
     text = "hourglass force in uniform deformation"
     cases.append(Case(text, uniform_force(), 0.0, 1e-12, source, "N", relative=False))
     text = (
-        "A sound hexahedron resists all its 24 motions but the 6 rigid ones; the bare one-point element misses twelve "
-        "more. Control with coefficient c resists an amplitude a of each of the four patterns on a cube of "
-        "side h by 8 · 0.038 c (λ+2μ) h a at every corner, as OpenRadioss does with an LS-DYNA deck's coefficient, "
-        "and stays out of uniform deformation of any shape. With c = 0.548 (1/6 over 0.304) and ν = 0 a cube stores "
-        "just the energy of its own bending."
+        "A hexahedron resists all its 24 motions except the 6 rigid ones. The one-point element without control "
+        "resists twelve fewer. Control with coefficient c resists an amplitude a of each of the four modes on a cube "
+        "of side h by 8 · 0.038 c (λ+2μ) h a at every corner. OpenRadioss uses the same formula for the coefficient "
+        "of an LS-DYNA deck. Uniform deformation must cause no force. With c = 0.548 (1/6 over 0.304) and ν = 0 a "
+        "cube has exactly the energy of its bending."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

@@ -34,8 +34,9 @@ def tension() -> Topic:
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
-        "One element in uniaxial stress, E = 1000, σy = 10, Et = 50 MPa, strained to 5 % and back to −3 %. β = 0 keeps "
-        "the width of the elastic range, β = 1 its middle; the paper's hardening parameter lies between."
+        "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. It is strained to 5 % and "
+        "back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The hardening "
+        "parameter of the paper is between the two."
     )
     caption = "Stress over a cycle of strain: computed, and the corners and legs of the closed form."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
@@ -62,9 +63,10 @@ def rate() -> Topic:
     ]  # fmt: skip
     curves = {LAW_NAMES[law]: yield_curve(law) for law in LAWS}
     text = (
-        "One element in isochoric tension at constant rate, σy = 10 MPa without hardening. The usual law scales yield "
-        "by 1 + (ε̇/C)^(1/P), the paper prints 1 + (ε̇/C)^P; ε̇ = √(ε̇:ε̇). At the speed of the shear test the printed "
-        "form is 1 to many digits, the usual one is not, so the choice between them matters."
+        "One element in isochoric tension at constant rate, σy = 10 MPa without hardening. The Cowper–Symonds law "
+        "scales the yield stress by 1 + (ε̇/C)^(1/P), the law printed in the paper by 1 + (ε̇/C)^P, with ε̇ = "
+        "√(ε̇:ε̇). At the speed of the shear test the printed law gives 1 to many digits; the Cowper–Symonds law "
+        "does not."
     )
     caption = "Yield stress against the axial strain rate for C = 80 1/s, P = 4: computed (points) and formula (lines)."
     return Topic("Yield against rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),))
@@ -91,8 +93,8 @@ def erosion() -> Topic:
     work = 0.5 * 10.0**2 / 1000.0 + 10.0 * 0.03
     cases.append(Case("energy taken along", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
     text = (
-        "Strained by 0.1 % per step without hardening, an element must fail in the very step whose effective plastic "
-        "strain first reaches the failure strain, and from then on give no force. What it held stays in the energy "
+        "The element is strained by 0.1 % per step without hardening. It must fail in the step whose effective "
+        "plastic strain first reaches the failure strain, and then have no force. Its energy must remain in the "
         "balance as eroded energy."
     )
     return Topic("Erosion at the failure strain", text, tuple(cases))

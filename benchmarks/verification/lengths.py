@@ -31,10 +31,10 @@ def edge() -> Topic:
     drift = pressed(0.5).drift_percent()
     cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
     text = (
-        f"An edge spread over a = {SPREAD:g} mm is pressed into an elastic block. It has no stiffness of its own, so "
-        "the slope of its force is the block's under the bell: that of a static solution which shares no code with the "
-        "solver, wherever the mesh lies, and whatever mass the elements were given. A bell widens as elements get "
-        "shorter, so that with their own width it stays the same. One-point elements of a/2 are too soft."
+        f"An edge with a spread of a = {SPREAD:g} mm is pressed into an elastic block. The edge has no stiffness, so "
+        "the slope of its force is that of the block under the same pressure distribution. A static solution with "
+        "separate code is the reference. The slope must not depend on the position of the mesh or on added mass. The "
+        "distribution is widened on short elements to keep its effective width. One-point elements of a/2 are too soft."
     )
     return Topic("Spread edge", text, tuple(cases))
 
@@ -46,11 +46,11 @@ def failure() -> Topic:
     text = "notched plate, ℓ = 1 mm: work to failure, elements of 0.25 mm"
     cases.append(Case(text, fine, coarse, 0.06, "elements of 0.5 mm", "mJ"))
     text = (
-        "With an internal length ℓ an element fails by the mean of the plastic strain around it. The mean of a unit "
-        "slice in a bar is a bell of width ℓ; and a plate with a sharp notch takes nearly the same work to its first "
-        "failure whatever its elements, where failure element by element takes "
-        f"{work_to_failure(0.5, 0.0):.1f} mJ with elements of 0.5 mm and {work_to_failure(0.25, 0.0):.1f} mJ with "
-        "elements of 0.25 mm."
+        "With an internal length ℓ an element fails by the mean plastic strain around it. The mean of a unit slice in "
+        "a bar is a bell curve of width ℓ. A plate with a sharp notch requires almost the same work until its first "
+        "failure with any element size. With failure element by element the work is "
+        f"{work_to_failure(0.5, 0.0):.1f} mJ for elements of 0.5 mm and {work_to_failure(0.25, 0.0):.1f} mJ for "
+        "0.25 mm."
     )
     return Topic("Failure in the mean", text, tuple(cases))
 

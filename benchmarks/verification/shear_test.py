@@ -39,11 +39,11 @@ def symmetry() -> Topic:
         text = f"as shipped, {name}: quarter model, largest difference of the curve up to the peak over the peak"
         cases.append(Case(text, off, 0.0, 1e-4, "the full model", relative=False))
     text = (
-        "The problem has two mirror planes. What they leave out is the image of what they keep, so the force curves "
-        "are the same but for round-off. The first rows have a sharp edge and failure element by element; after the "
-        "first failure round-off may choose another element to fail next, hence the wider tolerance of the 1 mm row. "
-        "The last rows are odd cases of the model as shipped, with elements of d/12: where rows of the spread edge "
-        "stick and slip, one sweep of their solution more or less changes forces by 1e-5."
+        "The problem has two mirror planes, so the force curves of quarter, half and full model must be equal except "
+        "for rounding. The first rows have a sharp edge and failure element by element. After the first failure, "
+        "rounding may select another element to fail next; the 1 mm row therefore has a wider tolerance. The last "
+        "rows are unusual cases of the shipped model with elements of d/12. Rows of the spread edge stick and slip "
+        "there, and one more iteration changes forces by 1e-5."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
@@ -69,11 +69,11 @@ def energy() -> Topic:
         Case("work of the blade, Σ force · way", work.external[-1], force_times_way, 0.002, "definition", "mJ")
     )
     text = (
-        "Kinetic, internal, hourglass and eroded energy and what friction, damping and the contact springs hold must "
-        "add up to the work of the blade. The drift is the largest difference over the largest work. In the 1 mm case "
-        f"the peak is {result.peak_force:.1f} N at {result.peak_travel:.3f} mm, with {result.deleted_elements} "
-        f"elements of the quarter model eroded by then, and hourglass energy is at most "
-        f"{result.hourglass_ratio_percent:.1f} % of internal energy on the way there."
+        "Kinetic, internal, hourglass, eroded and contact energy, with friction and damping, must add up to the work "
+        "of the blade. The drift is the largest difference over the largest work. In the 1 mm case the peak is "
+        f"{result.peak_force:.1f} N at {result.peak_travel:.3f} mm. Until then {result.deleted_elements} elements of "
+        f"the quarter model have failed, and hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of "
+        "internal energy."
     )
     caption = "Where the blade's work goes over its travel (1 mm, quarter model), and the error of the balance."
     return Topic("Energy balance of the shear test", text, tuple(cases),
@@ -93,8 +93,8 @@ def determinism() -> Topic:
     text = "full model with one and two threads: values that differ"
     cases.append(Case(text, differing(shear(one), shear(two)), 0, 0.0, "fixed order of sums", relative=False))
     text = (
-        "Same input, same bits: every value of every column of the history is compared, bit by bit. Forces are summed "
-        "in one order, however many threads compute them."
+        "The same input must give the same bits in every value of the history. Forces are summed in a fixed order "
+        "for any number of threads."
     )
     return Topic("Determinism", text, tuple(cases))
 

@@ -40,8 +40,9 @@ def wave() -> Topic:
     cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
     text = (
         f"{test_wave.LENGTH} cubes in a row with ν = 0, one end driven at constant speed v. Behind the front the "
-        "stress is ρcv; a free end takes it away and doubles the velocity, a fixed one doubles it and stops the bar. "
-        "Bulk viscosity smears the front over some elements. With mass scaling everything runs slower by its root."
+        "stress is ρcv. A free end removes the stress and doubles the velocity; a fixed end doubles the stress and "
+        "stops the bar. Bulk viscosity widens the front to some elements. With mass scaling all speeds decrease by its "
+        "square root."
     )
     caption = "Stress along the bar before and after the front meets the far end: computed, and exact (dashed)."
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
@@ -65,9 +66,9 @@ def beams() -> Topic:
     text = "1 element high, c = 0.548: deflection over theory"
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
-        "A beam of length 40 and height 4 mm under a load put on at once swings about its static position; mean and "
+        "A beam of length 40 mm and height 4 mm under a sudden load oscillates about its static position. Mean and "
         "period give deflection and frequency. The hourglass coefficient is 0.15; with 0.548 even a single row of "
-        "cubes bends like the beam."
+        "cubes has the deflection of the beam."
     )
     return Topic("Cantilever", text, tuple(cases))
 
@@ -78,8 +79,8 @@ def cylinder() -> Topic:
     source = "FL³/48EI + FL/4κGA, κ of Cowper 1966"
     case = Case("deflection at mid-span", 1e3 * found, 1e3 * exact, 0.01, source, "µm")
     text = (
-        "A quarter model of a stem of 8 mm and diameter ratio 0.41 over a span of 48 mm, elements of 1 mm, load and "
-        "supports spread over sections. Shear is a tenth of the deflection."
+        "A quarter model of a stem of 8 mm and diameter ratio 0.41 over a span of 48 mm, elements of 1 mm. Load and "
+        "supports act on whole sections. Shear contributes a tenth of the deflection."
     )
     return Topic("Hollow cylinder in three-point bending", text, (case,))
 
@@ -124,8 +125,8 @@ def convergence() -> Topic:
     curves[name] = (heights := np.array([2, 4, 8])), np.array([abs(bent(int(n))[0] - 1.0) for n in heights])
     cases.append(_rate(name, curves[name], 0.25, "Timoshenko 1921"))
     text = (
-        "On problems with smooth exact solutions the error must fall with the square of the element size. The rate is "
-        "that of the last two meshes."
+        "On problems with smooth exact solutions the error must decrease with the square of the element size. The "
+        "rate is that of the last two meshes."
     )
     caption = "Error against the number of elements on a side; the grey line falls with its square."
     drawing = Drawing("convergence", figures.convergence(curves), caption)

@@ -17,12 +17,18 @@ from stemcal.words import near, series
 
 @dataclass(frozen=True)
 class Entry:
-    """A term, other names of it, its meaning in a sentence or two, and its source."""
+    """A term with its other names, its name in Chinese, its meaning and its source."""
 
     term: str
     meaning: str
     source: str
     aliases: tuple[str, ...] = ()
+    chinese: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names by which the term is found."""
+        return (self.term, *self.aliases, *filter(None, [self.chinese]))
 
 
 @functools.cache
@@ -30,13 +36,15 @@ def glossary() -> tuple[Entry, ...]:
     """Return the terms of `glossary.csv`, in which several aliases are separated by semicolons."""
     rows = csv.DictReader(files("stemcal.cli").joinpath("glossary.csv").read_text(encoding="utf-8").splitlines())
     return tuple(
-        Entry(row["term"], row["meaning"], row["source"], tuple(filter(None, row["aliases"].split("; "))))
+        Entry(
+            row["term"], row["meaning"], row["source"], tuple(filter(None, row["aliases"].split("; "))), row["chinese"]
+        )
         for row in rows
     )
 
 
 def look_up(term: str) -> list[Entry]:
-    """Return the entries of a term or of a key of a spec, by name or other name; else those whose name holds it.
+    """Return the entries of a term or key of a spec, by any of its names; otherwise those whose name contains it.
 
     >>> [entry.term for entry in look_up("programs")]
     ['solver.programs, kind: deck']
@@ -48,8 +56,10 @@ def look_up(term: str) -> list[Entry]:
     """
     wanted = _plain(term)
     keys = tuple(_keys_of_a_spec())
-    exact = [entry for entry in (*glossary(), *keys) if wanted in map(_plain, (entry.term, *entry.aliases))]
-    found = exact or [entry for entry in glossary() if wanted and wanted in _plain(entry.term)]
+    exact = [entry for entry in (*glossary(), *keys) if wanted in map(_plain, entry.names)]
+    found = exact or [
+        entry for entry in glossary() if wanted and any(wanted in _plain(name) for name in (entry.term, entry.chinese))
+    ]
     if found:
         return found
     meant = _nearest_terms(wanted, glossary()) or _nearest_terms(wanted, keys)
@@ -59,12 +69,12 @@ def look_up(term: str) -> list[Entry]:
 
 
 def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
-    names = {_plain(name): entry.term for entry in entries for name in (entry.term, *entry.aliases)}
+    names = {_plain(name): entry.term for entry in entries for name in entry.names}
     return [names[name] for name in near(wanted, names, most=3)]
 
 
 def _keys_of_a_spec() -> Iterator[Entry]:
-    """Yield an entry for each key of a spec, with the keys below it: known by its place, and by its name alone."""
+    """Yield an entry for each key of a spec with the keys below it, found by its path or its name alone."""
     from stemcal.study.reading.json_schema import meanings
 
     paths = [place.partition(",")[0].replace("[]", "").rpartition(".") for place in meanings()]
@@ -86,21 +96,19 @@ def _plain(text: str) -> str:
 
 def _beginning(typed: str) -> list[str]:
     """Return the terms that begin as what was typed, for the shell to complete."""
-    names = {name for entry in glossary() for name in (entry.term, *entry.aliases)}
+    names = {name for entry in glossary() for name in entry.names}
     return sorted(name for name in names if name.lower().startswith(typed.lower()))
 
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="TERM", help="A word of the tables or the report, or a key of a spec.", autocompletion=_beginning
-    ),
+    typer.Argument(metavar="TERM", help="A term of tables or report, or a key of a spec.", autocompletion=_beginning),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of a spec, for editors.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term and name its source; without a term list all terms.
+    """Explain a term in English or Chinese; without a term list all terms.
 
     With the schema in a file, [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] at the top of a spec
     lets an editor complete and check it.
@@ -121,7 +129,10 @@ def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) 
         from rich.padding import Padding
 
         for entry in entries:
-            say(entry.term, Padding(f"{entry.meaning}\nSource: {entry.source}", (0, 0, 0, 2), expand=False))
+            say(
+                " · ".join(filter(None, (entry.term, entry.chinese))),
+                Padding(f"{entry.meaning}\nSource: {entry.source}", (0, 0, 0, 2), expand=False),
+            )
 
 
 def _say_schema() -> None:

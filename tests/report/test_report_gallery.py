@@ -103,8 +103,10 @@ def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
     for word in (*PARAMETERS, *words, "hourglass_ratio_percent", "kinetic_ratio_percent", "Lenth", "shapiro-wilk test"):
         entry = look_up(word)[0]
         assert entry.meaning.endswith(".") and entry.source
-    names = [name.lower() for entry in glossary() for name in (entry.term, *entry.aliases)]
+    names = [name.lower() for entry in glossary() for name in entry.names]
     assert len(names) == len(set(names))
+    assert [entry.term for entry in glossary() if not entry.chinese] == []
+    assert look_up("失拟") == look_up("lack of fit")
 
 
 def test_unknown_terms_get_the_nearest() -> None:
