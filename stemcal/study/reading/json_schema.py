@@ -48,7 +48,7 @@ def _form() -> dict[str, Any]:
     models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
     for model in models:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
-        said = _said_by_fields(model)
+        said = _said_by_fields(model) if section else {}
         for name, field in vars(model)["__pydantic_fields__"].items():
             key = field.validation_alias or name
             if key in section.get("properties", {}):
