@@ -1,25 +1,26 @@
 """Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies?
 
 python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [unequal] [laws] [failed] [hypercube]
-                                       [replicates] [priors] [surfaces] [fields]
+                                       [replicates] [solution] [priors] [surfaces] [fields]
 
 The first number is that of the studies of each row, 200 by default: a share is then good to ±3. The second draws
-others. All rows but the last two draw studies of two parameters and five diameters and print how often the interval of
-each parameter holds the truth, their median widths, and how often the misfit test rejects the model.
+others. All rows but `solution`, `surfaces` and `fields` draw studies of two parameters and five diameters and print
+how often the interval of each parameter holds the truth, their median widths, and how often the misfit test rejects
+the model.
 
-`laboratory`: exact surfaces, n specimens at each diameter that scatter by 5 %, and with coefficients of variation that
-differ. `unequal`: one diameter scatters three times as much. `rough`: quadratics that miss by 3 %, at the runs of the
-design and at the truth alike. `laws`: a deterministic solver that follows power laws, or saturating ones, nine runs,
-eight specimens that scatter by 1.5 %. `failed`: three of the nine runs have failed, so that the surfaces have as many
-coefficients as runs. `hypercube`: the same with six and seven runs of a Latin hypercube. `replicates`: a program with a
-scatter of 5 %, each run of the design made r times, the laboratory known. `priors`: a material drawn from normal and
-lognormal priors, each about as wide as what the forces show.
+`laboratory`: exact surfaces, n specimens at each diameter that scatter by 5 %, and with coefficients of variation
+that differ. `unequal`: one diameter scatters three times as much. `rough`: quadratics that miss by 3 %, at the runs
+of the design and at the truth alike. `laws`: a deterministic solver that follows power laws, or saturating ones, nine
+runs, eight specimens that scatter by 1.5 %. `failed`: three of the nine runs have failed, so that the surfaces have
+as many coefficients as runs. `hypercube`: the same with six and seven runs of a Latin hypercube. `replicates`: a
+program with a scatter of 5 %, each run of the design made r times, the laboratory known. `solution`: of the same
+program, how often the intervals at the calibrated point hold the true mean of the program there, and one more run.
+`priors`: a material drawn from normal and lognormal priors, each about as wide as what the forces show.
 
 `surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
 cosines, products of powers, sums of hyperbolic tangents), or rough but repeatable: how often the interval of the mean
-and that of one more run hold it at points spread over the region, with six copies of the centre run counted each and
-once. `fields`: the variance of ŷ about a Gaussian field whose correlation reaches so many half steps, in units of the
-mean s², over h and over 1 + h: medians over the region.
+and that of one more run hold it at points spread over the region. `fields`: the variance of ŷ about a Gaussian field
+whose correlation reaches so many half steps, in units of the mean s², over h and over 1 + h: medians over the region.
 """
 
 from __future__ import annotations
@@ -246,6 +247,24 @@ def replicate_rows(studies: int) -> None:
     row("program, 3 replicates, 6 specimens", partial(_of_program, 3, 6, VARIATION), studies)
 
 
+def solution_rows(studies: int) -> None:
+    """Print coverage at the solution, where each run of the design is the mean of three of a program."""
+    design, error, at = central_composite(2, 3, "rotatable"), VARIATION / 3**0.5, 1
+    for label, n, variation in (("30 specimens, known", 30, KNOWN), ("6 specimens", 6, VARIATION)):
+        held = np.zeros(2)
+        for study in range(studies):
+            random = np.random.default_rng([SEED, study])
+            fitted = surfaces(error, random, force, design)
+            lab = laboratory(n, np.full(len(DIAMETERS), variation), 0.0, random)
+            x = fit(observations(lab, fitted), REGION).best
+            true = force(x, DIAMETERS[at])
+            run = true * (1.0 + error * random.standard_normal())
+            ends = fitted[at].mean_interval(x)[0], fitted[at].prediction_interval(x)[0]
+            held += [low <= value <= high for value, (low, high) in zip((true, run), ends, strict=True)]
+        mean, one = 100.0 * held / studies
+        print(f"at the solution: {label:<27} {mean:6.1f} {one:6.1f}   (mean, one more run)", flush=True)
+
+
 # ---- a material that is drawn from its priors
 
 
@@ -326,13 +345,13 @@ def within_region(design: Array, side: float, count: int, random: np.random.Gene
     return np.asarray(points[np.all(np.abs(points) <= side, axis=1)])
 
 
-def coverage_of_surfaces(design: Array, side: float, family: str, each_once: bool, studies: int) -> Array:
+def coverage_of_surfaces(design: Array, side: float, family: str, studies: int) -> Array:
     """Return shares in per cent: the mean's interval, that of one more run."""
     random, held, tried = np.random.default_rng(SEED), np.zeros(2), 0
     for _ in range(studies):
         response = FAMILIES[family](design.shape[1], random)
         names = [f"x{j}" for j in range(design.shape[1])]
-        surface = fit_surface(design, response(design), names, each_once=each_once)
+        surface = fit_surface(design, response(design), names)
         points = within_region(design, side, 60, random)
         true = response(points)
         for i, ends in enumerate((surface.mean_interval(points), surface.prediction_interval(points))):
@@ -343,12 +362,11 @@ def coverage_of_surfaces(design: Array, side: float, family: str, each_once: boo
 
 def surface_rows(studies: int) -> None:
     """Print one row per design and family."""
-    print("design and family                        copies: mean, one run   once: mean, one run")
+    print("design and family                          mean  one run")
     for label, (design, side) in DESIGNS.items():
         for family in FAMILIES:
-            shares = [*coverage_of_surfaces(design, side, family, False, studies)]
-            shares += [*coverage_of_surfaces(design, side, family, True, studies)]
-            print(f"{label + ', ' + family:<42}" + " ".join(f"{share:8.1f}" for share in shares), flush=True)
+            mean, one = coverage_of_surfaces(design, side, family, studies)
+            print(f"{label + ', ' + family:<42} {mean:6.1f} {one:6.1f}", flush=True)
 
 
 def field_rows() -> None:
@@ -379,6 +397,7 @@ ROWS: dict[str, Callable[[int], None]] = {
     "failed": partial(law_rows, 3),
     "hypercube": hypercube_rows,
     "replicates": replicate_rows,
+    "solution": solution_rows,
     "priors": prior_rows,
     "surfaces": surface_rows,
     "fields": lambda _: field_rows(),

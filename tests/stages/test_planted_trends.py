@@ -1,4 +1,8 @@
-"""Simulated materials that follow the diameter: the advice names the parameter, and its edit removes the error."""
+"""Simulated materials that follow the diameter: the advice names the parameter, and its edit removes the error.
+
+Of d/8 elements with the lengths of the published study ∂ln F/∂ln θ is 0.95 for the yield stress and 0.2 to 0.45 for the
+failure strain; with lengths of d/5 the latter is 0.1, and no force shows how it follows the diameter.
+"""
 
 from pathlib import Path
 
@@ -18,8 +22,7 @@ factors:
   - {name: yield_stress, unit: MPa, low: 10, high: 20}
   - {name: failure_strain, low: 0.01, high: 0.05}
 material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa,
-  hardening_parameter: 0.05, internal_length: d/5}
-blade: {edge_spread: d/5}
+  hardening_parameter: 0.05}
 specimen: {length: 30 mm}
 loading: {duration: 2.5 s}
 solver: {kind: embedded, rate_law: none, element_size: d/8, mass_scaling: 3e4, time_step: 80 us, coarsening: 2}
@@ -28,10 +31,11 @@ rsm: {factors: [yield_stress, failure_strain], centre_points: 1}
 invert: {diameters: all}
 targets:
 """
+_UNSEEN = pytest.mark.xfail(strict=True, reason="with four forces the 95 % interval of the exponent includes 0")
 PLANTED = [
     *[("yield_stress", *one) for one in [(15, 0.3), (14, 0.5), (13, 0.8), (13, 1.0), (15, -0.3), (16, -0.7)]],
-    *[("failure_strain", *one) for one in [(0.03, 0.5), (0.025, 0.8), (0.022, 1.0), (0.03, -0.5), (0.035, -0.8)]],
-    ("failure_strain", 0.035, -1.0),
+    *[("failure_strain", *one) for one in [(0.03, 0.5), (0.025, 0.8), (0.022, 1.0), (0.03, -0.5), (0.035, -1.0)]],
+    pytest.param("failure_strain", 0.035, -0.8, marks=_UNSEEN),
 ]
 
 
@@ -62,11 +66,7 @@ def test_the_planted_parameter_is_named_and_the_edit_removes_the_error(
 ) -> None:
     common = {"yield_stress": 15.0, "failure_strain": 0.03}
     text = with_targets(folder, [common | {parameter: value * (d / 8.0) ** exponent} for d in DIAMETERS])
-    found = calibrated(text, folder)
-    joint, before = found.inversion.joint, found.verdict
-    if parameter == "failure_strain" and not before.has("trend"):  # the force hardly depends on it: nothing to remove
-        assert joint is not None and joint.max_abs_error_percent < 3.0
-        return
+    before = calibrated(text, folder).verdict
     reason = next(one for one in before.reasons if one.kind == "trend")  # so coarse a mesh has other troubles too
     assert reason.remedy is not None and f"{parameter} grow" in reason.remedy.text
     after = calibrated(merged(text, reason.remedy.edit), folder)

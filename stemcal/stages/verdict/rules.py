@@ -45,7 +45,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(results, folder), folder)
     reasons = [reason for rule in RULES for reason in rule(evidence)]
-    if any(reason.kind in _ENDS for reason in reasons):
+    if any(reason.kind in _ENDS and reason.severity == "error" for reason in reasons):
         reasons = [reason for reason in reasons if reason.kind != "unfinished"]
     return Verdict.of(reasons, _use(evidence), _use_there(evidence))
 
@@ -142,7 +142,7 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
     else:
         return
     law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
-    if law is None or not study.kind.force_history or evidence.physics.share > MAJORITY:
+    if law is None or not study.kind.force_history:
         return
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (
