@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import webbrowser
 from collections.abc import Callable
 from inspect import cleandoc
 from pathlib import Path
@@ -171,6 +172,7 @@ def _run(stage: Stage[Any], spec: Spec, out: Out, workers: Workers, executor: st
 def report(
     spec: Spec,
     out: Out = None,
+    show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -193,6 +195,8 @@ def report(
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
+    if show and not webbrowser.open(page.resolve().as_uri()):
+        warn(f"No browser was found; open {page} yourself.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:

@@ -16,6 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.gallery import gallery
+from stemcal.report.page.profiler import for_notebook, profiler_data
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
 from stemcal.stages.climb.result import ClimbResult
@@ -42,7 +43,9 @@ V = TypeVar("V", bound=StageResult)
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels it is asked for."""
+    """A surface that checks the levels it is asked for; a notebook shows it as the profiler of the page."""
+
+    _owner: StudyResults
 
     def predict(self, levels: Mapping[str, float]) -> Prediction:
         """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
@@ -52,6 +55,11 @@ class Surface(SurfaceResult):
                 f"predict: no level of {', '.join(missing)}; give one by name, as in {{{missing[0]!r}: …}}"
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
+
+    def _repr_html_(self) -> str:
+        owner = self._owner
+        values = owner.parameters if owner._results.of(InvertResult) else {}
+        return for_notebook(profiler_data(owner.study, self, values, owner.verdict.holds))
 
 
 class Inversion(InvertResult):
@@ -119,7 +127,7 @@ class StudyResults:
     @property
     def surface(self) -> Surface:
         """The response as a quadratic surface."""
-        return _extended(Surface, self.of(SurfaceResult))
+        return _extended(Surface, self.of(SurfaceResult), _owner=self)
 
     @property
     def inversion(self) -> Inversion:

@@ -4,14 +4,17 @@ Matplotlib repeats the style with every path, writes a millionth of a point, and
 quarters of what it writes. The page keeps a tenth of a point.
 """
 
+import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any
 from xml.etree.ElementTree import Element, fromstring
 
 from markupsafe import escape
 
-from stemcal.report.figures.style import COLOURS
+from stemcal.report.figures.style import COLOURS, Figure
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _ROUNDED = ("x", "y", "width", "height", "transform")
@@ -35,8 +38,11 @@ class Shared:
         return "".join(f'<{tag} id="{name}"{rest}' for (tag, rest), name in self.marks.items())
 
 
-def inline(document: str, description: str, shared: Shared) -> str:
-    """Return the `svg` of a figure as an element for the page; what it shares with others goes to `shared`."""
+def inline(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
+    """Return the `svg` of a figure as an element for the page; what it shares with others goes to `shared`.
+
+    `values` are its `readings`, which the page shows under the pointer.
+    """
     root, ids = fromstring(document), dict[str, str]()
     for node in root.iter():
         node.tag = node.tag.rpartition("}")[2]
@@ -46,7 +52,9 @@ def inline(document: str, description: str, shared: Shared) -> str:
                 tag, rest = mark.tag, _written(mark, shared, ids).removeprefix(f"<{mark.tag}")
                 ids[name] = shared.marks.setdefault((tag, rest), f"m{len(shared.marks)}")
     inside = "".join(_written(node, shared, ids) for node in root)
-    return f'<svg role="img" aria-label="{escape(description)}" viewBox="{root.attrib["viewBox"]}">{inside}</svg>'
+    read = f' data-read="{escape(json.dumps(values, separators=(",", ":")))}"' if values else ""
+    view = root.attrib["viewBox"]
+    return f'<svg role="img" aria-label="{escape(description)}" viewBox="{view}"{read}>{inside}</svg>'
 
 
 def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
@@ -127,3 +135,70 @@ def _short(tenths: int) -> str:
     """
     whole, rest = divmod(abs(tenths), 10)
     return f"{'-' if tenths < 0 else ''}{whole or ('' if rest else 0)}{f'.{rest}' if rest else ''}"
+
+
+# ---- values under the pointer
+
+_DENSE = 60  # points of a curve without a name, above which it is one of many
+_SCALED = ("linear", "log")
+
+
+def readings(figure: Figure) -> list[dict[str, Any]]:
+    """Return what the lines and bars of each flat pair of axes show, with the place of the axes in the figure.
+
+    A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
+    """
+    wide, high = (72.0 * inches for inches in figure.get_size_inches())
+    found, panels = [], list[Any](figure.axes)  # flat ones and such in space
+    for axes in panels:
+        if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
+            box = axes.get_position()
+            x = _axis(axes.xaxis, [box.x0 * wide, box.x1 * wide], axes.get_xlim())
+            y = _axis(axes.yaxis, [(1.0 - box.y0) * high, (1.0 - box.y1) * high], axes.get_ylim())
+            found.append({"x": x, "y": y, "series": series})
+    return found
+
+
+def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str, Any]:
+    """Return an axis: its ends in points and in units, whether it is logarithmic, its name and its unit."""
+    label = "" if _words(axis) else axis.get_label_text().replace("\n", " ").replace("\\$", "$")
+    name, comma, unit = label.rpartition(", ")
+    said = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
+    return {"ends": [_rounded(end) for end in ends], "from": limits[0], "to": limits[1],
+            "log": axis.get_scale() == "log"} | said  # fmt: skip
+
+
+def _words(axis: Any) -> dict[float, str]:
+    """Return the words that an axis has instead of numbers, by their places."""
+    texts = {float(at): label.get_text() for at, label in zip(axis.get_ticklocs(), axis.get_ticklabels(), strict=False)}
+    return {} if all(re.fullmatch(r"[\d.,−+e-]*", text) for text in texts.values()) else texts
+
+
+def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+    """Yield the lines with names, those with few points, and the ends of the bars."""
+    words = {**_words(axes.xaxis), **_words(axes.yaxis)}
+    for line in axes.lines:
+        label, points = str(line.get_label()), [(float(x), float(y)) for x, y in line.get_xydata()]
+        known = not label.startswith("_")
+        if label != "_nolegend_" and line.get_transform() == axes.transData and (known or len(points) <= _DENSE):
+            yield from _named(label.replace("\\$", "$") if known else "", points, words)
+    for bars in axes.containers:
+        for bar in getattr(bars, "patches", ()):
+            (left, low), (right, top) = bar.get_bbox().get_points().tolist()
+            flat = bars.orientation == "horizontal"
+            yield from _named("", [(right, (low + top) / 2) if flat else ((left + right) / 2, top)], words)
+
+
+def _named(
+    label: str, points: list[tuple[float, float]], words: dict[float, str]
+) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+    """Yield points as a series; where an axis has words, each with its own."""
+    kept = [(_rounded(x), _rounded(y)) for x, y in points if isfinite(x) and isfinite(y)]
+    if words and not label:
+        yield from ((words.get(x) or words.get(y) or "", [(x, y)]) for x, y in kept)
+    elif kept:
+        yield label, kept
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
+from stemcal.report.figures.inline import readings
 from stemcal.report.figures.style import Figure, png, svg
 
 
@@ -35,6 +37,11 @@ class Plot:
     def document(self) -> str:
         """The figure as SVG."""
         return svg(self.draw())
+
+    @cached_property
+    def readings(self) -> list[dict[str, Any]]:
+        """What its lines and bars show, where they are in its `document`."""
+        return readings(self.draw()) if self.document else []
 
     @cached_property
     def pixels(self) -> bytes:

@@ -5,15 +5,21 @@ from dataclasses import dataclass
 
 from stemcal.executors.code import code_version
 from stemcal.names import Names
+from stemcal.note import Remedy
 from stemcal.numbers import short, significant, unit_written
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.showing import cited_ranges
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
+from stemcal.stages.verdict.result import Verdict
 from stemcal.study.model import Study
 from stemcal.version import __version__
 from stemcal.words import counted, series
+
+_TWO_LINES = 240  # characters
+_REPORT = Remedy("Report the parameters with their intervals and settings.")
+_LOOK = Remedy("See the reasons below.")
 
 
 @dataclass(frozen=True)
@@ -25,6 +31,16 @@ class Card:
     unit: str
     head: str
     range: str
+
+    @property
+    def limited(self) -> bool:
+        """Whether the range ends where the search ended."""
+        return "≤" in self.range or "≥" in self.range
+
+    def __str__(self) -> str:
+        """Return the parameter as it is cited."""
+        value = f"{self.name} = {self.value} {self.unit}".rstrip()
+        return f"{value} ({self.head}: {self.range})" if self.range else value
 
 
 def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
@@ -43,6 +59,18 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
         for name, value in results.parameters.items()
         if name in invert.point.solution
     ]
+
+
+def lead(verdict: Verdict, use: str) -> str:
+    """Return one or two lines for the verdict: its first reason, or where the result may be used."""
+    text = verdict.reasons[0].text if verdict.reasons else use
+    return text if len(text) <= _TWO_LINES else f"{text.split('. ')[0].rstrip('.')}."
+
+
+def next_step(verdict: Verdict) -> Remedy:
+    """Return what to do first, with the change of the spec where it is one."""
+    remedies = [reason.remedy for reason in verdict.reasons if reason.remedy]
+    return remedies[0] if remedies else _REPORT if verdict.holds else _LOOK
 
 
 def kind_of(study: Study) -> str:

@@ -4,11 +4,10 @@ The page depends on the spec, the stage files and the records only, so the same 
 """
 
 import re
-from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup, escape
 
@@ -23,7 +22,17 @@ from stemcal.report.figures.inline import Shared, inline
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes
-from stemcal.report.page.headline import failures, folded, headline, kind_of, made_with, question
+from stemcal.report.page.headline import (
+    failures,
+    folded,
+    headline,
+    kind_of,
+    lead,
+    made_with,
+    next_step,
+    question,
+)
+from stemcal.report.page.profiler import environment, part, policy, profiler_data
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
@@ -33,11 +42,11 @@ from stemcal.stages.invert.words import assumptions, valid_for
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stage_called, stages_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
-from stemcal.words import counted
 
 
 @dataclass(frozen=True)
@@ -101,8 +110,6 @@ def write_page(study: Study, folder: StudyFolder, what: Shown | None = None, las
 
 def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     """Return the page; `what` if it is read already."""
-    from jinja2 import Environment, PackageLoader
-
     what = what or shown(study, folder)
     results, records, verdict = what.results, what.records, what.verdict
     done = results.done
@@ -114,12 +121,12 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
     people = Names(study.naming, labels=labels)
-    shared = Shared()
-    environment = Environment(
-        loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["coded"] = coded
-    return environment.get_template("page.html").render(
+    use = " ".join(uses(verdict, people))
+    cards = headline(results, study, verdict.holds)
+    valid = _beside_values(results, verdict.holds)
+    shared, script, templates = Shared(), part("page.js"), environment()
+    templates.filters["coded"] = coded
+    return templates.get_template("page.html").render(
         study=study,
         title=study.title or study.name,
         kind=kind_of(study),
@@ -133,26 +140,32 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
-        use=" ".join(uses(verdict, people)),
-        further=counted(len(verdict.reasons) - 1, "more reason"),
+        lead=lead(verdict, use),
+        use=use if verdict.reasons else "",
+        next=next_step(verdict),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
         first=[drawn(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds, labels),
-        headline=headline(results, study, verdict.holds),
-        valid_for=_beside_values(results, verdict.holds),
+        headline=cards,
+        cited="\n".join([*map(str, cards), *valid]),
+        valid_for=valid,
         setting=part_of([*setting_tables(study), *_grown(study, results, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
         runs=part_of(run_tables(study, results, records), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
-        css=(css := f"{Path(__file__).with_name('page.css').read_text('utf-8')}{shared.css}"),
-        css_hash=_hash(css),
+        css=(css := f"{part('page.css')}{shared.css}"),
         marks=shared.defs,
+        script=script,
+        policy=policy(css, script),
+        profiler=_profiler(study, results, verdict.holds),
     )
 
 
-def _hash(text: str) -> str:
-    """Return by which a browser knows a style or a script that the page may use."""
-    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
+def _profiler(study: Study, results: Results, holds: bool) -> dict[str, Any] | None:
+    """Return what the profiler shows, once there is a surface."""
+    if (surface := results.of(SurfaceResult)) is None:
+        return None
+    return profiler_data(study, surface, results.parameters if results.of(InvertResult) else {}, holds)
 
 
 def coded(text: str) -> Markup:
@@ -228,4 +241,4 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
 
 def drawn(plot: Plot, shared: Shared) -> Picture:
     """Return a figure as the page shows it."""
-    return Picture(inline(plot.document, plot.caption, shared), plot.caption, plot.wide)
+    return Picture(inline(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)

@@ -41,19 +41,9 @@ class Section:
 def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, count: int) -> Section:
     """Return the surface over a pair, the others at the solution, or at the centre without one."""
     at = invert.point.coded if invert is not None else dict.fromkeys(rsm.names, 0.0)
-    x, y = np.meshgrid(*(np.linspace(*_ends(rsm, name), count) for name in pair))
+    x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), count) for name in pair))
     response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
     return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
-
-
-def _ends(rsm: SurfaceResult, name: str) -> tuple[float, float]:
-    """Return between which coded values a factor is drawn: the design's reach within its range, and all its runs."""
-    reach, factor, scale = rsm.radius or 1.0, rsm.factor(name), rsm.coding[name]
-    runs = [run.levels[name] for run in rsm.design.runs]
-    low, high = scale.natural(-reach), scale.natural(reach)
-    low = min(*runs, low if factor.low is None else max(low, factor.low))
-    high = max(*runs, high if factor.high is None else min(high, factor.high))
-    return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
 
 
 def contours(

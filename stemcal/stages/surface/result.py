@@ -227,6 +227,15 @@ class SurfaceResult(StageResult):
         """Whether repeated runs agree exactly; without any, whether the solver gives equal answers to equal inputs."""
         return self.deterministic if self.pure_error is None else self.pure_error.kind == "equal_repeats"
 
+    def drawn_between(self, name: str) -> Interval:
+        """Return the coded ends of a factor's axis: the reach of the design within its range, and all its runs."""
+        reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
+        runs = [run.levels[name] for run in self.design.runs]
+        low, high = scale.natural(-reach), scale.natural(reach)
+        low = min(*runs, low if factor.low is None else max(low, factor.low))
+        high = max(*runs, high if factor.high is None else min(high, factor.high))
+        return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
+
     def symbols(self) -> dict[str, str]:
         """Return the symbol of every factor, its name where it has none."""
         return {entry.factor: entry.symbol or entry.factor for entry in self.factors}
