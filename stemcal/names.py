@@ -104,3 +104,9 @@ class Names:
         (' at 7 and 8 mm', '')
         """
         return f" at {self.conditions(values)}" if self.placed else ""
+
+
+def program(kind: str) -> str:
+    """Return what a program is called, by its kind of solver."""
+    known = {"embedded": "the other model", "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
+    return known.get(kind, "the other program")

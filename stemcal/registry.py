@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from contextlib import suppress
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -60,7 +61,7 @@ class Registry(Generic[T]):
     def __init__(self, kind: type[T], group: str, built_in: tuple[str, ...]) -> None:
         self.kind, self.group, self._places = kind, group, built_in
         self.broken: dict[str, str] = {}
-        """Why things of other packages are left out, by their names."""
+        """Why things of other packages are left out, by their names; of a second one also by its package."""
         self._loaded: dict[str, T] = {}
 
     @cached_property
@@ -80,7 +81,7 @@ class Registry(Generic[T]):
         own = {one.name for one in self.built_in}
         for entry in sorted(entry_points(group=self.group), key=lambda one: (one.name, one.value)):
             if entry.name in own or entry.name in found:
-                self._leave_out(entry, f"{entry.name} exists already")
+                self._leave_out(entry, f"{entry.name} exists already", f"{entry.name} of {_package(entry)}")
             else:
                 found[entry.name] = entry
         return found
@@ -105,8 +106,9 @@ class Registry(Generic[T]):
             return ""
         entry = self._entries[name]
         top = sys.modules[entry.module.partition(".")[0]]
-        place = Path(top.__file__ or "")
-        return f"{_package(entry)}+{hash_of(place.parent if hasattr(top, '__path__') else place)}"
+        whole = top if top.__file__ else sys.modules[entry.module]  # a namespace package has no file
+        place = Path(whole.__file__ or "")
+        return f"{_package(entry)}+{hash_of(place.parent if hasattr(whole, '__path__') else place)}"
 
     def _external(self, name: str) -> T | None:
         if name not in self._loaded and name in self._entries and name not in self.broken:
@@ -122,9 +124,9 @@ class Registry(Generic[T]):
                     self._leave_out(entry, f"{entry.value} is no {self.kind.__name__} with the name {name}")
         return self._loaded.get(name)
 
-    def _leave_out(self, entry: EntryPoint, reason: str) -> None:
-        self.broken[entry.name] = f"{_package(entry)}: {reason}"
-        logger.warning("%s is left out: %s", entry.name, self.broken[entry.name])
+    def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
+        self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
+        logger.warning("%s is left out: %s: %s", entry.name, _package(entry), reason)
 
 
 def stages() -> Registry[Any]:
@@ -141,9 +143,12 @@ def surface_designs() -> Registry[Any]:
 
 def _may_declare(group: str) -> bool:
     """Return whether any installed package has the group; `importlib.metadata` takes a tenth of a short command."""
-    folders = [Path(place or ".") for place in sys.path]
-    files = (file for folder in folders for file in folder.glob("*-info/entry_points.txt"))
-    return any(group.encode() in file.read_bytes() for file in files)
+    for folder in sys.path:
+        for file in Path(folder).glob("*-info/entry_points.txt"):
+            with suppress(OSError):
+                if group.encode() in file.read_bytes():
+                    return True
+    return False
 
 
 def _package(entry: EntryPoint) -> str:

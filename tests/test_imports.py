@@ -45,8 +45,8 @@ FLOORS = {
     "stemcal.__main__": 15,
 }
 WORKFLOW = 11  # every other module at the top
-SLICES = ("screen", "climb", "surface", "invert", "refine", "validate")
-"""The folders of `stemcal.stages`, one for each stage."""
+SLICES = {path.parent.name for path in (PACKAGE / "stages").glob("*/__init__.py")} - {"verdict"}
+"""The folders of `stemcal.stages`, one for each stage; the verdict is no stage, it judges all of them."""
 SHOWN, SHELL = ("showing", "figures", "contour"), 13.5
 """The files of a slice that show it, and their floor: above the report, which they use and which knows none of them."""
 OF_OTHERS = ("result", "options")
@@ -55,7 +55,6 @@ LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 KNOWN = {
     ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
     ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
-    ("stemcal.overview.plan", "stemcal.stages.refine.words"),
     ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
     ("stemcal.report.page.render", "stemcal.stages.invert.words"),
     ("stemcal.report.terminal", "stemcal.stages.invert.showing"),

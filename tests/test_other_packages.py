@@ -16,9 +16,9 @@ from fakes import FakeSolver, make_study
 
 from stemcal.doe.designs.catalogue import SURFACES
 from stemcal.doe.regression.terms import term_columns
-from stemcal.errors import SpecError
+from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
-from stemcal.stages.stage import STAGES, Stage, stage_called
+from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
 from stemcal.stages.surface_design import surface_design
 
 ROOT = Path(__file__).parents[1]
@@ -48,17 +48,26 @@ def test_a_broken_package_is_left_out_and_named(tmp_path: Path, monkeypatch: pyt
     installed(tmp_path, "bad_package", "bad_one = bad_package:Bad", "import no_such_module\n")
     installed(tmp_path, "same_package", "screen = same_package:Same", good)
     installed(tmp_path, "wrong_package", "other_one = wrong_package:Good", good)
+    installed(tmp_path, "second_package", "good_one = second_package:Good", good)
     found = registry(monkeypatch, tmp_path)
     assert [one.name for one in found.all if one.name in ("screen", "climb", "good_one")] == [
         *("screen", "climb", "good_one")
     ]
     assert found.named("screen") is found.built_in[0] and found.named("bad_one") is None
     assert found.broken["bad_one"].startswith("bad_package 1.0: ModuleNotFoundError")
-    assert {"bad_one", "screen", "other_one"} <= set(found.broken)
+    assert {"bad_one", "other_one", "screen of same_package 1.0", "good_one of second_package 1.0"} <= set(found.broken)
     before = found.version_of("good_one")
     module.write_text(good + "# corrected\n", encoding="utf-8")
     assert before.startswith("good_package 1.0+") and found.version_of("good_one") != before
     assert found.version_of("screen") == found.version_of("bad_one") == ""
+
+
+def test_stages_that_need_each_other_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = make_study(tmp_path)
+    assert [stage.name for stage in stages_of(study)] == ["screen", "rsm", "invert", "validate"]
+    monkeypatch.setattr(type(stage_called("screen")), "needs", lambda _self, _study: "validate")
+    with pytest.raises(UsageError, match="need each other"):
+        stages_of(study)
 
 
 def test_a_member_that_nothing_calls_is_refused() -> None:
@@ -66,7 +75,9 @@ def test_a_member_that_nothing_calls_is_refused() -> None:
         type("Wrong", (Stage,), {"forsee": lambda self: None})
 
 
-def test_every_stage_says_who_it_is() -> None:
+def test_every_folder_of_a_stage_is_in_the_list() -> None:
+    folders = {path.parent.name for path in (ROOT / "stemcal" / "stages").glob("*/__init__.py")} - {"verdict"}
+    assert sorted(type(stage).__module__ for stage in STAGES.built_in) == sorted(f"stemcal.stages.{n}" for n in folders)
     for stage in STAGES.built_in:
         assert stage.name and stage.title and stage.help and stage.result().name == stage.name
         assert callable(stage.making()) and stage.showing() is not None

@@ -9,6 +9,7 @@ from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.names import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
@@ -16,7 +17,6 @@ from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
-from stemcal.stages.refine.words import program
 from stemcal.stages.stage import stages_of
 from stemcal.stages.work import second_time
 from stemcal.study.model import Study

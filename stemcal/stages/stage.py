@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
+from stemcal.words import series
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
@@ -121,8 +122,11 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
     ordered: list[Stage[Any]] = []
     while left:
         waiting = {stage.name for stage in left}
-        ordered.append(next(stage for stage in left if stage.needs(study) not in waiting))
-        left.remove(ordered[-1])
+        ready = next((stage for stage in left if stage.needs(study) not in waiting), None)
+        if ready is None:
+            raise UsageError(f"the stages {series(waiting)} need each other")
+        ordered.append(ready)
+        left.remove(ready)
     return tuple(ordered)
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
-from typing import Protocol, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
@@ -15,11 +14,10 @@ from stemcal.runs.replicates import merged, repeated
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import head_of, require_fresh
-from stemcal.stages.result import Head, R, StageResult, leave, read_result
+from stemcal.stages.result import Head, R, leave, read_result
 from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
 
-R_co = TypeVar("R_co", bound=StageResult, covariant=True)
 HERE = InlineExecutor()
 
 SimulateAt = Callable[[int, Sequence[Mapping[str, float]], Sequence[float]], list[Outcome]]
@@ -77,27 +75,13 @@ class Work:
         return simulate
 
 
-class StageFunction(Protocol[R_co]):
-    """A stage as the workflow calls it: its result then also lies in the folder."""
-
-    def __call__(
-        self,
-        study: Study,
-        folder: StudyFolder,
-        executor: RunExecutor = HERE,
-        watch: Watch = ignore,
-        solver: Solver | None = None,
-    ) -> R_co:
-        """Return the result."""
-
-
-def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], StageFunction[R]]:
+def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[..., R]]:
     """Make a stage of a function that returns a result of that kind, which begins with the head that it is given.
 
     While it works the folder is locked, and the stage before is fresh; its result is left in the folder.
     """
 
-    def made(found: Callable[[Work, Head], R]) -> StageFunction[R]:
+    def made(found: Callable[[Work, Head], R]) -> Callable[..., R]:
         @wraps(found)
         def stage(
             study: Study,

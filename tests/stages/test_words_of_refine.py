@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Rows
-from stemcal.names import Names
+from stemcal.names import Names, program
 from stemcal.naming import Named, Naming
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
 from stemcal.stages.refine.showing import refine_tables
-from stemcal.stages.refine.words import certainty, notes_of, outcome, program, shortfall
+from stemcal.stages.refine.words import certainty, notes_of, outcome, shortfall
 from stemcal.stages.result import Head
 
 STEM = Names()

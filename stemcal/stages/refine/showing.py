@@ -3,7 +3,7 @@
 from functools import partial
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
+from stemcal.names import Names, program
 from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
@@ -13,7 +13,6 @@ from stemcal.report.tables.printed import PaperTable, printed, run_heads
 from stemcal.stages.refine import words
 from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.refine.words import program
 
 _SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
 

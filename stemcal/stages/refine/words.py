@@ -2,18 +2,12 @@
 
 from collections.abc import Iterator
 
-from stemcal.names import Names
+from stemcal.names import Names, program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import significant
 from stemcal.stages.refine.result import RefineResult
 from stemcal.study.model import Study
 from stemcal.words import counted
-
-
-def program(kind: str) -> str:
-    """Return what a program is called, by its kind of solver."""
-    known = {"embedded": "the other model", "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
-    return known.get(kind, "the other program")
 
 
 def outcome(stage: RefineResult, names: Names) -> list[str]:
