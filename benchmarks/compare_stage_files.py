@@ -2,8 +2,8 @@
 
     python benchmarks/compare_stage_files.py OLD NEW [OLD NEW ...]
 
-The keys of schema version 1 are read as those of version 2. Texts, hashes and versions are not compared; numbers that
-only the new folder has are counted: sentences told them before. Ends with 1 if an old number differs or is gone.
+Texts, hashes and versions are not compared; numbers that only the new folder has are counted. Ends with 1 if an old
+number differs or is gone.
 """
 
 from __future__ import annotations
@@ -19,39 +19,19 @@ STAGES = ("screen", "climb", "rsm", "invert", "refine", "validate")
 TOLERANCE = 1e-12  # of the number
 SHOWN = 20
 NOT_COMPARED = {"schema_version", "naming", "inputs", "sha256", "notes"}
-NEW_KEYS = {
-    "force": "response",
-    "phase_forces": "phase_responses",
-    "diameter": "condition",
-    "diameters": "conditions",
-    "at_diameters": "at_conditions",
-    "error_slope_percent_per_mm": "error_slope_percent_per_unit",
-}
 
 Leaf = float | bool | None
 
 
-def new_keys(content: Mapping[str, Any]) -> dict[str, str]:
-    """Return today's key for each of an old file, which has response and condition under the names that it tells."""
-    if content["schema_version"] != 1:
-        return {}
-    naming = content.get("naming")
-    if naming is None:
-        return NEW_KEYS
-    response = naming["response"]["name"]
-    condition = {naming["condition"]["name"]: "condition"} if naming["condition"] else {}
-    return {**NEW_KEYS, response: "response", f"phase_{response}": "phase_responses", **condition}
-
-
-def leaves(content: Any, keys: Mapping[str, str], path: str = "") -> Iterator[tuple[str, Leaf]]:
-    """Yield every number, flag and null of a tree with the path to it in today's keys."""
+def leaves(content: Any, path: str = "") -> Iterator[tuple[str, Leaf]]:
+    """Yield every number, flag and null of a tree with the path to it."""
     if isinstance(content, dict):
         for key, value in content.items():
             if key not in NOT_COMPARED:
-                yield from leaves(value, keys, f"{path}.{keys.get(key, key)}")
+                yield from leaves(value, f"{path}.{key}")
     elif isinstance(content, list):
         for index, value in enumerate(content):
-            yield from leaves(value, keys, f"{path}[{index}]")
+            yield from leaves(value, f"{path}[{index}]")
     elif not isinstance(content, str):
         yield path.lstrip("."), content
 
@@ -63,7 +43,7 @@ def numbers_of(folder: Path) -> dict[str, Leaf]:
         path = folder / f"{stage}.json"
         if path.exists():
             content = json.loads(path.read_text("utf-8"))
-            found.update((f"{stage}: {place}", value) for place, value in leaves(content, new_keys(content)))
+            found.update((f"{stage}: {place}", value) for place, value in leaves(content))
     return found
 
 

@@ -1,7 +1,5 @@
 """Stages and designs by their entry points: the package's own, and those of other packages, which may be broken."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -88,7 +88,7 @@ def test_fine_meshes_break_as_coarse_ones_do() -> None:
     assert peaks[1] == pytest.approx(peaks[0], rel=0.1)
 
 
-@pytest.mark.parametrize("symmetry", ["half", "none"])
+@pytest.mark.parametrize("symmetry", ["half", pytest.param("none", marks=pytest.mark.slow)])
 def test_mirror_planes_leave_out_images_only(symmetry: Any) -> None:
     """The whole curve until the first element fails, to 1e-4 of its peak."""
     whole, part = shear(test_of(symmetry=symmetry, stop_after_peak=True)), centre()

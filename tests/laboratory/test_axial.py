@@ -92,14 +92,14 @@ def test_held_ends_carry_more() -> None:
         assert 1.0 < held.responses[name] / free.responses[name] < 1.1
 
 
-@pytest.mark.parametrize("symmetry", ["half", "none"])
+@pytest.mark.parametrize("symmetry", ["half", pytest.param("none", marks=pytest.mark.slow)])
 def test_a_quarter_is_the_whole(symmetry: str) -> None:
     quarter, whole = perform(pulled("compression")[0]), perform(pulled("compression", symmetry=symmetry)[0])
     for name, value in quarter.responses.items():
         assert whole.responses[name] == pytest.approx(value, rel=1e-6), name
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.25])
+@pytest.mark.parametrize("turn", [0.0, pytest.param(0.25, marks=pytest.mark.slow)])
 def test_a_whole_piece_that_hardly_hardens_stays_straight(turn: float) -> None:
     """Its lubricated ends widen about their middle. Where they could slide off, one did: the work was 8 % less."""
     pieces = [
@@ -151,7 +151,7 @@ def test_a_piece_that_does_not_widen_does_not_buckle() -> None:
     assert not [one for one in perform(test).warnings if one.kind == "buckles"]
 
 
-@pytest.mark.parametrize("ends", ["held", "lubricated"])
+@pytest.mark.parametrize("ends", ["held", pytest.param("lubricated", marks=pytest.mark.slow)])
 def test_energy_after_the_break_is_no_doubt_about_the_curve_before(ends: str) -> None:
     """Of a thin wall pieces fly about: the balance of the whole stroke is off by a thousand per cent and more."""
     kind = Axial("compression", ends)  # type: ignore[arg-type]

@@ -46,7 +46,7 @@ def judge(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     return of
 
 
-@pytest.mark.parametrize("phase", [0.5, 0.7, 0.9])
+@pytest.mark.parametrize("phase", [0.5, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (0.7, 0.9))])
 def test_a_target_above_the_quadratic_is_out_of_reach_and_the_surface_is_rough(judge, phase: float) -> None:
     """121 N of at most 124 N: the quadratic ends below 120 N, and its residuals show that it does not follow."""
     verdict, results = judge(Wave(phase=phase), 121.0)
@@ -79,7 +79,7 @@ class Waves(SpecSolver):
         return Answer("ok", response=self.of(a, b, request.condition))
 
 
-@pytest.mark.parametrize("truth", [(0.1, 0.4), (-0.3, -0.3)])
+@pytest.mark.parametrize("truth", [(0.1, 0.4), pytest.param((-0.3, -0.3), marks=pytest.mark.slow)])
 def test_a_joint_fit_of_quadratics_that_fail_is_reported(judge, truth: tuple[float, float]) -> None:
     """Three diameters, exact means: the quadratics miss the waves by 10 N and more."""
     waves = Waves()

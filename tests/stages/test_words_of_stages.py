@@ -122,7 +122,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.slow if case in ("joint", "refined") else ()) for case in CASES]
+)
 def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = written(tmp_path, CASES[case])
     place, verdict = calibrated(tmp_path, study, monkeypatch, low=0.57 if case == "missed" else 1.0)

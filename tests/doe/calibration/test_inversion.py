@@ -194,7 +194,7 @@ def test_senseless_requests_are_refused(ccd, box):
         solve_target(ccd, 190.0, *box, rule="others_at_centre")
 
 
-@pytest.mark.parametrize("trial", range(12))
+@pytest.mark.parametrize("trial", [*range(4), *(pytest.param(trial, marks=pytest.mark.slow) for trial in range(4, 12))])
 def test_nothing_found_by_chance_beats_the_search(trial):
     """Random quadratics: no point of the solution set lies outside the ranges or nearer to the centre."""
     generator = np.random.default_rng(100 + trial)
