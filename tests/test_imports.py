@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -113,10 +114,11 @@ def house_of(module: str) -> str:
     return max(known, key=len) if known else "workflow"
 
 
-def imports(path: Path, checked: bool = False) -> Iterator[tuple[str, bool]]:
-    """Yield what a module imports, and whether at its top; with `checked` also what only type checkers see."""
+@cache
+def imports(path: Path, checked: bool = False) -> tuple[tuple[str, bool], ...]:
+    """Return what a module imports, and whether at its top; with `checked` also what only type checkers see."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    yield from _walk(tree, name_of(path), path.name == "__init__.py", at_top=True, checked=checked)
+    return tuple(_walk(tree, name_of(path), path.name == "__init__.py", at_top=True, checked=checked))
 
 
 def _walk(node: ast.AST, module: str, is_package: bool, at_top: bool, checked: bool) -> Iterator[tuple[str, bool]]:

@@ -261,17 +261,6 @@ def test_too_many_failed_runs_are_named(tmp_path: Path, folder: StudyFolder) -> 
     assert len(folder.keys()) == 12
 
 
-def test_all_runs_failed(tmp_path: Path, folder: StudyFolder) -> None:
-    with pytest.raises(RunsFailed, match="12 of 12"):
-        workflow.run_stage(
-            "screen",
-            make_study(tmp_path),
-            folder,
-            InlineExecutor(),
-            solver=FakeSolver(trouble=dict.fromkeys(range(12), "nan")),
-        )
-
-
 def test_physical_failures_stand_accidents_are_tried_again(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
     solver = FakeSolver(witness, trouble={2: "failed", 5: "raise"})
     study = make_study(tmp_path)

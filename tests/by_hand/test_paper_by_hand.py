@@ -1,16 +1,12 @@
 """The paper's printed forces, entered by sheet, come to what they come to as tables."""
 
 import json
-import os
 import random
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sheets import ROOT, Cells, awaited, cells_of, entered, filled_in, paper_by_hand, text_of
+from sheets import ROOT, Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
 from stemcal import workflow
 from stemcal.by_hand.entering import Correction
@@ -61,37 +57,6 @@ def test_entered_in_shuffled_parts_it_comes_to_the_replay(tmp_path: Path, replay
     assert sizes == [12, 20, 5]
     for stage in STAGES:
         assert content(folder, stage) == content(replay, stage)
-
-
-@pytest.mark.slow
-def test_two_who_enter_at_once_lose_nothing(tmp_path: Path, replay: StudyFolder) -> None:
-    """Each tries again where the other holds the folder."""
-    spec, out = paper_by_hand(tmp_path), tmp_path / "study"
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
-
-    def give(*words: object) -> subprocess.Popen[str]:
-        line = [sys.executable, "-m", "stemcal", *map(str, words), "--out", str(out)]
-        return subprocess.Popen(line, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-    while (asking := give("run", spec, "--quiet")).wait(timeout=120) != 0:
-        asking.communicate()
-        waiting = {}
-        for i, part in enumerate(parts_of(filled_in(cells_of((out / "sheet.csv").read_text("utf-8"))))[:2]):
-            (tmp_path / f"{i}.csv").write_text(text_of(part), encoding="utf-8")
-            waiting[i] = give("enter", spec, tmp_path / f"{i}.csv")
-        until = time.monotonic() + 120
-        while waiting and time.monotonic() < until:
-            for i, process in list(waiting.items()):
-                if process.poll() is not None:
-                    assert process.returncode in (0, 5, 6), process.communicate()
-                    process.communicate()
-                    waiting.pop(i)
-                    if process.returncode == 5:
-                        waiting[i] = give("enter", spec, tmp_path / f"{i}.csv")
-            time.sleep(0.05)
-        assert not waiting
-    for stage in STAGES:
-        assert content(StudyFolder(out), stage) == content(replay, stage)
 
 
 def screened(tmp_path: Path) -> tuple[Any, StudyFolder, Cells]:

@@ -7,13 +7,9 @@ from pathlib import Path
 
 import pytest
 from sheets import Cells, awaited, entered, text_of
-from typer.testing import CliRunner
 
-import stemcal
-from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -127,23 +123,3 @@ def test_a_factor_may_be_called_as_a_column_of_the_sheet(tmp_path: Path) -> None
     sheet = rows_filled(study, awaited(study, folder), lambda levels: 20.0 + 10.0 * levels["study"])
     assert sheet[0] == ["run", "sliding", "rolling", "study", "angle (deg)", "who", "when", "remark"]
     assert len(entered(study, folder, text_of(sheet)).taken) == 15
-
-
-def test_the_verdict_asks_for_the_sheet(tmp_path: Path) -> None:
-    study, folder = begun(tmp_path, "by-hand/heap.yaml"), StudyFolder(tmp_path / "out")
-    awaited(study, folder)
-    (unfinished,) = [reason for reason in verdict_of(study, folder).reasons if reason.kind == "unfinished"]
-    assert "`stemcal run SPEC`" in unfinished.remedy.text
-    said = CliRunner().invoke(app, ["status", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]).stdout
-    assert "into the sheet of the study folder" in " ".join(said.split())
-
-
-def test_python_asks_for_the_whole_path(tmp_path: Path) -> None:
-    begun(tmp_path, "edem/edem-heap.yaml")
-    study, rounds = stemcal.load_study(tmp_path / "mine.yaml"), []
-    while runs := study.ask(tmp_path / "out"):
-        rounds.append((runs[0]["run"].split()[0], len(runs)))
-        study.tell([{**run, "angle": angle(run)} for run in runs], tmp_path / "out")
-        if runs[0]["run"].startswith("rsm"):
-            break
-    assert rounds == [("screen", 15), ("climb", 6), ("rsm", 15)]

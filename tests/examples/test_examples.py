@@ -121,18 +121,6 @@ def test_a_bonded_stalk_bends_as_a_cantilever(tmp_path: Path) -> None:
         assert found["break_force"] == pytest.approx(strength * inertia / 4.0 / 200.0, rel=0.01)
 
 
-@needs("lmp")
-@pytest.mark.slow
-def test_the_hidden_bonds_are_found_again(tmp_path: Path) -> None:
-    """The stiffness is that of E = 873 MPa by the closed form, the force that of a strength of 17.4 MPa."""
-    spec, out = ROOT / "lammps" / "stalk.yaml", tmp_path / "out"
-    assert CliRunner().invoke(app, ["run", str(spec), "--out", str(out), "--workers", "1"]).exit_code == 0
-    solution = json.loads((out / "invert.json").read_text("utf-8"))["solution"]
-    assert solution["bond_modulus"] == pytest.approx(873.0, rel=0.005)
-    assert solution["bond_strength"] == pytest.approx(17.4, rel=0.01)
-    assert json.loads((out / "rsm.json").read_text("utf-8"))["runs_failed"] == 0
-
-
 @needs("liggghts")
 def test_bulk_density_is_that_of_the_grains_times_how_they_lie(tmp_path: Path) -> None:
     """Heavier grains lie alike; without friction they lie close, as spheres poured at random do (0.61 to 0.64)."""

@@ -160,6 +160,7 @@ def test_the_same_responses_without_the_mistake_agree(judge, seed: int) -> None:
     assert not judge(right, (8.0,), seed, "invert: {responses: [force, travel]}\n").verdict.has("conflict")
 
 
+@pytest.mark.slow
 def test_one_verdict_never_asks_for_both_ends(judge) -> None:
     """Conflicts to either side, at several truths: no two remedies widen a range, and none does in a conflict."""
     planted = [(0.15, (0.2, -0.1)), (-0.15, (0.2, -0.1)), (0.25, (-0.5, 0.4)), (-0.25, (0.6, 0.1))]

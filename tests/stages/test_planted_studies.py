@@ -188,7 +188,9 @@ class _Held(Planted):
         return super().solve(Request(request.stage, request.row, levels, request.condition))
 
 
-@pytest.mark.parametrize(("percent", "word"), [(40.0, "not_calibrated"), (12.0, "with_reservations")])
+@pytest.mark.parametrize(
+    ("percent", "word"), [(40.0, "not_calibrated"), pytest.param(12.0, "with_reservations", marks=pytest.mark.slow)]
+)
 def test_the_physics_of_the_calibrated_run_alone_is_judged(tmp_path, monkeypatch, percent, word) -> None:
     doubtful = {("validate", 8.0): {"hourglass_ratio_percent": percent}}
     plant = Plant(tmp_path, monkeypatch, Planted(checks=doubtful), TRUTHS[0])
@@ -227,11 +229,11 @@ def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path
     """Roughness of 5 % at nine runs, 3 residual df: above 3 % of the mean in 78 % of studies, χ²(3) > 1.08."""
     plant = Plant(tmp_path, monkeypatch, Planted(rough=0.05), TRUTHS[0])
     seen = []
-    for number in range(6):
+    for number in range(4):
         change = ("low: 10, high: 20", f"low: 10, high: {20.0 + 0.01 * number}")
         found, results = plant.judged(str(number), plant.measured() + RSM, change)
         assert results.of(SurfaceResult) is not None and results.of(SurfaceResult).fitted.df == 3
         seen += [reason for reason in found.reasons if reason.kind == "rough_response"]
-    assert len(seen) >= 3 and all(reason.remedy.edit for reason in seen)
+    assert len(seen) >= 2 and all(reason.remedy.edit for reason in seen)
     smooth, _ = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0]).judged("smooth", plant.measured() + RSM)
     assert not smooth.has("rough_response")

@@ -17,15 +17,8 @@ def told(surface):
 
 
 TOLD = (
-    "coefficients",
-    "anova",
-    "r2",
-    "adjusted_r2",
-    "predicted_r2",
-    "press",
-    "cv_percent",
-    "runs_diagnostics",
-    "notes",
+    *("coefficients", "anova", "r2", "adjusted_r2", "predicted_r2", "press", "cv_percent"),
+    *("runs_diagnostics", "notes"),
 )
 
 
