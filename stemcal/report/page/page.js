@@ -127,14 +127,15 @@ const ticks = (low, high, most) => {
   const least = (high - low) / most || 1, power = 10 ** Math.floor(Math.log10(least));
   const step = [1, 2, 5, 10].map(n => n * power).find(size => size > least * 0.999999);
   const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
-  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => (first + i) * step);
+  return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
 };
+// Texts cost most of a frame: those that stay are not written again.
+const put = (node, text) => { if (node.drawn !== text) node.innerHTML = node.drawn = text; };
 const frame = (x, y) => {
   const [left, right, bottom, top] = [...x.ends, ...y.ends];
   const [across, up] = [x, y].map(axis => (
     ticks(axis.from, axis.to, 5).map(value => [along(axis, value), short(value)])));
-  const notches = across.map(([at]) => `M${at} ${bottom}v4`).join("") + up.map(([at]) => `M${left} ${at}h-4`).join("");
-  return trace("frame", `M${left} ${top}V${bottom}H${right}${notches}`) +
+  return trace("frame", `M${left} ${top}V${bottom}H${right}`) +
     across.map(([at, text]) => write(at, bottom + 16, "middle", text)).join("") +
     up.map(([at, text]) => write(left - 6, at + 4, "end", text)).join("");
 };
@@ -208,7 +209,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
     const slider = make("input", { type: "range", min, max, step, ariaLabel: headed(factor) });
     typed.oninput = () => isFinite(typed.valueAsNumber) && set(i, typed.valueAsNumber);
     slider.oninput = () => set(i, slider.valueAsNumber);
-    const box = make("div", { innerHTML: '<svg viewBox="0 0 280 200" aria-hidden="true"></svg>' });
+    const box = make("div", { innerHTML: '<svg viewBox="0 0 280 200" aria-hidden="true"><g></g><g></g></svg>' });
     const svg = box.firstChild;
     drag(svg, place => set(i, levelAt(axis, place)));
     box.prepend(make("label", {}, headed(factor) + " ", typed));
@@ -235,11 +236,12 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
     const far = reach(x, [i]), { low, high } = factors[i], { measured, sd } = surface, top = inside(y, measured + sd);
     const limits = [Math.max(level(i, -far), low), Math.min(level(i, far), high)];
     const [from, to] = limits.map(value => inside(axis, value)), here = inside(axis, at[i]);
-    svg.innerHTML = [[left, from], [to, right]].map(([a, b]) => (
+    put(svg.children[0], frame(axis, y));
+    svg.children[1].innerHTML = [[left, from], [to, right]].map(([a, b]) => (
       mark("rect", { class: "off", x: a, y: 8, width: Math.max(0, b - a), height: 164 }))).join("") +
       mark("rect", { class: "sd", x: left, y: top, width: right - left, height: inside(y, measured - sd) - top }) +
       (surface.t === null ? "" : band("run") + band("mean")) +
-      trace("measured", `M${left} ${along(y, measured)}H${right}`) + frame(axis, y) +
+      trace("measured", `M${left} ${along(y, measured)}H${right}`) +
       surface.runs.map(run => (
         dot("dot", inside(axis, level(i, run[i])), along(y, run.at(-1)), 3, near(run, x, [i])))).join("") +
       trace("curve", path(line(p => p.y))) + trace("now", `M${here} 8V172`) +
@@ -249,7 +251,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
 
   // ---- contours of two factors
 
-  const map = part(".map svg"), choices = all(".map select", home), typedAim = part(".aim");
+  const map = part(".map svg"), choices = all(".map select", home), goal = part(".aim");
   const axes = () => [axisOf(pair[0], [56, 440]), axisOf(pair[1], [290, 10])];
   const drawBase = x => {
     const surface = surfaces[seen], [across, up] = axes(), [a, b] = pair, target = aim ?? surface.measured;
@@ -273,7 +275,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       (holds ? mark("path", { class: "band", "fill-rule": "evenodd", d: band }) : "") +
       trace("target", where(p => p.y - target).border) +
       (radius === null ? "" : mark("ellipse", { class: "reach", cx: along(across, level(a, 0)),
-        cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) })) + frame(across, up) +
+        cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) })) +
       surface.runs.map(run => dot("spot", inside(across, level(a, run[a])), inside(up, level(b, run[b])), 3.5,
         near(run, x, pair))).join("") +
       star(inside(across, calibrated[a]), inside(up, calibrated[b]));
@@ -282,8 +284,9 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
     const key = JSON.stringify([seen, pair, aim, at.filter((_, i) => !pair.includes(i))]);
     if (key !== drawn) map.children[0].innerHTML = drawBase(x);
     drawn = key;
+    put(map.children[2], frame(...axes()));
     pair.forEach((i, way) => {
-      map.children[2 + way].textContent = headed(factors[i]);
+      map.children[3 + way].textContent = headed(factors[i]);
       choices[way].value = i;
     });
     const [here, there] = axes().map((axis, way) => inside(axis, at[pair[way]]));
@@ -299,7 +302,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
         change();
       };
     });
-    typedAim.oninput = () => { aim = isFinite(typedAim.valueAsNumber) ? typedAim.valueAsNumber : null; change(); };
+    goal.oninput = () => { aim = isFinite(goal.valueAsNumber) ? goal.valueAsNumber : null; change(); };
     drag(map, (...place) => axes().forEach((axis, way) => set(pair[way], levelAt(axis, place[way]))));
   }
 
@@ -362,7 +365,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       const [whole, one] = run ? [span(mean), span(run)] : [];
       choice.checked = i === seen;
       texts[0].textContent = short(y) + unit;
-      texts[1].textContent = !run ? "No interval: the fit is saturated"
+      texts[1].textContent = !run ? "No interval: saturated fit"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
       texts[2].textContent = `Measured ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: error ${
         (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
