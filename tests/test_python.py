@@ -113,7 +113,7 @@ def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_pa
         _ = results.refinement
     with pytest.raises(UsageError, match="is not there"):
         stemcal.open_results(tmp_path / "nowhere")
-    with pytest.raises(UsageError, match="does not tell its spec"):
+    with pytest.raises(UsageError, match="does not contain its spec"):
         stemcal.open_results(tmp_path)
     with pytest.raises(UsageError, match="kind sheet"):
         stemcal.simulate(results.study)

@@ -130,7 +130,7 @@ class _ToWarnings(logging.Handler):
 
 
 def route_log() -> None:
-    """Let the library's warnings appear on stderr in the form of ours."""
+    """Show warnings of libraries on stderr in the form of ours."""
     log = logging.getLogger("stemcal")
     if not any(isinstance(handler, _ToWarnings) for handler in log.handlers):
         log.addHandler(_ToWarnings(logging.WARNING))

@@ -29,7 +29,7 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Look at versions, cores, the cache of compiled kernels, optional parts, and solve two known answers.
+    """Check versions, cores, the kernel cache, optional parts and two known answers.
 
     Example: [bold]stemcal doctor[/bold]
     """
@@ -107,7 +107,7 @@ def _cache() -> Iterator[Finding]:
     from stemcal.fem.kernels.cache import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
-    hint = f"not used, {reason}: each command compiles the kernels anew; set STEMCAL_CACHE_DIR to a folder of your own"
+    hint = f"not used, {reason}: each command compiles the kernels again; set STEMCAL_CACHE_DIR to your folder"
     yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 

@@ -111,7 +111,7 @@ def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) 
     """Explain a term in English or Chinese; without a term list all terms.
 
     With the schema in a file, [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] at the top of a spec
-    lets an editor complete and check it.
+    enables an editor to complete and check it.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

@@ -27,7 +27,7 @@ TableFormat = Annotated[
 PaperNumbers = Annotated[
     bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13 as the published study.")
 ]
-Apart = Annotated[bool, typer.Option("--stars-apart", help="The stars of p-values in cells of their own.")]
+Apart = Annotated[bool, typer.Option("--stars-apart", help="Write the stars of p-values into separate cells.")]
 Names = Annotated[
     list[str] | None,
     typer.Argument(metavar="NAME", help="Figures, the beginning of their names, or list.", show_default="all"),

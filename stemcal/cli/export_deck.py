@@ -45,9 +45,9 @@ def export_deck(
 ) -> None:
     """Write the shear test as a keyword deck for LS-DYNA or OpenRadioss: mesh, contact, motion, output.
 
-    Factors have the calibrated values of the study, or mid-levels where it has none. Cards of the program stand for the
-    study's lengths. A name that ends in .rad gives OpenRadioss's starter and engine files around the deck. Units are
-    mm, tonne, s, N and MPa.
+    Factors have the calibrated values of the study, or mid-levels without a calibration. Cards of the program replace
+    the lengths of the study. A name that ends in .rad also writes the starter and engine files of OpenRadioss. Units
+    are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """

@@ -21,12 +21,12 @@ from stemcal.cli.console import envelope, fail, new_envelope
 from stemcal.errors import SpecError, StemcalError
 from stemcal.interrupts import Terminated, check, heard
 
-GO_ON = "finished runs are kept; the same command goes on from there"
+GO_ON = "finished runs are kept; the same command resumes"
 
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Run a command; whatever it raises becomes one message on stderr and an exit code."""
+    """Run a command; an exception becomes one message on stderr and an exit code."""
     new_envelope()
     with heard():
         try:

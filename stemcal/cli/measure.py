@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Read what the laboratory measured: stem diameters, shear tests, other tests of a spec.\n\n"
+    help="Read laboratory files: stem diameters, shear tests, other tests of a spec.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
@@ -67,7 +67,7 @@ def diameters(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a normal distribution to stem diameters and share the stems out among grades.
+    """Fit a normal distribution to stem diameters and assign the stems to grades.
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
@@ -122,9 +122,9 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find the maximum shear force of every specimen and turn the grades' means into targets.
+    """Find the peak shear force of every specimen and convert the means of the grades to targets.
 
-    A specimen's diameter stands in its file's name (7mm-1.csv), above its data, or in an index.
+    The diameter of a specimen is read from the file name (7mm-1.csv), above its data, or from an index.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -167,9 +167,9 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find slope, maximum force and work of every specimen of the tests of a spec, and turn the means into targets.
+    """Find slope, peak force and work of every specimen and convert the means to targets.
 
-    Means are taken of what the targets of a test have already, else of what such a test usually tells.
+    Means are computed for the responses in the targets of each test, otherwise for the usual ones.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

@@ -204,7 +204,7 @@ def report(
 
 
 Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="The sheet that is filled in, .csv or .xlsx.")]
-_REPLACE = "Let results replace earlier ones, for this reason."
+_REPLACE = "Replace earlier results, with this reason."
 Replace = Annotated[str, typer.Option("--replace", metavar="WHY", help=_REPLACE, show_default=False)]
 Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Who enters rows without a name.", show_default="you")]
 Sure = Annotated[bool, typer.Option("--yes", "-y", help="Accept values that are far from all others.")]

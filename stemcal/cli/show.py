@@ -26,7 +26,7 @@ SOME_RUNS_FAILED = 3
 def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
     """Print a stage's tables (or its JSON) on stdout, warnings and notes on stderr; leave with 3 if runs failed.
 
-    Where what is done so far says that the study is not calibrated, no interval is shown as if it held.
+    If the finished stages show that the study is not calibrated, no interval is shown.
     """
     if as_json:
         say_json(result.to_json())

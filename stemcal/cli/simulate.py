@@ -56,7 +56,7 @@ def simulate(
 ) -> None:
     """Simulate one virtual shear test or another test of the spec, or make one run of the program that it names.
 
-    Factors stand at mid-level unless set.
+    Factors have their mid-level unless set.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -112,7 +112,7 @@ def simulate(
 def live(
     status: object, stroke: float, clock: Callable[[], float] = time.monotonic
 ) -> Callable[[float, float], None] | None:
-    """Return what shows travel (of the stroke, mm), force and time left while a test goes on; None if nobody looks."""
+    """Return what shows travel (of the stroke, mm), force and time left during a test; None without a terminal."""
     from stemcal.numbers import duration
 
     if not hasattr(status, "update"):

@@ -131,7 +131,7 @@ def _verified(found: Inspection) -> list[str]:
     lines = [f"{found.folder}: {intact} of {found.records} records are intact."]
     if found.set_aside:
         lines.append(f"{found.set_aside} damaged records were moved to runs/damaged earlier.")
-    lines += _named("belongs to no run", "belong to no run", found.orphans)
+    lines += _named("is of no run", "are of no run", found.orphans)
     stale = [key[:8] for key in found.stale_records]
     lines += _named("is a run that the spec no longer needs", "are runs that the spec no longer needs", stale)
     for stage in found.stages:

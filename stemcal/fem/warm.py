@@ -88,7 +88,7 @@ def _tell_of_spare() -> None:
     os.environ[_TOLD] = "1"
     logger.warning(
         "%s: the cache of compiled kernels is not used; this command compiles them anew, which takes minutes, into a "
-        "temporary folder; set STEMCAL_CACHE_DIR to a folder of your own",
+        "temporary folder; set STEMCAL_CACHE_DIR to your folder",
         unusable(own_folder()) or own_folder(),
     )
 

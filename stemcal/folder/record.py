@@ -109,5 +109,5 @@ def problem_of(content: Mapping[str, Any], key: str) -> str:
     if record.status not in _STATUSES or (record.status == "ok") != (record.response is not None):
         return f"is not the record of a run: status {record.status!r:.20} with response {record.response}"
     if record.key != key or key_of(record.identity) != key:
-        return "its name does not follow from what it says it answers"
+        return "its name does not match the request that it contains"
     return ""

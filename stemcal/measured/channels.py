@@ -96,7 +96,7 @@ def _forces(table: TextTable, how: CurveOptions) -> list[int]:
         return given_columns(table, how.force_column, "force")
     found = matching(table, FORCE, NEWTONS)
     if not found:
-        remedy = "name it with --force-column, and its unit with --force-unit where the heading tells none"
+        remedy = "name it with --force-column, and its unit with --force-unit if the heading has none"
         raise UsageError(f"{table.source}: no column for force among {columns_of(table)}; {remedy}")
     return found
 
@@ -162,7 +162,7 @@ def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> 
 
 def _unclear(table: TextTable) -> UsageError:
     return UsageError(
-        f"{table.source}: the headings {columns_of(table)} do not tell whether these are several specimens or several "
+        f"{table.source}: the headings {columns_of(table)} do not show whether these are several specimens or several "
         f"channels of one; {NAME_THEM}, several as in --force-column 2,4 --displacement-column 1,3"
     )
 

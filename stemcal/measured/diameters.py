@@ -131,7 +131,7 @@ def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float
 def checked_diameter(value: float, place: str) -> float:
     """Return a diameter (mm) that a stem may have; raise `UsageError` for another, naming the place."""
     if not 0.0 < value < WIDEST:
-        raise UsageError(f"{place}: {value:g} mm is no diameter; mend it or give its unit")
+        raise UsageError(f"{place}: {value:g} mm is not a diameter; correct it or add its unit")
     return value
 
 

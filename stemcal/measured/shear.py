@@ -139,7 +139,7 @@ def measure_shear(
         Significance level of the test for outliers.
     """
     if not 0.0 < alpha < 1.0:
-        raise UsageError(f"--alpha {alpha:g}: the level of a test lies between 0 and 1")
+        raise UsageError(f"--alpha {alpha:g}: the level of a test must be between 0 and 1")
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
     specimens = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed, exclude))

@@ -172,7 +172,7 @@ def _scaled(table: TextTable, column: int, scale: float, what: str, most: float)
     if largest > most / scale:
         raise UsageError(
             f"{table.source}: {shown(table.columns[column])} reaches {largest:.3g}, as no testing machine does; "
-            f"mend the file or give its unit with --{what}-unit"
+            f"correct the file or set its unit with --{what}-unit"
         )
     return values * scale
 

@@ -181,7 +181,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
     if broken is not None:
         cells = len(lines[broken].cells)
         raise UsageError(
-            f"{source}: line {broken + 1} has {cells} cells, those around it {run.width}; mend or delete it"
+            f"{source}: line {broken + 1} has {cells} cells, those around it {run.width}; correct or delete it"
         )
     heading = heading_of(lines, run, decimal)
     return TextTable(
@@ -206,7 +206,7 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
         raise UsageError(
-            "--decimal comma --separator comma: a comma cannot be both unless the numbers stand in quotes; "
+            "--decimal comma --separator comma: a comma cannot be both unless the numbers are in quotes; "
             "leave one of them out"
         )
     return ways

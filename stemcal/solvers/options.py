@@ -103,20 +103,19 @@ HourglassCoefficient = Annotated[
     Field(
         ge=0,
         le=1,
-        description="Stiffness of the elements against hourglass modes, defined as LS-DYNA's QH of type 4. Too small: "
-        "elements fold; too large: the stem is too stiff.",
+        description="Hourglass coefficient, defined as QH of type 4 in LS-DYNA. If it is too small, elements deform "
+        "without resistance; if it is too large, the stem is too stiff.",
     ),
 ]
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
-    Field(description="Elements through the wall; as many as make them no longer than `element_size` by default."),
+    Field(description="Number of elements through the wall; by default none is longer than `element_size`."),
 ]
 MassScaling = Annotated[
     Number,
     Field(
         ge=1,
-        description="Factor on all mass. Larger time steps, more kinetic energy: watch its share in the checks of the "
-        "runs.",
+        description="Factor on all mass. It increases time step and kinetic energy; each run checks the latter.",
     ),
 ]
 Outputs = Annotated[Whole, Field(ge=10, le=100_000, description="Points of the force history.")]
@@ -145,8 +144,8 @@ class EmbeddedSolver(SolverOptions):
     kind: Literal["embedded"] = "embedded"
     """The solver that comes with stemcal."""
     rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
-    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all."""
+    """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` no rate effect."""
     element_size: StemLength = Length(divisor=16.0)
     """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
     `edge_spread` and `internal_length`."""
@@ -166,9 +165,9 @@ class EmbeddedSolver(SolverOptions):
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
     time_limit: Time | None = None
-    """How long one run may take, counted from its start; as long as it needs by default."""
+    """Time limit of one run, from its start; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
-    """Threads of one simulation, for a single large model; runs beside each other are `--workers`."""
+    """Threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
 
     @property
     def version(self) -> str:
@@ -235,19 +234,18 @@ Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="How long a run may take before it is ended with all its processes."),
+    Field(description="Time limit of one run; all its processes are then ended."),
 ]
 
 
 class ProgramOptions(SolverOptions):
-    """What is said of every program that answers in place of the embedded solver."""
+    """Keys of every program that replaces the embedded solver."""
 
     environment: Environment = {}
-    """Further variables of the environment, by name. They are inputs: another `VERSION: …` computes all runs anew, and
-    the refinement reports it."""
+    """Additional environment variables by name. They are inputs: after a change all runs are computed again."""
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    """Files put beside each run under their own names."""
+    """Files copied into the folder of each run."""
 
     @property
     def version(self) -> str:
@@ -261,29 +259,27 @@ def _by_response(given: Any) -> Any:
 
 
 class CommandSolver(ProgramOptions):
-    """Any program that reads text files and leaves its result in one.
+    """Any program that reads text files and writes its result to a file.
 
-    In `templates` and in the arguments of `command`, ``{{factor}}`` stands for the factor's value in the unit of
-    the spec and ``{{diameter}}`` for the stem's outer diameter in mm, or the condition that the spec declares in its
-    place by its name; nothing else is replaced but, in a program with chance in it, ``{{seed}}`` and ``{{replicate}}``.
-    Each run has a folder of its own, in which templates and `files` lie under their own names. The number that `result`
-    reads is the response: the maximum force in N, or what the spec declares under ``responses``.
-    ``targets`` hold the values it is calibrated to.
+    In `templates` and arguments of `command`, ``{{factor}}`` is replaced by the value of the factor in the unit of the
+    spec, ``{{diameter}}`` by the outer diameter in mm. A condition that the spec declares is replaced by its name, and
+    for a stochastic program ``{{seed}}`` and ``{{replicate}}``. Each run has a separate folder with templates and
+    `files`. The number read by `result` is the response: the peak force in N, or one declared under ``responses``.
     """
 
     kind: Literal["command"] = "command"
-    """Any program that reads text and leaves a number."""
+    """Any program that reads text files and writes a number."""
     command: Command
     """The program and its arguments, as a list; it never passes through a shell."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    """Text files in which `{{factor}}` stands for a factor's value, `{{diameter}}` for the stem's in mm; in a
-    program with chance in it `{{seed}}` for a whole number, another one in every run, and `{{replicate}}`."""
+    """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
+    For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """Where the program leaves its number; of several responses a mapping of such readers by their names."""
+    """Where the number is read; for several responses a mapping by their names."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """Simulations of each point, each with another `{{seed}}`, for a program whose equal inputs give different answers;
-    `1` simulates each run of the design once, repeated centre points too. Without the key the program must give equal
-    answers: its first run is repeated at the start to check this."""
+    """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
+    design once, repeated centre points too. Without the key the program must be deterministic: the first run is
+    repeated to check this."""
 
     @property
     def repeats(self) -> int:
@@ -301,11 +297,11 @@ class CommandSolver(ProgramOptions):
 class DeckSolver(ProgramOptions):
     """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
 
-    The force is that of the blade's contact, filtered, and its peak found like that of the embedded solver.
+    The response is the peak of the filtered force of the blade's contact.
 
-    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` stands for the file name of the deck. OpenRadioss
-    needs starter, engine and ``th_to_csv``: those of `programs`, else those of the installation in its `home` or in
-    the environment variable ``OPENRADIOSS_PATH``, else those on PATH.
+    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` is replaced by the file name of the deck.
+    OpenRadioss requires starter, engine and ``th_to_csv``: those of `programs`, of its `home` or the environment
+    variable ``OPENRADIOSS_PATH``, or on PATH.
     """
 
     kind: Literal["deck"] = "deck"
@@ -315,23 +311,22 @@ class DeckSolver(ProgramOptions):
     time_limit: TimeLimit = 86400.0
     filter_window: FilterWindow = 0.010
     rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
-    """How speed raises the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P), `none` not at all. By default `cowper_symonds` for LS-DYNA, `paper` for
+    """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` 1 + (rate/C)^(1/P), `none` no rate effect. By default `cowper_symonds` for LS-DYNA, `paper` for
     OpenRadioss."""
     nonlocal_failure: Flag = False
-    """Whether the deck that stemcal writes carries the lengths of the study: failure by a nonlocal strain over an
-    equivalent of `material.internal_length`, and a nose of radius `blade.edge_spread`. `false`: elements fail by their
-    own strain and the edge is sharp, so that what is calibrated belongs to this mesh."""
+    """Whether the deck contains the lengths of the study: a nonlocal failure strain equivalent to
+    `material.internal_length`, and a nose for `blade.edge_spread`. `false`: local failure and a sharp edge, so the
+    calibrated values are valid for this mesh only."""
     element_size: StemLength = Length(1.0)
-    """Length of the elements under the edge of the deck that stemcal writes: a length, or a share of the diameter."""
+    """Length of the elements under the edge: a length, or a fraction of the diameter."""
     elements_through_wall: ThroughWall = None
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
-    """LS-DYNA: the program and its arguments, as a list; `{{deck}}` stands for the deck."""
+    """LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the deck."""
     programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
-    """OpenRadioss: `home`, the folder of the installation with `exec` and `hm_cfg_files` in it, by default what the
-    environment variable `OPENRADIOSS_PATH` names; names or paths of `starter`, `engine` and `th_to_csv` where `home`
-    has none of the usual name."""
+    """OpenRadioss: `home`, the installation folder with `exec` and `hm_cfg_files`, by default the environment variable
+    `OPENRADIOSS_PATH`; `starter`, `engine` and `th_to_csv` if their names differ from the usual ones."""
 
     @property
     def time_step_safety(self) -> float:
@@ -376,7 +371,7 @@ class DeckSolver(ProgramOptions):
             how = "a negative number of processors (ncpu=-4) in its command"
         else:
             how = "/PARITH/ON in the starter's deck"
-        return Remedy(f"Let it sum in the same order always: {how}")
+        return Remedy(f"Set a fixed order of sums: {how}")
 
 
 OF_LSDYNA = ("command",)

@@ -78,7 +78,7 @@ def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Findi
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write it where its value belongs")
+            yield Finding(("factors", index, "name"), message, "write it in the place of its value")
 
 
 def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
@@ -111,7 +111,7 @@ def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iter
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
-                yield Finding(("solver", key, index), message, "remove it, or let the program write another file")
+                yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
                 yield Finding(("solver", key, index), message, "rename one of them")
@@ -148,7 +148,7 @@ def files_are_given(study: Study) -> Iterator[Finding]:
     lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
     for index, argument in enumerate(solver.command):
         if index and argument in lacking:
-            message = f"{argument} lies beside the spec, but not in the folder of a run"
+            message = f"{argument} is in the folder of the spec, but not in that of a run"
             yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
 
 

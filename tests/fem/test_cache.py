@@ -80,7 +80,7 @@ def test_a_folder_that_others_can_see_into_is_closed(folder: Path) -> None:
 def test_a_folder_of_someone_else_is_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     me = os.geteuid()
     monkeypatch.setattr(os, "geteuid", lambda: me + 1)
-    assert "belongs to someone else" in cache.unusable(folder)
+    assert "is owned by another user" in cache.unusable(folder)
 
 
 @POSIX
@@ -88,7 +88,7 @@ def test_a_folder_of_someone_else_is_not_used(folder: Path, monkeypatch: pytest.
 @pytest.mark.parametrize("inside", [".", "kernels_1", "kernels_1/march.nbc"])
 def test_root_uses_no_folder_of_a_user(folder: Path, inside: str) -> None:
     os.chown(folder / inside, 12345, 12345)
-    is_not_used(folder, "belongs to someone else")
+    is_not_used(folder, "is owned by another user")
 
 
 @POSIX
@@ -96,7 +96,7 @@ def test_root_uses_no_folder_of_a_user(folder: Path, inside: str) -> None:
 def test_nor_one_whose_place_is_someone_elses(folder: Path) -> None:
     """Its owner could put another folder in its place."""
     os.chown(folder.parent, 12345, 12345)
-    is_not_used(folder, "belongs to someone else")
+    is_not_used(folder, "is owned by another user")
 
 
 @POSIX

@@ -71,7 +71,7 @@ def mistrust(folder: Path) -> str:
         if around.st_mode & stat.S_IWOTH and not around.st_mode & stat.S_ISVTX:
             return f"{folder.parent} may be written by everyone"
         if around.st_uid not in (os.geteuid(), 0):
-            return f"{folder.parent} belongs to someone else"
+            return f"{folder.parent} is owned by another user"
         reason = _strange(folder, top, open_to_others=True)
         if reason:
             return reason
@@ -90,7 +90,7 @@ def _strange(path: Path, status: os.stat_result, open_to_others: bool) -> str:
     if stat.S_ISLNK(status.st_mode):
         return f"{path} is a link"
     if status.st_uid != os.geteuid():
-        return f"{path} belongs to someone else"
+        return f"{path} is owned by another user"
     if open_to_others and status.st_mode & _OTHERS_WRITE:
         return f"{path} may be written by others"
     return ""

@@ -160,7 +160,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     if not any(_columns(names)):
         raise SimulationFailed(
             "impulse",
-            "the time histories have no titles, so they may hold impulses in place of forces; the engine's file needs "
+            "the time histories have no titles, so they may hold impulses instead of forces; the engine's file needs "
             f"{TITLES}, and th_to_csv the file runT01_TITLES",
         )
     if len(chosen) != 2:
@@ -181,7 +181,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(
             "impulse",
-            f"the force of contact {interface} never drops, so the time histories hold impulses in place of forces; "
+            f"the force of contact {interface} never drops, so the time histories hold impulses instead of forces; "
             "install a th_to_csv of the same OpenRadioss",
         )
     return found

@@ -246,12 +246,12 @@ class Deck:
         if not given:
             return
         if not self.form.lengths:
-            yield f"there is no card for {' and '.join(given)}, so the force belongs to this mesh"
+            yield f"there is no card for {' and '.join(given)}, so the force depends on this mesh"
         else:
             most = _RESOLVED * self.edge_spread
             yield (
-                f"{' and '.join(given)} stand as a nose of radius {self.nose:.3g} mm and a nonlocal length of "
-                f"{self.nonlocal_length:.3g} mm, which come near, not to the same force"
+                f"{' and '.join(given)} are replaced by a nose of radius {self.nose:.3g} mm and a nonlocal length of "
+                f"{self.nonlocal_length:.3g} mm, which give a similar force"
             )
             if self._element_size > most:
                 yield (
@@ -262,8 +262,8 @@ class Deck:
             yield "*MAT_NONLOCAL takes history variable 1 for the plastic strain; no LS-DYNA was at hand to see that"
         if self.density_factor > 1.0:
             yield (
-                f"the stem's density is {self.density_factor:.4g} times the study's in place of mass on single nodes, "
-                "which the nonlocal field of OpenRadioss does not bear"
+                f"the stem's density is {self.density_factor:.4g} times that of the study instead of mass on nodes, "
+                "with which the nonlocal field of OpenRadioss diverges"
             )
 
     def _hardening(self) -> Iterator[str]:
@@ -278,7 +278,7 @@ class Deck:
         c, p = self.given["strain_rate_c"], self.given["strain_rate_p"]
         law = f"the printed rate law 1 + (rate/C)^{p:g}"
         if self.material["c"] > 0.0:
-            yield f"{law} stands as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
+            yield f"{law} is written as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
             yield f"{law} is written as no rate effect: at the speed of the blade it adds {most:.1g} at most"

@@ -251,7 +251,7 @@ def _edge(evidence: Evidence) -> Iterator[Note]:
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
-        text = "The solution lies on the edge of the search region."
+        text = "The solution is on the edge of the search region."
         yield Note("on_the_edge", "warning", text, _from_the_edge(evidence, coded))
 
 

@@ -98,30 +98,30 @@ class PriorKnowledge(Frozen):
     sd: Annotated[Number, Field(gt=0)]
     """Standard deviation of its value: of what the stems of this study may have, not of a mean elsewhere."""
     source: Annotated[Title, Field(min_length=3), Seen]
-    """Where it is from: a publication, a test; the report shows it with the result."""
+    """Source of the distribution: a publication or a test; the report shows it."""
 
 
 class Factor(Frozen):
     """One parameter to calibrate, with the range to search."""
 
     name: FactorName
-    """Name in tables and files. The embedded solver knows its nine material parameters, `stem_friction` (friction at
-    any speed) and `wall_thickness` (at the calibration diameter; other stems have the same ratio); other programs
-    any name."""
+    """Name in tables and files. With the embedded solver: one of its nine material parameters, `stem_friction`
+    (friction at any speed) or `wall_thickness` (at the calibration diameter; other stems have the same ratio). With
+    other programs: any name."""
     symbol: Symbol
     """Short sign in tables and equations; X1, X2, … by default."""
     label: Label
-    """What page and figures write; made from the name by default."""
+    """Name on page and figures; by default made from `name`."""
     unit: UnitText = "1"
-    """Unit of `low` and `high`, and of its values in all results; 1 for pure numbers."""
+    """Unit of `low`, `high` and all results; 1 for pure numbers."""
     low: Number
-    """Lower end of the range that is searched."""
+    """Lower end of the search range."""
     high: Number
-    """Upper end of the range that is searched."""
+    """Upper end of the search range."""
     prior: PriorKnowledge | None = None
-    """What is known of it beforehand; without one all values between low and high are alike."""
+    """Prior knowledge; by default all values between low and high are equally likely."""
     expected_sign: Literal["+", "-"] | None = None
-    """What mechanics says of its effect on the force: a screening that finds the other sign says so."""
+    """Sign of its effect on the response by mechanics; a screening with the opposite sign gives a warning."""
 
     @property
     def centre(self) -> float:
@@ -143,12 +143,12 @@ class OwnQuantity(Frozen):
     """A response, or the condition at which responses are measured, where a study has its own; values are in `unit`."""
 
     name: ColumnName
-    """Name in tables and files; `targets` and `solver.result` give values under it, templates the condition's as
+    """Name in tables and files; also the key in `targets` and `solver.result`; templates contain a condition as
     `{{name}}`."""
     symbol: Symbol | None = None
-    """Short sign in equations and along axes; Y of a response, x of the condition by default."""
+    """Symbol in equations and on axes; by default Y for a response, x for the condition."""
     label: Label | None = None
-    """Text on page, figures and in sentences; made from the name by default."""
+    """Name on page, figures and in sentences; by default made from `name`."""
     unit: UnitText = "1"
-    """Unit of its values everywhere. Targets may be written in another unit of the same kind; a unit that stemcal
-    does not know is shown as it is."""
+    """Unit of its values everywhere. Targets may have another unit of the same kind; an unknown unit is shown
+    unchanged."""

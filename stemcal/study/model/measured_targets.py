@@ -217,14 +217,14 @@ class LaboratorySection(Frozen):
     supports: SupportsSection | None = None
     """What differs from the spec's supports, in cutting."""
     length: StemLength | None = None
-    """Length of the piece; by default 1.2 times the span in bending, else two diameters."""
+    """Length of the piece; by default 1.2 times the span in bending, otherwise two diameters."""
     span: StemLength | None = None
     """Distance between the axes of the supports, in bending."""
     radius: Size = 5.0
     """Radius of the nose and of the supports, in bending."""
     ends: Literal["held", "lubricated"] = "held"
-    """Ends of axial tests: `held` ones keep the size of their section, `lubricated` ones let it change about its
-    middle, which does not slide."""
+    """Ends of axial tests: `held` ends keep the size of their section, `lubricated` ends can expand about a fixed
+    middle."""
     stroke: StemLength | None = None
     """How far the machine moves; in cutting as far as the spec's blade by default."""
     speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60

@@ -27,7 +27,7 @@ class SpecimenSection(Frozen):
 
 
 class BladeSection(Frozen):
-    """A wedge behind its edge, rigid, longer than the stem is wide."""
+    """The rigid blade, wider than the stem."""
 
     width: Size = 28.0
     """Height from edge to back."""
@@ -36,19 +36,19 @@ class BladeSection(Frozen):
     edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
     """Angle between the two faces of the edge."""
     bevel: Literal["both", "one"] = "both"
-    """Ground on both sides, or on one only."""
+    """Bevel on both sides or on one."""
     edge_radius: SizeOrZero = 0.1
     """Radius of the edge; 0 mm for a sharp one."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
-    """How far from its own profile the blade bears on the surface beside its edge: a length, or a share of the stem's
-    diameter such as d/9.5. It belongs to the calibrated failure strain. 0 mm: the force belongs to the mesh."""
+    """Half-width of the zone on which the edge acts: a length, or a fraction of the diameter such as d/9.5. The
+    calibrated failure strain depends on it. 0 mm: a line, whose force depends on the mesh."""
 
 
 class SupportsSection(Frozen):
-    """Two rigid blocks that the stem lies on."""
+    """Two rigid blocks that support the stem."""
 
     clearance: Size = 20.0
-    """The gap between the two supports; the blade comes down in its middle."""
+    """Gap between the supports; the blade moves down in its middle."""
     fillet_radius: SizeOrZero = 1.0
     """Radius of the supports' edges."""
 
@@ -59,10 +59,9 @@ class LoadingSection(Frozen):
     speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
     """Speed of the blade, constant."""
     duration: Time = 0.5
-    """How long it moves; speed times duration is the stroke."""
+    """Duration of the motion; speed times duration is the stroke."""
     stroke: StemLength | None = None
-    """In place of `duration`: how far it moves from touching the stem on, a length, or a share of the stem's diameter
-    such as d/2.5."""
+    """Travel after first contact, instead of `duration`: a length, or a fraction of the diameter such as d/2.5."""
 
     def duration_at(self, diameter: float) -> float:
         """Return how long the blade moves at a stem diameter (mm), s."""
@@ -86,15 +85,14 @@ class LoadingSection(Frozen):
 
 
 class MachineSection(Frozen):
-    """What is known of the testing machine, for `curves`."""
+    """Stiffness and errors of the testing machine, for `curves`."""
 
     stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
-    """Force over the travel that the machine itself takes; without it the travel is used as measured."""
+    """Stiffness of the machine without a specimen; by default the travel is used as measured."""
     stiffness_sd: Annotated[float, Quantity("force per length", at_least=0)] = 0.0
     """Standard deviation of the stiffness."""
     toe_sd: SizeOrZero = 0.0
-    """Standard deviation of where the curves really begin, those of all diameters alike: play in the grips, a preload
-    that comes late."""
+    """Standard deviation of the start of all curves, for example from play in the grips."""
 
     @property
     def known(self) -> Machine:
@@ -110,17 +108,16 @@ class ContactSection(Frozen):
     dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = 0.10
     """Coefficient of friction µd when sliding fast."""
     decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
-    """How fast friction falls from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
+    """Decay of friction from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
     penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
-    """Stiffness of the contact, as a share of m/Δt² of each node (mass m, stable time step Δt)."""
+    """Contact stiffness as a fraction of m/Δt² of each node (mass m, stable time step Δt)."""
 
 
 class MaterialSection(Frozen):
-    """Fixed values of the material parameters that are no factors, in internal units.
+    """Fixed values of the material parameters that are not factors.
 
-    Each but `internal_length` may follow the stem's diameter: as a power of it, `{value: 15 MPa, at: 8 mm,
-    exponent: 0.5}`, without `value` where the parameter is a factor; or by grade, `{7 mm: 17 MPa, 9 mm: 19 MPa}`,
-    linear between the grades.
+    Each except `internal_length` may depend on the diameter: as a power, `{value: 15 MPa, at: 8 mm, exponent: 0.5}`,
+    without `value` for a factor; or by grade, `{7 mm: 17 MPa, 9 mm: 19 MPa}`, linear between the grades.
     """
 
     density: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("density")])] | None = None
@@ -130,21 +127,20 @@ class MaterialSection(Frozen):
     poisson_ratio: Ratio | None = None
     """Poisson's ratio."""
     yield_stress: Stress | None = None
-    """Stress at which plastic flow begins, at rest."""
+    """Stress at which plastic flow starts, at zero strain rate."""
     tangent_modulus: Stress | None = None
     """Slope Et of the stress–strain curve beyond yield."""
     hardening_parameter: Ratio | None = None
     """0 for kinematic hardening, 1 for isotropic, between for a mixture."""
     strain_rate_c: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("rate")])] | None = None
-    """C of the strain-rate law; larger, the less speed strengthens. `solver.rate_law: none` switches rate dependence
-    off."""
+    """C of the strain-rate law; a larger value reduces the effect of speed. `solver.rate_law: none` disables it."""
     strain_rate_p: Ratio | None = None
     """P of the strain-rate law."""
     failure_strain: Ratio | None = None
-    """Plastic strain, averaged over the internal length, at which an element is removed."""
+    """Plastic strain, averaged over the internal length, at which an element is deleted."""
     internal_length: StemLengthOrZero = Length(divisor=4.5)
-    """Length over which the plastic strain that decides failure is averaged: a length, or a share of the diameter
-    such as d/4.5. 0 mm: element by element, and the force belongs to the mesh."""
+    """Length over which the plastic strain for failure is averaged: a length, or a fraction of the diameter such as
+    d/4.5. 0 mm: no averaging, and the force depends on the mesh."""
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have one value for all stems."""

@@ -47,9 +47,9 @@ def _surface_design(given: Any) -> str:
 
 
 class ScreenOptions(Frozen):
-    """The screening design, and the significance level that keeps a factor.
+    """The screening design and its significance level.
 
-    PB stands for plackett-burman. With none there is no screening: `rsm.factors` names the factors of the surface.
+    PB is plackett-burman. With none there is no screening: `rsm.factors` lists the factors of the surface.
     """
 
     design: Annotated[
@@ -57,13 +57,13 @@ class ScreenOptions(Frozen):
     ] = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
-    """Runs in the middle of all ranges: they tell whether the response is curved, and its scatter."""
+    """Runs at the centre of all ranges, which show curvature and scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
-    """Another number of runs than the usual one: of Plackett–Burman 12 for 5 to 11 factors."""
+    """Number of runs instead of the default: Plackett–Burman has 12 for 5 to 11 factors."""
     fold_over: Flag = False
-    """Repeat every run with all signs turned: main effects clear of two-factor interactions."""
+    """Repeat every run with all signs reversed: main effects are then clear of two-factor interactions."""
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
-    """A factor whose p is below goes on to the surface."""
+    """Significance level; factors with a smaller p are significant."""
 
 
 _STRONGEST = r"strongest ([1-9][0-9]?)"
@@ -106,14 +106,14 @@ def _axial_distance(given: Any) -> Any:
 
 
 class RsmOptions(Frozen):
-    """The design behind the response surface, and the terms that are fitted.
+    """The design of the response surface and its terms.
 
-    CCD stands for central-composite, BBD for box-behnken.
+    CCD is central-composite, BBD is box-behnken.
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design; all but Box–Behnken (3 to 7 factors) take any number of factors. From five factors on
-    central-composite has a fraction of the corners that estimates the same terms (resolution V)."""
+    """The design; all except Box–Behnken (3 to 7 factors) allow any number of factors. From five factors on,
+    central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -128,10 +128,9 @@ class RsmOptions(Frozen):
             }
         ),
     ] = "significant"
-    """The significant ones of the screening, `strongest 3` of it, or a list of names, which makes the screening
-    unnecessary for it."""
+    """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
-    """Runs at the centre. The embedded solver gives the same force each time: one teaches as much as six."""
+    """Runs at the centre. The embedded solver is deterministic, so one run is as good as six."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
@@ -186,31 +185,31 @@ class ValidateOptions(Frozen):
     """The comparison with what was measured."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Up to here a simulated force counts as equal to the measured one."""
+    """Largest error with which a simulated response agrees with the measured one."""
 
 
 class ClimbOptions(Frozen):
-    """The walk towards the target between screening and surface.
+    """Steps towards the target between screening and surface.
 
-    Steps of one's own end where the ranges do; active factors without a size go along in proportion to their slopes.
+    Steps end at the ends of the ranges; active factors without a size move in proportion to their slopes.
     """
 
     steps: Annotated[Whole, Field(ge=1, le=50)] = 5
-    """Steps from the middle to the edge of the ranges."""
+    """Number of steps from the centre to the ends of the ranges."""
     step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
-    """Steps of one's own, in the units of the factors by their names; `steps` is then the most of them."""
+    """Step of each factor in its unit; `steps` is then the maximum number."""
     at_once: Flag = False
-    """Whether all steps are run together, those behind the target too: fewer rounds where people do the runs, or many
-    cores. The mean of the screening then tells which way to go."""
+    """Whether all steps are run at once, also those beyond the target: fewer rounds for runs by hand or many cores. The
+    mean of the screening then gives the direction."""
 
 
 class RunsOptions(Frozen):
-    """How long a run may take, and how many must succeed."""
+    """Time limit of a run, and the number that must succeed."""
 
     time_limit: Time | None = None
-    """How long one run may take, counted from its start; as long as it needs by default."""
+    """Time limit of one run, from its start; unlimited by default."""
     quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
-    """Share of a stage's runs that must succeed."""
+    """Fraction of the runs of a stage that must succeed."""
 
 
 _NAMES = {"type": "array", "items": {"type": "string"}}
@@ -228,17 +227,17 @@ def _by_name(given: Any) -> Any:
 
 
 class RefineOptions(Frozen):
-    """Simulate at the solution, correct it and step, until the response is right."""
+    """Simulate the solution and correct it until the response is within the tolerance."""
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
-    """The program or the mesh where the parameters will be used: any solver with its keys, also `embedded` with another
-    mesh. Keys that are left out are the study's if its solver is of the same kind. By default the study's own model."""
+    """The program or mesh in which the parameters will be used: any solver with its keys, also `embedded` with another
+    mesh. Omitted keys are those of the study if its solver has the same kind. By default the study's own model."""
     internal_length: StemLengthOrZero | None = None
-    """`material.internal_length` in `in`; `0 mm` where each element fails by itself."""
+    """`material.internal_length` in `in`; `0 mm` for local failure."""
     edge_spread: StemLengthOrZero | None = None
     """`blade.edge_spread` in `in`; `0 mm` for a sharp edge."""
     duration: Time | None = None
-    """`loading.duration` in `in`: without lengths the blade may need a longer stroke to the same force."""
+    """`loading.duration` in `in`: without lengths the same force may require a longer stroke."""
     adjust: Annotated[
         dict[str, tuple[Number, Number] | None],
         BeforeValidator(_by_name),
@@ -247,12 +246,12 @@ class RefineOptions(Frozen):
         ),
     ] = {}
     """Factors that may move in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if the
-    surface has it, else the strongest factor. Without a range a factor keeps the study's; the failure strain, which
-    depends on mesh and lengths, may move from a tenth of its lower end to 1."""
+    surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
+    strain may move from a tenth of its lower end to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
-    """The loop ends once the simulated response is within this of the target."""
+    """Largest error of the simulated response at the solution."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
-    """Most runs. With `in`, runs that are left simulate the other measured conditions."""
+    """Maximum number of runs. With `in`, remaining runs simulate the other measured conditions."""
 
     @property
     def changes(self) -> dict[str, dict[str, object]]:

@@ -181,7 +181,7 @@ class Study(StudyForm):
 
     def _theirs(self) -> Any:
         if self._hands is None:
-            raise TypeError("only a study that stemcal.load_study has read can ask and be told")
+            raise TypeError("ask and tell require a study from stemcal.load_study")
         return self._hands
 
     def __repr__(self) -> str:

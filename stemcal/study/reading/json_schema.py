@@ -130,7 +130,7 @@ def meanings() -> dict[str, str]:
     """Return what each key of a spec means, by its place.
 
     >>> meanings()["screen.alpha"], meanings()["solver.threads, kind: embedded"].partition(";")[0]
-    ('A factor whose p is below goes on to the surface.', 'Threads of one simulation, for a single large model')
+    ('Significance level; factors with a smaller p are significant.', 'Threads of one simulation, for large models')
     """
     found = {key: node["description"] for key, node in form()["properties"].items()}
     for name, place in section_places().items():

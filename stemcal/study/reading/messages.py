@@ -75,11 +75,11 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     near = nearest(key, known)
     section = section_with(key)
     if key[:1].isdecimal():
-        remedy = "use a point where a decimal comma stands before it, as in 37.5"
+        remedy = "use a decimal point instead of the comma, as in 37.5"
     elif near:
         remedy = f"did you mean {near}?"
     elif section:
-        remedy = f"it belongs under {section}"
+        remedy = f"move it to {section}"
     else:
         remedy = f"remove it, or use {listed(known)}"
     return Finding(path, f"unknown key {key[:60]!r}", remedy, at_key=True)

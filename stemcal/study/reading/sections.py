@@ -193,7 +193,7 @@ def _unknown_section(key: str, known: Collection[str]) -> Finding:
     near, section = nearest(key, known), section_with(key)
     remedy = f"remove it; the sections are {listed(known)}"
     if near or section:
-        remedy = f"did you mean {near}?" if near else f"it belongs under {section}"
+        remedy = f"did you mean {near}?" if near else f"move it to {section}"
     if (broken := stages().broken.get(key)) is not None:
         remedy = f"its stage cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)

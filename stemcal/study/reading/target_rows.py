@@ -48,12 +48,14 @@ def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[li
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "name files of force over travel, beside the spec")]
+        return read, [Finding(path, str(error), "name files of force over travel in the folder of the spec")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
         except UsageError as error:
-            wrong.append(Finding(path, str(error), "mend the file; head columns Travel (mm) and Force (N), say"))
+            wrong.append(
+                Finding(path, str(error), "correct the file; name the columns Travel (mm) and Force (N), for example")
+            )
     if not wrong and len(read) < FEWEST:
         message = f"curves of only {counted(len(read), 'specimen')}: how they scatter is not known"
         wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))

@@ -108,7 +108,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
-            message = "without this length the force belongs to the mesh: finer elements give another one"
+            message = "without this length the force depends on the mesh"
             yield Finding(path, message, "write d/9.5 for blade.edge_spread, d/4.5 for material.internal_length")
             continue
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]

@@ -46,7 +46,7 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         if name not in draft.names:
             yield draft.unknown_factor(path, name, at_key=False)
         elif name in chosen[:index]:
-            yield Finding(path, f"{name} stands here twice", "remove one")
+            yield Finding(path, f"{name} is listed twice", "remove one")
     if not chosen:
         yield Finding(("rsm", "factors"), "a response surface needs a factor", "name one")
     if len(chosen) > MOST_CCD_FACTORS:
@@ -60,7 +60,7 @@ def factors_are_found(draft: Draft) -> Iterator[Finding]:
         return
     if isinstance(draft.study.rsm.factors, str):
         names = ", ".join(draft.names[:3])
-        message = f"without a screening nothing tells which factors are {draft.study.rsm.factors}"
+        message = f"without a screening it is unknown which factors are {draft.study.rsm.factors}"
         yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or leave out screen.design: none")
     if draft.study.climb is not None:
         yield Finding(("climb",), "a climb follows the slope that a screening finds", "leave out screen.design: none")

@@ -62,10 +62,10 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
     shares = [target.response / (1.155 * area) for target, area in zip(draft.study.targets.means, areas, strict=True)]
     path = ("targets",)
     if min(shares) > _TOO_MUCH * max(strengths):
-        message = f"every force is more than {_TOO_MUCH:g} times what the stem's whole cross-section bears"
+        message = f"every force is more than {_TOO_MUCH:g} times the strength of the whole cross-section"
         yield Finding(path, message, "was it measured in N and written in kN?")
     elif max(shares) < min(strengths) / _TOO_LITTLE:
-        message = f"every force is less than 1/{_TOO_LITTLE:g} of what the stem's whole cross-section bears"
+        message = f"every force is less than 1/{_TOO_LITTLE:g} of the strength of the whole cross-section"
         yield Finding(path, message, "was it measured in kN and written in N, or in N and written in mN?")
 
 
@@ -120,7 +120,7 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
         yield Finding(path, f"solver {draft.study.solver.kind} answers with a force only", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
-        message = f"{listed}: the {named.response.noun} belongs there, and each once"
+        message = f"{listed}: list the {named.response.noun}, and each response once"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
         yield from _weighed(draft.study.targets.means, name, draft.naming)
@@ -173,7 +173,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
         yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
-            message = f"{section} of a program stand beside the tests of the embedded solver"
+            message = f"{section} of a program cannot be combined with the tests of the embedded solver"
             yield Finding((section,), message, "leave out one of them", at_key=True)
 
 
@@ -234,10 +234,10 @@ def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Findin
     bends = test.kind == "three-point-bending"
     if test.is_further_cut:
         for key in sorted(test.model_fields_set - {*_OF_CUTTING, "targets"}):
-            yield Finding((*path, key), f"{key} is not of a cutting test beside the first", "remove it", at_key=True)
+            yield Finding((*path, key), f"{key} is no key of a further cutting test", "remove it", at_key=True)
         for means in test.targets:
             if "slope" in means.means:
-                message = "the slope of a cut holds the give of the contact, which belongs to the mesh"
+                message = "the slope of a cut contains the compliance of the contact, which depends on the mesh"
                 yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
         return
     for key in sorted({"blade", "supports"} & test.model_fields_set):

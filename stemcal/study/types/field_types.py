@@ -112,7 +112,7 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
 
 
 def _inside(folder: Path, given: str) -> Path:
-    outside = complain(f"{given!r} lies outside the folder of the spec", "copy the file beside the spec")
+    outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into it")
     if ".." in PureWindowsPath(given).parts:
         raise outside
     try:

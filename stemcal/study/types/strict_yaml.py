@@ -221,7 +221,7 @@ class _Builder:
         first = self.document.keys.setdefault(path, self.here)
         top.key, top.again = key, False
         if key in top.node:
-            self._complain(f"key {key[:60]!r} stands here again, first in line {first.line}", "keep one of them")
+            self._complain(f"key {key[:60]!r} is repeated; it is already in line {first.line}", "keep one of them")
             top.again = True
 
     def _put(self, value: Any) -> None:

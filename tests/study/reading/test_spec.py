@@ -153,7 +153,7 @@ def test_shipped_specs_raise_no_doubts() -> None:
 
 def test_without_lengths_the_force_belongs_to_the_mesh() -> None:
     said = study_of(f"{SHIPPED}material: {{internal_length: 0 mm}}\nblade: {{edge_spread: 0 mm}}\n").warnings
-    assert len(said) == 2 and all("the force belongs to the mesh" in warning for warning in said)
+    assert len(said) == 2 and all("the force depends on the mesh" in warning for warning in said)
 
 
 def test_lengths_are_millimetres_or_shares_of_the_diameter() -> None:
@@ -297,7 +297,7 @@ def test_tables_reached_through_a_link_outside_are_refused(tmp_path: Path) -> No
     except OSError:
         pytest.skip("no symbolic links here")
     text = MINIMAL + "solver: {kind: sheet, file: link.csv}\n"
-    with pytest.raises(SpecError, match="lies outside the folder of the spec"):
+    with pytest.raises(SpecError, match="is outside the folder of the spec"):
         read_study(text.encode(), folder / "study.yaml")
 
 
