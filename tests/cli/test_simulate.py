@@ -23,19 +23,8 @@ def known_result() -> CuttingResult:
     force = 120.0 * (1.0 - ((travel - 0.6) / 0.6) ** 2)
     zeros = np.zeros_like(time)
     names = (
-        "kinetic",
-        "internal",
-        "hourglass",
-        "eroded",
-        "contact",
-        "contact_edge",
-        "contact_flanks",
-        "contact_supports",
-        "contact_friction",
-        "supports",
-        "external",
-        "balance",
-        "deleted",
+        *("kinetic", "internal", "hourglass", "eroded", "contact", "contact_edge", "contact_flanks"),
+        *("contact_supports", "contact_friction", "supports", "external", "balance", "deleted"),
     )
     history = ForceHistory(time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros))
     return CuttingResult(

@@ -12,17 +12,7 @@ from stemcal.cutting import Discretisation, ShearTest, Stem, build, mesh_size, s
 from stemcal.fem.material import Material
 from stemcal.fem.state import start
 
-MATERIAL = Material(
-    density=1.1e-9,
-    elastic_modulus=1000.0,
-    poisson_ratio=0.3,
-    yield_stress=15.0,
-    tangent_modulus=0.5,
-    hardening_parameter=0.05,
-    strain_rate_c=90.0,
-    strain_rate_p=8.0,
-    failure_strain=0.03,
-)
+MATERIAL = Material(1.1e-9, 1000.0, 0.3, 15.0, 0.5, 0.05, strain_rate_c=90.0, strain_rate_p=8.0, failure_strain=0.03)
 
 
 @pytest.mark.parametrize(

@@ -64,24 +64,11 @@ def mercaptobenzothiazole():
 
     One axial run was made twice, the rounded levels leave nothing orthogonal.
     """
-    data = np.array(
-        [
-            [4, 250, 83.8],
-            [20, 250, 81.7],
-            [12, 250, 82.4],
-            [12, 250, 82.9],
-            [12, 220, 84.7],
-            [12, 280, 57.9],
-            [12, 250, 81.2],
-            [6.3, 229, 81.3],
-            [6.3, 271, 83.1],
-            [17.7, 229, 85.3],
-            [17.7, 271, 72.7],
-            [4, 250, 82.0],
-        ]
-    )
+    time = [4, 20, 12, 12, 12, 12, 12, 6.3, 6.3, 17.7, 17.7, 4]
+    temp = [250, 250, 250, 250, 220, 280, 250, 229, 271, 229, 271, 250]
+    found = [83.8, 81.7, 82.4, 82.9, 84.7, 57.9, 81.2, 81.3, 83.1, 85.3, 72.7, 82.0]
     coding = Coding(("Time", "Temp"), (12.0, 250.0), (8.0, 30.0))
-    return fit_surface(coding.to_coded(data[:, :2]), data[:, 2], coding.names), coding
+    return fit_surface(coding.to_coded(np.transpose([time, temp])), found, coding.names), coding
 
 
 def test_unbalanced_composite_of_the_sas_manual(mercaptobenzothiazole):

@@ -14,17 +14,9 @@ from stemcal.fem.kernels import contact
 from stemcal.fem.kernels.contact import EdgeArrays
 from stemcal.fem.state import no_pushes
 
-contact_force, face_modes, face_normal, friction_limit, locate_in_face, outline_distance = map(
-    called,
-    (
-        contact.contact_force,
-        contact.face_modes,
-        contact.face_normal,
-        contact.friction_limit,
-        contact.locate_in_face,
-        contact.outline_distance,
-    ),
-)
+contact_force, friction_limit = called(contact.contact_force), called(contact.friction_limit)
+face_modes, face_normal = called(contact.face_modes), called(contact.face_normal)
+locate_in_face, outline_distance = called(contact.locate_in_face), called(contact.outline_distance)
 push_faces_out, push_nodes_out = called(contact.push_faces_out), called(contact.push_nodes_out)
 push_skin_out = called(contact.push_skin_out)
 LAW = Contact(0.4, 0.1, 0.05, 0.2, 0.5).numbers()

@@ -36,17 +36,8 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 STUDY = load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml")
 # Table 12 of the published study.
 CALIBRATED = {**STUDY.midlevels(), "yield_stress": 17.96, "strain_rate_c": 87.27, "failure_strain": 0.0387}
-MATERIAL = {
-    "ro": 1.1e-09,
-    "e": 1000.0,
-    "pr": 0.3,
-    "sigy": 17.96,
-    "etan": 0.5,
-    "beta": 0.05,
-    "src": 87.27,
-    "srp": 8.0,
-    "fs": 0.0387,
-}
+MATERIAL = {"ro": 1.1e-09, "e": 1000.0, "pr": 0.3, "sigy": 17.96, "etan": 0.5, "beta": 0.05}
+MATERIAL |= {"src": 87.27, "srp": 8.0, "fs": 0.0387}
 # the same on the card of isotropic hardening with failure; the printed rate law has no effect at this speed
 FAILING = {"ro": 1.1e-09, "e": 1000.0, "pr": 0.3, "sigy": 17.96, "etan": 0.5, "fail": 0.0387, "c": 0.0, "p": 0.0}
 KEYWORDS = [
