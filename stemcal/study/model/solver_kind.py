@@ -36,7 +36,7 @@ class Explicit(Protocol):
 
 
 class SolverOptions(Frozen):
-    """The keys of a spec's solver; a subclass adds its own and says what follows from them."""
+    """The keys of a spec's solver; a subclass adds its own and defines what follows from them."""
 
     kind: str
 
