@@ -6,7 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, SheetSolver, Study, StudyForm
+from stemcal.solvers.options import EmbeddedSolver, SheetSolver
+from stemcal.study.model import PARAMETERS, BladeSection, Study, StudyForm
 from stemcal.study.reading import load_study, read_study
 from stemcal.study.types.field_types import Length
 
@@ -246,7 +247,7 @@ def test_a_force_far_from_its_neighbours_is_questioned(given: str, doubted: bool
     text = (ROOT / "configs" / "smoke.yaml").read_text(encoding="utf-8")
     warnings = study_of(text.replace("force: 213.8 N", f"force: {given}")).warnings
     assert len(warnings) == doubted
-    assert not doubted or re.search(r"suggest about 2[01]\d N; look for a slip", warnings[0])
+    assert not doubted or re.search(r"suggest about 2[01]\d N; check the decimal point", warnings[0])
 
 
 def test_of_two_forces_that_contradict_each_other_both_are_questioned() -> None:
