@@ -91,7 +91,7 @@ def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterato
     for node, content in places:
         for name in dict.fromkeys(name for _, name in placeholders(content)):
             if name in CHANCE and name not in draft.names:
-                message = f"{{{{{name}}}}} is for a program with chance in it"
+                message = f"{{{{{name}}}}} is for a stochastic program"
                 yield Finding(node, message, "write replicates: 1 under solver")
 
 
@@ -110,7 +110,7 @@ def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iter
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
-                message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
+                message = f"{path.name} is read as a result; if the program wrote none, this file would be read instead"
                 yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
@@ -133,7 +133,9 @@ def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Find
         return
     for name in readers:
         if name not in names:
-            yield Finding((*path, name), f"{name[:60]!r} is no response of this study", did_you_mean(name, names), True)
+            yield Finding(
+                (*path, name), f"{name[:60]!r} is not a response of this study", did_you_mean(name, names), True
+            )
     for name in names if readers else ():
         if name not in readers:
             yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
