@@ -41,10 +41,10 @@ from stemcal.solvers.deck.installation import installation
 from stemcal.solvers.deck.openradioss import leave_engine_input, run_programs, starter_accepted
 from stemcal.solvers.deck.radioss_files import DECK, STARTER_INPUT, TABLE, engine_over, starter_around
 from stemcal.solvers.deck.writer import STEM, stem_material
+from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.inputs import discard, run_folder
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
-from stemcal.study.model import DeckSolver
 
 Array = NDArray[np.float64]
 

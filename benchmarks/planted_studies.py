@@ -32,12 +32,12 @@ from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
-from stemcal.solvers import SOLVERS
-from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 SEEDS = 12
@@ -77,12 +77,14 @@ _calls = count()
 
 
 @dataclass(frozen=True)
-class Law(OfSpecAlone):
+class Law(Solver):
     """The forward model, in the solver's place.
 
     `rough` is the part by which answers are rough but repeatable, `noise` that by which they scatter. `wave` adds
     18·sin(3a + 0.5) to the force, `crossed` a product of a and b. `checks` are told of runs of a stage at a diameter.
     """
+
+    of_spec_alone = True
 
     p: float
     q: float
@@ -121,16 +123,10 @@ class Law(OfSpecAlone):
         }
         return Answer("ok", response=force, details=told | self.checks.get((request.stage, request.condition), {}))
 
-    def prepare(self) -> None:
-        """Do nothing."""
-
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels and diameter; of a program with chance in it the run too."""
         own = [request.stage, request.row, request.replicate] if self.noise else []
         return {"law": str(self), "levels": dict(request.levels), "diameter": request.condition, "run": own}
-
-    def given_design(self, _stage: str) -> None:
-        """Any design is fine."""
 
     def cost_estimate(self, _request: Request) -> float:
         """Return a second."""
@@ -232,7 +228,7 @@ class Row:
 def judged(law: Law, spec: str) -> Judged:
     """Take a study as far as it comes, with the law in the solver's place."""
     for kind in ("embedded", "command"):
-        SOLVERS[kind] = lambda _study: law
+        vars(SOLVERS.named(kind))["make"] = lambda _study: law
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "study.yaml"
         path.write_text(spec, encoding="utf-8")

@@ -20,26 +20,19 @@ from typing import Any
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.answer import answer_all
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 
 RUNS = 10_000
 CURVE = [0.1 * i for i in range(200)]
 
 
 @dataclass(frozen=True)
-class InstantSolver:
+class InstantSolver(Solver):
     """Answers at once, with a curve as long as those of the embedded solver."""
-
-    def prepare(self) -> None:
-        """Do nothing."""
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return levels and diameter."""
         return {"kind": "instant", "levels": dict(request.levels), "diameter": request.diameter}
-
-    def given_design(self, _stage: str) -> None:
-        """Take any levels."""
-        return
 
     def solve(self, request: Request) -> Answer:
         """Answer the sum of the levels."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SimulationFailed
-from stemcal.solvers.protocol import Answer, OfSpecAlone, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -68,7 +68,7 @@ def force(levels: dict[str, float], diameter: float) -> float:
 
 
 @dataclass(frozen=True)
-class FakeSolver:
+class FakeSolver(Solver):
     """Answers `force`; writes a line per run to `witness`, takes `seconds`, misbehaves where told to.
 
     `trouble` maps a row of the screening to what happens there; `accident`, a file, lets it happen only once.
@@ -80,16 +80,9 @@ class FakeSolver:
     accident: Path | None = None
     version: int = 1
 
-    def prepare(self) -> None:
-        """Do nothing."""
-
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels, diameter, version."""
         return {"kind": "fake", "version": self.version, "levels": dict(request.levels), "diameter": request.condition}
-
-    def given_design(self, _stage: str) -> None:
-        """Any design is fine."""
-        return
 
     def cost_estimate(self, request: Request) -> float:
         """Grow with the stem's cross-section."""
@@ -146,8 +139,10 @@ def lines(witness: Path) -> list[str]:
     return witness.read_text(encoding="utf-8").splitlines() if witness.exists() else []
 
 
-class SpecSolver(FakeSolver, OfSpecAlone):
+class SpecSolver(FakeSolver):
     """In the place of the embedded solver: nothing but the spec determines what it answers."""
+
+    of_spec_alone = True
 
 
 POINT = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAXhzq5QAAAABJRU5ErkJggg==")

@@ -18,10 +18,9 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import seed_of
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Request
 from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
-from stemcal.solvers.sheet.solver import Sheet
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
-from stemcal.study.model import SheetSolver, Study
+from stemcal.study.model import Study
 
 OLD, INPUTS = "sheets", "inputs"
 
@@ -54,8 +53,8 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
         left = {record_key(solver, request): request for request in missing(part, study, solver, folder)}
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left
-    rows, options = list(wanted.values()), study.solver
-    if isinstance(options, SheetSolver) and options.by_chance:
+    rows = list(wanted.values())
+    if study.replicates:
         rows.sort(key=lambda row: seed_of(row))
     return rows
 
@@ -107,10 +106,8 @@ def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
 
 def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> None:
     solver = make_solver(study)
-    if not isinstance(solver, Sheet) or not solver.options.templates:
-        return
     for name, request in _named(study, runs):
-        solver.write_inputs(make_folder(folder.path / INPUTS) / name, request)
+        solver.write_inputs(folder.path / INPUTS, name, request)
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:

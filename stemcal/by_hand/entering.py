@@ -118,7 +118,7 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Corre
 
 def require_sheet(study: Study) -> None:
     """Raise `UsageError` if the solver answers by itself."""
-    if study.by_hand.solver.kind != "sheet":
+    if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(f"solver.kind is {kind}, which does its runs itself; write solver: {{kind: sheet}}")
 

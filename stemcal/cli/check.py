@@ -92,9 +92,7 @@ def _too_much(found: Plan) -> list[str]:
 
 def not_ready(study: Study) -> list[str]:
     """Return why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
-    from stemcal.study.model import ProgramOptions
-
-    if not isinstance(study.solver, ProgramOptions):
+    if not study.kind.starts_program:
         return []
     from stemcal.solvers import make_solver
 
@@ -107,8 +105,6 @@ def not_ready(study: Study) -> list[str]:
 
 def _too_much_for_one(study: Study) -> list[str]:
     """Return what a single run needs beyond this machine's memory, or beyond two days."""
-    if study.solver.kind != "embedded":
-        return []
     from stemcal.overview.foresight import demand_of_one, objections
 
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]

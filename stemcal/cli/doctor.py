@@ -10,7 +10,6 @@ import typer
 
 from stemcal.cli.console import note, say, say_json, waiting
 from stemcal.cli.options import AsJson
-from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -123,23 +122,14 @@ def _fonts() -> Iterator[Finding]:
     yield Finding("fonts with Chinese", found, True if chinese else None)
 
 
-def _openradioss() -> Iterator[Finding]:
-    """Look at OpenRadioss where one is named; specs may name another."""
-    import os
-    from pathlib import Path
+def _solvers() -> Iterator[Finding]:
+    """Look at what the kinds of solvers need, and at kinds of other packages that cannot be used."""
+    from stemcal.study.model import SOLVERS
 
-    from stemcal.solvers.deck.installation import HOME, installation
-    from stemcal.study.model import DeckSolver
-
-    try:
-        there = installation(DeckSolver(program="openradioss"), Path.cwd())
-    except UsageError as error:
-        named = HOME in os.environ
-        missing = f"not there, {HOME} is not set; needed only for solver: {{kind: deck, program: openradioss}}"
-        what = str(error) if named else missing
-        yield Finding("OpenRadioss", what, False if named else None)
-    else:
-        yield Finding("OpenRadioss", there.starter)
+    for kind in SOLVERS.all:
+        yield from (Finding(*part) for part in kind.ready())
+    for name, reason in SOLVERS.broken.items():
+        yield Finding(f"solver {name}", reason, False)
 
 
 def _statistics() -> Iterator[Finding]:
@@ -200,5 +190,5 @@ def stretched_bar() -> tuple[float, float]:
 
 
 CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions, _extras, _plugins, _machine, _cache, _fonts, _openradioss, _statistics, _solver
+    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _statistics, _solver
 )  # fmt: skip

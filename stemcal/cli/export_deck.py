@@ -53,7 +53,6 @@ def export_deck(
     """
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
     from stemcal.solvers.deck.form import form_of
-    from stemcal.study.model import DeckSolver
 
     study = read_study(spec)
     chosen = _program_of(study, path, program)
@@ -63,7 +62,7 @@ def export_deck(
     require_material(study, levels, at)
     if not path.absolute().parent.is_dir():
         raise UsageError(f"{path}: the folder {path.parent} does not exist")
-    form = form_of(study) if isinstance(study.solver, DeckSolver) else DeckForm(chosen, lengths=True)
+    form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
     given = Deck.of(study, levels, at, form)
     forces = None if no_force or (quiet and not as_json) else _forces(given, quiet)
     deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
@@ -84,9 +83,7 @@ def export_deck(
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
     """Return the program that the deck is for; raise `UsageError` where nothing says it."""
-    from stemcal.study.model import DeckSolver
-
-    own = study.solver.program if isinstance(study.solver, DeckSolver) else None
+    own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:
         raise UsageError(f"{path}: LS-DYNA reads no {RADIOSS} file; name the deck {path.stem}.k")
@@ -106,7 +103,6 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
     from stemcal.stages.invert.result import InvertResult
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
-    from stemcal.study.model import DeckSolver
 
     place = folder_of(study, out)
     if place.is_dir():
@@ -114,7 +110,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
         for sentence in results.stale:
             warn(sentence)
         there, refined = study.there, results.of(RefineResult)
-        if refined is not None and isinstance(there.solver, DeckSolver) and there.solver.program == program:
+        if refined is not None and there.solver.program_name == program:
             return there, {**study.midlevels(), **refined.parameters}
         if results.of(InvertResult) is not None:
             return study, {**study.midlevels(), **results.parameters}
@@ -124,12 +120,11 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
 
 def _diameter(study: Study, given: str | None) -> float:
     """Return the diameter of the stem, mm."""
-    from stemcal.study.model import DeckSolver, EmbeddedSolver
     from stemcal.study.reading.checked import typed_size
 
     chosen = study.specimen.outer_diameter if given is None else typed_size(given, "--diameter")
-    solver = study.solver
-    size = solver.element_size.at(chosen) if isinstance(solver, EmbeddedSolver | DeckSolver) else 0.0
+    mesh = study.solver.mesh
+    size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
         raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
     return chosen
@@ -159,9 +154,8 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
     from stemcal.overview.foresight import demand_of_one, objections
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
-    from stemcal.study.model import EmbeddedSolver
 
-    of_deck, own = as_embedded(deck), isinstance(deck.study.solver, EmbeddedSolver)
+    of_deck, own = as_embedded(deck), deck.study.kind.force_history
     for study in (of_deck, deck.study) if own else (of_deck,):
         if too_much := objections(demand_of_one(study, [deck.diameter]), 1):
             warn(f"The force that this deck should give was not computed. {' '.join(map(str, too_much))}")

@@ -128,8 +128,9 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
+    from stemcal.measured.channels import CurveOptions
     from stemcal.measured.shear import find_files, measure_shear, read_index
-    from stemcal.measured.shear_curves import CurveOptions, speed_of
+    from stemcal.measured.shear_curves import speed_of
     from stemcal.measured.target_entries import target_rows
     from stemcal.measured.text_tables import Form
 
@@ -173,7 +174,8 @@ def tests(
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """
     from stemcal.cli.session import read_study
-    from stemcal.measured.shear_curves import CurveOptions, speed_of
+    from stemcal.measured.channels import CurveOptions
+    from stemcal.measured.shear_curves import speed_of
     from stemcal.measured.text_tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table

@@ -114,7 +114,7 @@ def opened(
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)
         try:
-            if study.by_hand.solver.kind == "sheet":
+            if study.by_hand.kind.answers == "asks_people":
                 _enter_own(work, entered)
             yield work
             return

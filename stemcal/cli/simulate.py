@@ -70,7 +70,7 @@ def simulate(
     require_material(study, levels, at)
     _check_outputs(study, csv_file, figure, {"--frames": frames})
 
-    if study.solver.kind != "embedded" and test in (None, CUTTING):
+    if not study.kind.force_history and test in (None, CUTTING):
         at = study.targets.calibrate_at if diameter is None else at
         one_run(study, levels, at, as_json, quiet, csv_file)
         return
@@ -160,7 +160,7 @@ def _suggestion(name: str, known: Iterable[str], what: str) -> str:
 
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
-    if study.solver.kind != "embedded":
+    if not study.kind.force_history:
         _for_embedded_alone({**others, "--figure": figure})
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
@@ -245,9 +245,8 @@ def one_run(
     from stemcal.note import Note
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
-    from stemcal.study.model import ProgramOptions
 
-    if not isinstance(study.solver, ProgramOptions):
+    if study.kind.answers != "computes":
         raise UsageError(
             f"simulate needs `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
         )

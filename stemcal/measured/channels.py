@@ -6,35 +6,54 @@ tell is asked for, never guessed; where a choice had to be made, it is said.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, SECONDS, TIME, TRAVEL, millimetres_in, plain, shown
-from stemcal.measured.text_tables import TextTable, columns_of, given_columns, matching
+from stemcal.measured.text_tables import Form, TextTable, columns_of, given_columns, matching
 from stemcal.note import Note, Remedy
 
 NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
+PRELOAD = 5.0  # N
+STRONGEST = 1.0e7  # N; no testing machine is stronger
 _LABEL = 40  # characters of a label that are kept
 _ONLY_DIAMETER = re.compile(r"\W*([dØ]|diameter)?\W*[\d.,]+[ _]?mm\W*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Choice:
-    """The columns that the user names, and whether the speed of the blade is known; lists are separated by commas."""
+class CurveOptions:
+    """How the files of a machine are to be taken; what is None is found out.
 
-    force: str | None = None
-    displacement: str | None = None
-    time: str | None = None
-    speed_known: bool = False
+    Parameters
+    ----------
+    force_column, displacement_column, time_column : str, optional
+        Name or number of a column; several, for specimens side by side, between commas.
+    speed : float, optional
+        Of the blade, mm/s: displacement is then time multiplied by it.
+    preload : float
+        Force in N below which the blade only settles; the curve begins where it is last reached before the rise.
+    """
+
+    form: Form = field(default_factory=Form)
+    force_column: str | None = None
+    displacement_column: str | None = None
+    time_column: str | None = None
+    force_unit: str | None = None
+    displacement_unit: str | None = None
+    time_unit: str | None = None
+    speed: float | None = None
+    preload: float = PRELOAD
 
     def check(self) -> None:
-        """Raise `UsageError` if the options contradict each other."""
-        if self.time is not None and self.displacement is not None:
+        """Raise `UsageError` if an option has no sense, or two contradict each other."""
+        if self.time_column is not None and self.displacement_column is not None:
             raise UsageError("--time-column and --displacement-column exclude each other; give one of them")
-        if self.time is not None and not self.speed_known:
+        if self.time_column is not None and self.speed is None:
             raise UsageError("--time-column needs --speed, the speed of the blade, as in --speed '20 mm/min'")
-        if self.displacement is not None and self.speed_known:
+        if self.displacement_column is not None and self.speed is not None:
             raise UsageError("--speed and --displacement-column exclude each other; give one of them")
+        if not 0.0 <= self.preload < STRONGEST:
+            raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
 
 
 @dataclass(frozen=True)
@@ -51,7 +70,7 @@ class Channels:
     diameter: float | None = None
 
 
-def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[Note]]:
+def channels_of(table: TextTable, how: CurveOptions) -> tuple[list[Channels], list[Note]]:
     """Return the channels of every specimen in a table, and notes on the choice.
 
     Raises
@@ -59,13 +78,12 @@ def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[
     UsageError
         If columns have no headings, or these do not tell which belong together.
     """
-    choice.check()
-    if not table.headed and (choice.force is None or (choice.displacement is None and choice.time is None)):
+    if not table.headed and (how.force_column is None or (how.displacement_column is None and how.time_column is None)):
         raise UsageError(f"{table.source}: the columns have no headings: {columns_of(table)}; {NAME_THEM}")
     notes: list[Note] = []
-    ups = _forces(table, choice)
-    acrosses, timed = _acrosses(table, choice, notes)
-    pairs = _paired(table, acrosses, ups, choice, notes)
+    ups = _forces(table, how)
+    acrosses, timed = _acrosses(table, how, notes)
+    pairs = _paired(table, acrosses, ups, how, notes)
     if any(across == up for across, up in pairs):
         raise UsageError(f"{table.source}: force and displacement are the same column; {NAME_THEM}")
     over = _over(table, pairs)
@@ -73,9 +91,9 @@ def channels_of(table: TextTable, choice: Choice) -> tuple[list[Channels], list[
     return [Channels(a, u, timed, label, millimetres_in(text)) for (a, u), label, text in named], notes
 
 
-def _forces(table: TextTable, choice: Choice) -> list[int]:
-    if choice.force is not None:
-        return given_columns(table, choice.force, "force")
+def _forces(table: TextTable, how: CurveOptions) -> list[int]:
+    if how.force_column is not None:
+        return given_columns(table, how.force_column, "force")
     found = matching(table, FORCE, NEWTONS)
     if not found:
         remedy = "name it with --force-column, and its unit with --force-unit if the heading has none"
@@ -83,18 +101,18 @@ def _forces(table: TextTable, choice: Choice) -> list[int]:
     return found
 
 
-def _acrosses(table: TextTable, choice: Choice, notes: list[Note]) -> tuple[list[int], bool]:
+def _acrosses(table: TextTable, how: CurveOptions, notes: list[Note]) -> tuple[list[int], bool]:
     """Return the columns of displacement; those of time if there are none, and whether it is time."""
-    if choice.displacement is not None:
-        return given_columns(table, choice.displacement, "displacement"), False
-    if choice.time is not None:
-        return given_columns(table, choice.time, "time"), True
+    if how.displacement_column is not None:
+        return given_columns(table, how.displacement_column, "displacement"), False
+    if how.time_column is not None:
+        return given_columns(table, how.time_column, "time"), True
     found, times = matching(table, TRAVEL, MILLIMETRES), matching(table, TIME, SECONDS)
     if found:
-        if choice.speed_known:
+        if how.speed is not None:
             notes.append(Note("speed_unused", "info", "The file has a displacement: --speed is not used."))
         return found, False
-    if times and choice.speed_known:
+    if times and how.speed is not None:
         return times, True
     where = f"{table.source}: no column for displacement among {columns_of(table)}"
     if times:
@@ -103,11 +121,11 @@ def _acrosses(table: TextTable, choice: Choice, notes: list[Note]) -> tuple[list
 
 
 def _paired(
-    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], choice: Choice, notes: list[Note]
+    table: TextTable, acrosses: Sequence[int], ups: Sequence[int], how: CurveOptions, notes: list[Note]
 ) -> list[tuple[int, int]]:
     """Return displacement (or time) and force of every specimen."""
-    named = (choice.displacement or choice.time) is not None
-    if choice.force is not None and named:
+    named = (how.displacement_column or how.time_column) is not None
+    if how.force_column is not None and named:
         return _as_given(table, acrosses, ups)
     across_alike, up_alike = _are_alike(table, acrosses), _are_alike(table, ups)
     if len(acrosses) == len(ups) > 1:
@@ -155,12 +173,9 @@ def _name(table: TextTable, column: int) -> str:
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
     """Tell whether names differ in numbers or single letters at most, and units not at all."""
-    roots = {tuple(filter(_is_word, re.split(r"[\W\d_]+", plain(table.columns[i])))) for i in columns}
+    parts = (re.split(r"[\W\d_]+", plain(table.columns[i])) for i in columns)
+    roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
-
-
-def _is_word(part: str) -> bool:
-    return len(part) > 1 or not part.isascii()
 
 
 def _alternate(acrosses: Sequence[int], ups: Sequence[int]) -> bool:

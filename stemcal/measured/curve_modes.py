@@ -31,7 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.shear_curves import PRELOAD, RISE, contact_begins
+from stemcal.measured.channels import PRELOAD
+from stemcal.measured.shear_curves import RISE, contact_begins
 
 Array = NDArray[np.float64]
 Curve = tuple[Array, Array]
@@ -177,7 +178,8 @@ def _apart(vectors: Array, scatter: Array, h: Array) -> Array:
     white = vectors @ (axes / np.sqrt(np.maximum(values, 1e-12 * values.max())))[:, ::-1]
     if len(h):
         white = white @ np.linalg.eigh(white.T @ h.T @ h @ white)[1][:, ::-1]
-    return np.array([_upright(phi / np.linalg.norm(phi)) for phi in white.T])
+    # the largest part of each is positive, so that equal curves have equal scores
+    return np.array([phi / np.linalg.norm(phi) * np.sign(phi[int(np.argmax(np.abs(phi)))]) for phi in white.T])
 
 
 def smoothed(travel: Array, force: Array) -> Curve:
@@ -230,8 +232,3 @@ def _without_toe(curve: Curve, toe: float) -> Curve:
     travel, force = curve
     begin = min(int(np.searchsorted(np.maximum.accumulate(travel), toe)), _top(force) - 1)
     return travel[begin:] - toe, force[begin:]
-
-
-def _upright(phi: Array) -> Array:
-    """Return a component whose largest part is positive, so that equal curves have equal scores."""
-    return np.asarray(phi * np.sign(phi[int(np.argmax(np.abs(phi)))]))

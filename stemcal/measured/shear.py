@@ -11,9 +11,10 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.files.typed import Spread, inline
+from stemcal.measured.channels import CurveOptions
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
-from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
+from stemcal.measured.shear_curves import ShearCurve, read_curves
 from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
 from stemcal.measured.text_tables import Form, find_column, matching, read_table, scale_of
 from stemcal.note import Note, Remedy

@@ -1,7 +1,7 @@
 """One force–displacement file of one specimen: read, sign set right, preload trimmed, maximum found."""
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -9,53 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import Channels, Choice, channels_of
+from stemcal.measured.channels import STRONGEST, Channels, CurveOptions, channels_of
 from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, as_number, is_missing, millimetres_in, shown
-from stemcal.measured.text_tables import Form, TextTable, read_tables, scale_of
+from stemcal.measured.text_tables import TextTable, read_tables, scale_of
 from stemcal.note import Note
 from stemcal.words import counted
 
 Array = NDArray[np.float64]
-PRELOAD = 5.0  # N
 RISE = 0.2  # share of the maximum that settling never reaches
-STRONGEST = 1.0e7  # N; no testing machine is stronger
 LONGEST = 1.0e5  # mm; none has a longer way
 FASTEST = 1.0e6  # mm/s
-
-
-@dataclass(frozen=True)
-class CurveOptions:
-    """How the files of a machine are to be taken; what is None is found out.
-
-    Parameters
-    ----------
-    force_column, displacement_column, time_column : str, optional
-        Name or number of a column; several, for specimens side by side, between commas.
-    speed : float, optional
-        Of the blade, mm/s: displacement is then time multiplied by it.
-    preload : float
-        Force in N below which the blade only settles; the curve begins where it is last reached before the rise.
-    """
-
-    form: Form = field(default_factory=Form)
-    force_column: str | None = None
-    displacement_column: str | None = None
-    time_column: str | None = None
-    force_unit: str | None = None
-    displacement_unit: str | None = None
-    time_unit: str | None = None
-    speed: float | None = None
-    preload: float = PRELOAD
-
-    def choice(self) -> Choice:
-        """Return the columns that are named."""
-        return Choice(self.force_column, self.displacement_column, self.time_column, self.speed is not None)
-
-    def check(self) -> None:
-        """Raise `UsageError` if an option has no sense, or two contradict each other."""
-        self.choice().check()
-        if not 0.0 <= self.preload < STRONGEST:
-            raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
 
 
 def speed_of(text: str) -> float:
@@ -131,7 +94,7 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
     skipped: list[Note] = []
     for table in tables:
         try:
-            channels_of(table, how.choice())
+            channels_of(table, how)
             found.append(table)
         except UsageError as error:
             first = first or error
@@ -144,7 +107,7 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
 
 def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
     """Return the curves of one table; `several` tells that others stand in the same file."""
-    channels, notes = channels_of(table, how.choice())
+    channels, notes = channels_of(table, how)
     if len(channels) > 1:
         notes.insert(0, Note("side_by_side", "info", f"The file has {len(channels)} specimens side by side."))
     diameters = stated_diameters(table, len(channels))

@@ -14,7 +14,7 @@ from typing import Literal
 
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.outcome import record_key
-from stemcal.solvers.protocol import ByHand, Estimating, Immediate, Request, Solver, Timed
+from stemcal.solvers.protocol import Request, Solver
 
 _MOST_RECORDS = 50  # that are looked at
 # Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
@@ -38,23 +38,21 @@ class Costs:
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs:
     """Return what runs cost here; `like` is the request that may be tried for a moment."""
-    if isinstance(solver, ByHand):
+    if solver.asks_people:
         return Costs(None, "by_hand")
-    guess = solver.cost_estimate if isinstance(solver, Estimating) else _alike
+
+    def guess(request: Request) -> float:
+        return solver.cost_estimate(request) or 1.0
+
     recorded = [] if folder is None else list(islice(_recorded(solver, folder, guess), _MOST_RECORDS))
     if taken := sum(seconds for seconds, _ in recorded):
         pace = taken / sum(guessed for _, guessed in recorded)
         return Costs(lambda request: pace * guess(request), "recorded", len(recorded))
-    if not isinstance(solver, Estimating):
+    if solver.cost_estimate(like) is None:
         return Costs(None)
-    tried = solver.pace(like) if isinstance(solver, Timed) else None
-    if tried is None:
-        return Costs(guess, "guess" if isinstance(solver, Timed) else "none")
+    if (tried := solver.pace(like)) is None:
+        return Costs(guess, "guess")
     return Costs(lambda request: tried * guess(request), "tried")
-
-
-def _alike(_request: Request) -> float:
-    return 1.0
 
 
 def _recorded(solver: Solver, folder: StudyFolder, guess: Callable[[Request], float]) -> Iterable[tuple[float, float]]:
@@ -88,7 +86,7 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
 
 def overhead(solver: Solver) -> float:
     """Return the seconds that compiling, starting, statistics and the page take."""
-    if isinstance(solver, Immediate):
+    if solver.immediate:
         return _STARTING + _PAGE
-    compiling = solver.preparing() if isinstance(solver, Timed) else 0.0
+    compiling = solver.preparing()
     return _STARTING + _WORKERS + _PAGE + (_COMPILING if compiling is None else compiling)

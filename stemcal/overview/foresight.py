@@ -11,8 +11,8 @@ from stemcal.note import Note, Remedy
 from stemcal.numbers import in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Estimating, Immediate, Request, Solver, Weighing
-from stemcal.study.model import EmbeddedSolver, Growth, Study, factors_taken
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.study.model import Growth, Study, factors_taken
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
 _COMMAND, _WORKER = 0.35e9, 0.25e9  # bytes that the command and each of its workers hold beside their models
@@ -37,7 +37,7 @@ def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
-    if not isinstance(study.solver, EmbeddedSolver):
+    if not study.kind.foresees:
         return Demand(0, 0.0, 0.0)
     each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
@@ -45,12 +45,10 @@ def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
 
 def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
     """Return what these runs take; nothing where the solver cannot say."""
-    if isinstance(solver, Immediate) or not isinstance(solver, Estimating | Weighing):
-        return Demand(0, 0.0, 0.0)
-    runs = list(requests)
-    seconds = sum(map(solver.cost_estimate, runs)) if isinstance(solver, Estimating) else 0.0
-    memory = max(map(solver.memory_estimate, runs), default=0.0) if isinstance(solver, Weighing) else 0.0
-    return Demand(len(runs), seconds, memory)
+    runs = [] if solver.immediate else list(requests)
+    seconds = [second for run in runs if (second := solver.cost_estimate(run)) is not None]
+    memory = [bytes_ for run in runs if (bytes_ := solver.memory_estimate(run)) is not None]
+    return Demand(max(len(seconds), len(memory)), sum(seconds), max(memory, default=0.0))
 
 
 def scarce(demand: Demand, workers: int, free: float) -> Iterator[Note]:
@@ -120,20 +118,16 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
 
 LEAST_STROKE = 0.35
 """Of the diameter: stems that break have their maximum at 0.06 to 0.1 of it, stems that fold first at 0.2 to 0.35."""
-_SMALL, _USUAL = 8, 12  # runs of a Plackett–Burman design
 
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the solver; none is a mistake."""
-    k, runs = len(study.factors), study.screen.runs
-    if study.screen.design == "plackett-burman" and runs is not None and runs <= _SMALL and k >= 3:
-        yield _small_screening(runs, k)
     if factors_taken(study.rsm.design)[0] > 2 and study.rsm.factors == "significant":
         least, most = factors_taken(study.rsm.design)
-        yield _factors_wanted(study.rsm.design, least, most, k)
+        yield _factors_wanted(study.rsm.design, least, most, len(study.factors))
     yield from _not_varied(study)
     yield from _short_stroke(study)
-    if isinstance(study.solver, EmbeddedSolver) and "failure_strain" in study.names:
+    if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
             f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
@@ -144,7 +138,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 def _short_stroke(study: Study) -> Iterator[Note]:
     """Yield a warning if the blade may stop before the maximum of the thickest stem."""
-    if not isinstance(study.solver, EmbeddedSolver) or not study.naming.is_cutting:
+    if not study.kind.force_history or not study.naming.is_cutting:
         return
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
     stroke = study.loading.stroke_at(thickest)
@@ -167,16 +161,6 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
     return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
-
-
-def _small_screening(runs: int, factors: int) -> Note:
-    df = runs - 1 - factors
-    left = f"{df or 'no'} residual df {'is' if df == 1 else 'are'} left for the test"
-    text = (
-        f"screen.runs {runs} for {factors} factors: each main effect is fully aliased with two-factor interactions, "
-        f"and {left}. With {_USUAL} runs the alias weight is 1/3, and {_USUAL - 1 - factors} df are left."
-    )
-    return Note("small_screening", "caution", text)
 
 
 def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:

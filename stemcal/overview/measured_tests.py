@@ -12,13 +12,14 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
 from stemcal.laboratory import curve_responses, secant
+from stemcal.measured.channels import CurveOptions
 from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on
-from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.measured.target_entries import row_of
 from stemcal.note import Note
-from stemcal.study.model import BREAK_DROP, LaboratorySection, Study
+from stemcal.solvers.options import BREAK_DROP
+from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.measured_targets import RESPONSES
 
 
@@ -75,7 +76,11 @@ def measure_tests(
     read = {name: measure_shear(found, how, None, left_out[name]) for name, found in files.items()}
     taken = {path.name.casefold(): shown(path.name) for path in own.values()}
     unread = [path.name for path in folders if path not in own.values()]
-    skipped = [_folder_skipped(shown(name), taken.get(name.casefold())) for name in unread]
+    skipped = []
+    for name in unread:
+        other = taken.get(name.casefold())
+        reason = "no test has this name" if other is None else f"{other} is read instead"
+        skipped.append(Note("folder_skipped", "info", f"Folder {shown(name)} is not read: {reason}."))
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name], BREAK_DROP))
     return MeasuredTests(
@@ -84,11 +89,6 @@ def measure_tests(
         any(tests.synthetic for tests in read.values()),
         {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
     )
-
-
-def _folder_skipped(folder: str, taken: str | None) -> Note:
-    reason = "no test has this name" if taken is None else f"{taken} is read instead"
-    return Note("folder_skipped", "info", f"Folder {folder} is not read: {reason}.")
 
 
 def _folder_of(name: str, folders: Sequence[Path]) -> Path | None:

@@ -15,11 +15,11 @@ from stemcal.numbers import duration, in_bytes
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
 from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import ByHand, Request, Solver, Weighing
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
 from stemcal.stages.stage import stages_of
 from stemcal.stages.work import second_time
-from stemcal.study.model import EmbeddedSolver, Study, program_of
+from stemcal.study.model import Study
 from stemcal.words import counted, series
 
 
@@ -116,7 +116,7 @@ def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]
         return 0, None
     there, left = study.there, max(0, study.refine.budget - _recorded({"refine"}, study.there, folder))
     probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
-    cost = costs_of(make_solver(there), folder, probes[0]).of if isinstance(there.solver, EmbeddedSolver) else None
+    cost = costs_of(make_solver(there), folder, probes[0]).of if there.kind.foresees else None
     return left, None if cost is None or not left else left * max(map(cost, probes))
 
 
@@ -135,7 +135,7 @@ def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None)
 def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:
     """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
     if study.refine is not None and study.refine.in_ is not None:
-        text = f"{counted(here, 'run')} here, at most {left} in {program(program_of(study.refine.in_))} (refine)."
+        text = f"{counted(here, 'run')} here, at most {left} in {program(study.refine.in_.program_name)} (refine)."
         time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 
@@ -148,6 +148,7 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -> PlannedStage:
     distinct = {record_key(solver, request) for request in part.requests}
+    memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
     return PlannedStage(
         part.stage,
         len(part.requests),
@@ -155,7 +156,7 @@ def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -
         len(distinct) - len(left),
         len(left),
         None if costs.of is None else sum(map(costs.of, left)),
-        max(map(solver.memory_estimate, left), default=0.0) if isinstance(solver, Weighing) else None,
+        max(memory, default=None),
     )
 
 
@@ -169,7 +170,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
         request
         for key, request in distinct.items()
         if (record := recorded.get(key)) is None or not stands(record, study.runs)
-        if not (isinstance(solver, ByHand) and solver.knows(request))
+        if not solver.knows(request)
     ]
 
 

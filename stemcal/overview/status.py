@@ -167,7 +167,7 @@ def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> S
     ]
     verdict = verdict_of(study, folder)
     place = folder.path / SHEET
-    awaited = study.by_hand.solver.kind == "sheet" and place.exists() and any(part.left != 0 for part in stages)
+    awaited = study.by_hand.kind.answers == "asks_people" and place.exists() and any(part.left != 0 for part in stages)
     sheet = str(place) if awaited else None
     return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
 

@@ -27,7 +27,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.columns import fields_of
 from stemcal.solvers.sheet.reading import told
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.study.model.factor import Size
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
@@ -198,7 +198,7 @@ def simulate(
         If the simulation cannot be trusted.
     """
     study = _study(study)
-    if not isinstance(study.solver, EmbeddedSolver):
+    if not study.kind.force_history:
         raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
     for name in levels:
         if name not in study.names:

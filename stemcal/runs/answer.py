@@ -15,9 +15,9 @@ from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.runs.outcome import TRIES, counted, judged, record_key, stands
+from stemcal.runs.outcome import TRIES, counted, identity_of, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed
-from stemcal.solvers.protocol import Answer, ByHand, Immediate, Placed, Request, Solver, Timed
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.study.model import RunsOptions
 
 logger = logging.getLogger(__name__)
@@ -81,11 +81,11 @@ def answer_all(
         if key not in known:
             missing.setdefault(key, request)
     stage = requests[0].stage if requests else ""
-    if isinstance(solver, Immediate):
+    if solver.immediate:
         executor = InlineExecutor()
     folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
     tally = _Tally(stage, keys, known, watch)
-    awaited = [key for key, run in missing.items() if isinstance(solver, ByHand) and not solver.knows(run)]
+    awaited = [key for key, run in missing.items() if solver.asks_people and not solver.knows(run)]
     waiting = [missing.pop(key) for key in awaited]
     if missing:
         _prepare(solver, tally)
@@ -149,7 +149,7 @@ class _Tally:
 
 def _prepare(solver: Solver, tally: _Tally) -> None:
     """Let the solver do once what its workers need; where that takes a while, the watcher is told so."""
-    seconds = solver.preparing() if isinstance(solver, Timed) else 0.0
+    seconds = solver.preparing()
     if seconds != 0.0:
         tally.report(preparing=seconds)
     solver.prepare()
@@ -166,9 +166,7 @@ def _recording(
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:
         return
-    if isinstance(solver, Placed):
-        solver = solver.placed(folder.path.absolute() / WORK)
-
+    solver = solver.placed(folder.path.absolute() / WORK)
     batch = Batch(missing, solver, executor, TRIES)
     try:
         for key, computed in batch.arriving():
@@ -184,7 +182,7 @@ def keep(key: str, request: Request, computed: Computed, solver: Solver, folder:
     folder.save(
         {
             "key": key,
-            "identity": solver.identity(request),
+            "identity": identity_of(solver, request),
             "request": request.as_record(),
             **asdict(answer),
             "provenance": computed.circumstances,

@@ -3,15 +3,19 @@
 Accidents are tried again; a stroke that ended too early gives a lower bound.
 """
 
+import functools
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from stemcal.files.typed import absent
 from stemcal.folder.record import key_of
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
+from stemcal.registry import hash_of
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
@@ -26,7 +30,23 @@ TRIES = 2  # how often a run is begun that ends by accident
 
 def record_key(solver: Solver, request: Request) -> str:
     """Return the name of the record that answers a request: a hash of what determines the answer."""
-    return key_of(solver.identity(request))
+    return key_of(identity_of(solver, request))
+
+
+def identity_of(solver: Solver, request: Request) -> dict[str, Any]:
+    """Return what determines the answer: what the solver tells, and its own code where another package has it."""
+    code = code_of(type(solver).__module__)
+    return {**solver.identity(request), **({"code of package": code} if code else {})}
+
+
+@functools.cache
+def code_of(module: str) -> str:
+    """Return a hash of the package, or of the single file, that a module belongs to; nothing of stemcal's own."""
+    top = sys.modules.get(module.partition(".")[0])
+    place = Path(getattr(top, "__file__", None) or "")
+    if top is None or top.__name__ == "stemcal" or not place.is_file():
+        return ""
+    return hash_of(place.parent if hasattr(top, "__path__") else place)
 
 
 def answer_of(record: Mapping[str, Any]) -> Answer:

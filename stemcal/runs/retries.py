@@ -16,7 +16,7 @@ from stemcal.folder.study_folder import now, provenance
 from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.outcome import ACCIDENTS, TIMEOUT
-from stemcal.solvers.protocol import RESPONSES, Answer, Readied, Request, Solver, words_of
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 
 logger = logging.getLogger(__name__)
 
@@ -34,7 +34,7 @@ class Computed:
 def compute(solver: Solver, request: Request) -> Computed:
     """Answer one request. Runs in a worker."""
     started, clock = now(), time.perf_counter()
-    answer = validated(solver.solve(request), words_of(solver))
+    answer = validated(solver.solve(request), solver.naming)
     wall = time.perf_counter() - clock
     return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
@@ -48,8 +48,7 @@ class Run:
 
     def get_ready(self) -> None:
         """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
-        if isinstance(self.solver, Readied):
-            self.solver.get_ready()
+        self.solver.get_ready()
 
     def __call__(self) -> Computed:
         """Answer the request."""

@@ -8,12 +8,12 @@ from typing import Any
 
 from stemcal.naming import FIRST
 from stemcal.solvers.measures import curve_scores, kept_curve
+from stemcal.solvers.options import CommandSolver
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.program_base import Program, executable, run_command
 from stemcal.solvers.programs.readers import read_curve, read_number
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.solvers.time_limited_program import Ended
-from stemcal.study.model import CommandSolver
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,8 @@ class Command(Program):
         drawn = {"seed": seed_of(request)} if request.replicate else {}
         return {"result": {name: one.model_dump(mode="json") for name, one in options.result.items()}, **drawn}
 
-    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
+    def _write(self, folder: Path, request: Request) -> None:
         self.inputs.write(folder, self._values(request))
-        return {}
 
     def _values(self, request: Request) -> Mapping[str, str]:
         return values_of(request, seed_of(request), self.study.naming)

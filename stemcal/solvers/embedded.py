@@ -36,9 +36,10 @@ from stemcal.solvers.laboratory_runs import (
     seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
+from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
-from stemcal.solvers.protocol import RESPONSES, Answer, OfSpecAlone, Request
-from stemcal.study.model import BREAK_DROP, DAMPING, GAP, EmbeddedSolver, LaboratorySection, Study
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.study.model import DAMPING, GAP, LaboratorySection, Study
 from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
@@ -53,8 +54,10 @@ _PROCESS = 250.0e6
 
 
 @dataclass(frozen=True)
-class Embedded(OfSpecAlone):
+class Embedded(Solver):
     """Answers requests by explicit finite element simulation; same request, same bits."""
+
+    of_spec_alone = True
 
     study: Study
 
@@ -105,10 +108,6 @@ class Embedded(OfSpecAlone):
         if (distrust := distrusted(result)) is not None:
             return Answer("failed", reason=distrust.reason, message=str(distrust), details=details)
         return Answer("ok", response=result.peak_force, details=details)
-
-    def given_design(self, stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be simulated."""
-        return None
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
@@ -303,18 +302,14 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     Else the number would jump from one level to the next, and the force with it.
     """
     solver = _options(study)
-    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, _symmetry(study))
+    symmetry: cutting.Symmetry = "quarter" if study.blade.bevel == "both" else "half"
+    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, symmetry)
     if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
         return how
     thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
     return replace(
         how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
     )
-
-
-def _symmetry(study: Study) -> cutting.Symmetry:
-    """Return which part of the stem is computed: a quarter, or half where the blade is ground on one side."""
-    return "quarter" if study.blade.bevel == "both" else "half"
 
 
 def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symmetry) -> cutting.Discretisation:

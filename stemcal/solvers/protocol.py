@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar
 
 from stemcal.files.showing import in_a_line, visible
 from stemcal.naming import CUTTING, Naming
@@ -79,98 +79,76 @@ class Answer:
         return replace(self, reason=in_a_line(self.reason), message=visible(self.message))
 
 
-class Solver(Protocol):
+class Solver:
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A solver that can do more says so by its type: `Estimating`, `Weighing`, `Placed`, `Readied`, `Belonging`,
-    `Immediate`, `ByHand`, `OfSpecAlone`.
+    A subclass gives `identity` and `solve`, and overrides what else it can do.
     """
+
+    immediate: ClassVar[bool] = False
+    """Whether it answers in less time than a worker process takes to start."""
+    asks_people: ClassVar[bool] = False
+    """Whether people do its runs: their results are entered as records, unless it `knows` them."""
+    of_spec_alone: ClassVar[bool] = False
+    """Whether nothing determines its answers but the spec and stemcal's own code."""
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return everything that determines the answer, as JSON values; equal identities share one record."""
+        raise NotImplementedError
+
+    def solve(self, request: Request) -> Answer:
+        """Answer one request. A failed simulation is an `Answer`, not an exception."""
+        raise NotImplementedError
 
     def prepare(self) -> None:
         """Do once, before workers start, what they would otherwise all do (compile, check a licence)."""
 
-    def identity(self, request: Request) -> dict[str, Any]:
-        """Everything that determines the answer, as JSON values; equal identities share one record."""
-
-    def solve(self, request: Request) -> Answer:
-        """Answer one request. A failed simulation is an `Answer`, not an exception."""
-
-    def given_design(self, stage: str) -> list[dict[str, float]] | None:
-        """The rows of levels this solver can answer for `stage`, or None if it answers any."""
-
-
-@runtime_checkable
-class Estimating(Protocol):
-    """A solver that knows roughly what a run costs."""
-
-    def cost_estimate(self, request: Request) -> float:
-        """The seconds a run takes on one core, for plans."""
-
-
-@runtime_checkable
-class Timed(Estimating, Protocol):
-    """A solver that can measure how fast this machine is for it."""
-
-    def pace(self, request: Request) -> float | None:
-        """What a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
-
-    def preparing(self) -> float | None:
-        """The seconds that `prepare` takes now; None where that is unknown."""
-
-
-@runtime_checkable
-class Weighing(Protocol):
-    """A solver that knows how much memory a run takes."""
-
-    def memory_estimate(self, request: Request) -> float:
-        """The bytes that a process needs for a run."""
-
-
-@runtime_checkable
-class Placed(Protocol):
-    """A solver that needs a folder for the files of its runs."""
-
-    def placed(self, folder: Path) -> Solver:
-        """Itself with a folder of the study."""
-
-
-@runtime_checkable
-class Readied(Protocol):
-    """A solver whose every process does something before its first run, which counts against no time limit."""
-
     def get_ready(self) -> None:
-        """Make this process ready."""
+        """Make this process ready for its first run, which counts against no time limit."""
 
+    def placed(self, _folder: Path) -> Solver:
+        """Return the solver with a folder of the study for the files of its runs."""
+        return self
 
-@runtime_checkable
-class Belonging(Protocol):
-    """A solver with settings that calibrated values belong to: with others the same values give another force."""
-
-    def belongings(self, condition: float) -> dict[str, str]:
-        """The settings by name, as they are at a stem diameter."""
-
-
-def words_of(solver: Solver) -> Naming:
-    """Return what a solver's study calls its responses and condition; the shear test's words where it does not tell."""
-    naming: Naming = getattr(solver, "naming", CUTTING)
-    return naming
-
-
-class Immediate:
-    """Inherited by a solver that answers in less time than a worker process takes to start."""
-
-
-class ByHand:
-    """Inherited by a solver whose runs people do: their results are entered as records, unless it knows them."""
+    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
+        """Return the rows of levels that it can answer for a stage, None if it answers any."""
+        return None
 
     def knows(self, _request: Request) -> bool:
-        """Whether it can answer a request without people."""
+        """Whether it has the answer to a request without a run."""
         return False
 
     def given(self, _stage: str) -> list[Any]:
-        """Return what its answers of a stage are made from, as JSON values."""
+        """Return what its known answers of a stage are made from, as JSON values."""
         return []
 
+    def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
+        """Write what people need for a run into a folder of that name."""
 
-class OfSpecAlone:
-    """Inherited by a solver whose answers nothing determines but the spec and stemcal's own code."""
+    def cost_estimate(self, _request: Request) -> float | None:
+        """Return the seconds that a run takes on one core, roughly; None where that is unknown."""
+        return None
+
+    def memory_estimate(self, _request: Request) -> float | None:
+        """Return the bytes that a process needs for a run; None where that is unknown."""
+        return None
+
+    def pace(self, _request: Request) -> float | None:
+        """Return what a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
+        return None
+
+    def preparing(self) -> float | None:
+        """Return the seconds that `prepare` takes now; None where that is unknown."""
+        return 0.0
+
+    def belongings(self, _condition: float) -> dict[str, str] | None:
+        """Return the settings that calibrated values belong to, by name, as they are at a stem diameter.
+
+        With others the same values give another force. None where there are none, or they are unknown.
+        """
+        return None
+
+    @property
+    def naming(self) -> Naming:
+        """What its study calls responses and condition."""
+        return CUTTING

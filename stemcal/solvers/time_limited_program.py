@@ -60,16 +60,11 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
     KEEPER.watch(process.pid)
     tail = _Tail(process.stdout)
     try:
-        timed_out = _wait(process, time_limit)
+        timed_out = not wait_until(time_limit, lambda seconds: _has_ended(process, seconds))  # not while stopped itself
     finally:
         _end_all(process)
         KEEPER.forget(process.pid)
     return Ended(process.returncode, timed_out, tail.text(), time.monotonic() - started)
-
-
-def _wait(process: subprocess.Popen[bytes], time_limit: float) -> bool:
-    """Wait for the program; return whether it ran past its limit, counting the time in which it had itself stopped."""
-    return not wait_until(time_limit, lambda seconds: _has_ended(process, seconds))
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:

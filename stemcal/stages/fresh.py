@@ -19,13 +19,13 @@ from stemcal.files.plain import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.runs.answer import Progress, Watch
-from stemcal.runs.outcome import counted, stands
+from stemcal.runs.outcome import counted, identity_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.programs.inputs import file_hash
-from stemcal.solvers.protocol import RESPONSES, ByHand, OfSpecAlone, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.version import __version__
 
 logger = logging.getLogger(__name__)
@@ -73,13 +73,13 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
 
     Of the embedded solver the spec tells it, which spares the solver's loading; any other tells it itself.
     """
-    if isinstance(study.solver, EmbeddedSolver) and (solver is None or isinstance(solver, OfSpecAlone)):
+    if study.kind.of_spec_alone and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     solver = solver or make_solver(study)
-    identity = solver.identity(probe) | ({"given": solver.given(stage)} if isinstance(solver, ByHand) else {})
+    identity = identity_of(solver, probe) | {"given": solver.given(stage)}
     return {
         path: leaf
         for name, part in identity.items()
@@ -140,9 +140,8 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
         differing = _differences(old, inputs_of(study, solver, folder, stage))
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    corrected = (
-        not differing and stage_called(stage).seen(study).solver.kind == "sheet" and _corrected(stage, study, folder)
-    )
+    by_hand = stage_called(stage).seen(study).kind.answers == "asks_people"
+    corrected = not differing and by_hand and _corrected(stage, study, folder)
     return ["results"] if corrected else differing
 
 

@@ -8,7 +8,6 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.note import Remedy
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.runs.replicates import merged, repeated
@@ -17,7 +16,7 @@ from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, leave, read_result
 from stemcal.stages.stage import stage_called
-from stemcal.study.model import Study, program_of
+from stemcal.study.model import Study
 
 HERE = InlineExecutor()
 
@@ -107,18 +106,16 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
 # ---- Does a program give equal answers to equal inputs? Its first run is repeated at the start to see it.
 
 SAME = 1e-6  # of the answer: what summing in another order may change
-# No chance in these: our own, and sheets, where `replicates` says that there is.
-_ITSELF = ("embedded", "sheet")
 
 
 def repeats_itself(study: Study) -> bool:
     """Tell whether equal inputs give equal answers: of our own solver, and of programs whose first run was repeated."""
-    return study.solver.kind != "sheet" and not study.replicates
+    return study.kind.answers == "computes" and not study.replicates
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
     """Return the first run of the study and the same once more, unless chance is expected or impossible."""
-    known = study.solver.kind in _ITSELF or study.replicates
+    known = study.kind.of_spec_alone or not repeats_itself(study)
     if known or not requests or stage_called(requests[0].stage).needs(study) is not None:
         return []
     if requests[0].condition != study.targets.calibrate_at:
@@ -133,20 +130,5 @@ def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[A
         return
     raise UsageError(
         f"solver: the program gave {first:.9g} and {second:.9g} to the levels of {requests[0].stage} run "
-        f"{requests[0].row + 1}: there is chance in it. {chance_remedy(study).text}"
+        f"{requests[0].row + 1}: there is chance in it. {study.solver.chance_remedy().text}"
     )
-
-
-def chance_remedy(study: Study) -> Remedy:
-    """Return how to declare, or remove, the chance in a program."""
-    kind = program_of(study.solver)
-    edit = None if kind in ("lsdyna", "openradioss") else "solver: {replicates: 5}"
-    return Remedy(_REMEDIES.get(kind, _REMEDIES["command"]), edit)
-
-
-_REMEDIES = {
-    "command": "Write replicates: 5 under solver, so that each point is simulated five times and its scatter counts, "
-    "and {{seed}} where the program takes one",
-    "lsdyna": "Set a fixed order of sums: a negative number of processors (ncpu=-4) in its command",
-    "openradioss": "Set a fixed order of sums: /PARITH/ON in the starter's deck",
-}

@@ -6,8 +6,8 @@ from commanding import REPLAY, ROOT, SMOKE, command
 from fakes import SpecSolver
 
 from stemcal.numbers import significant
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.embedded import simulate
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 PAPER = ROOT / "configs" / "wild-chrysanthemum-as-published.yaml"
@@ -37,7 +37,7 @@ def test_deck_for_ls_dyna_has_all_digits_and_quiet_says_nothing(tmp_path: Path) 
 
 @pytest.mark.usefixtures("without_workers")
 def test_calibrated_values_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
     spec, out = tmp_path / "spec.yaml", tmp_path / "out"
     spec.write_text(SMOKE.read_text("utf-8").replace("force: 159.2 N", "force: 104 N"), encoding="utf-8")
     assert command("run", spec, "--out", out, "--quiet").exit_code == 0

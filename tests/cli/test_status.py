@@ -13,7 +13,7 @@ from fakes import SPEC, SpecSolver, force, lines
 from stemcal.executors.code import code_version
 from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers import SOLVERS
+from stemcal.study.model import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -34,7 +34,7 @@ class Known:
         solver, code = SpecSolver(self.witness, **facts), f"{code_version()}-{next(self.versions)}"
         # a solver that changes without the code is a test's alone
         self.monkeypatch.setattr("stemcal.stages.fresh.code_version", lambda: code)
-        self.monkeypatch.setitem(SOLVERS, "embedded", lambda _study: solver)
+        self.monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: solver)
 
     def __call__(self, name: str, *args: object) -> Any:
         return command(name, self.spec, *args, "--out", self.out)

@@ -10,8 +10,8 @@ from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver
 
 import stemcal
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.model import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -35,7 +35,7 @@ def spec(tmp_path: Path) -> Path:
 def test_the_last_screen_holds_verdict_table_and_path(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
     one = spec.read_text(encoding="utf-8").replace("[yield_stress, failure_strain]", "[yield_stress]")
     spec.write_text(one, encoding="utf-8")
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
@@ -60,7 +60,7 @@ def test_the_last_screen_holds_verdict_table_and_path(
 def test_no_interval_is_shown_where_nothing_is_calibrated(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: Doubted())
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
     assert re.search(
@@ -81,12 +81,12 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Before the validation a sound study is only not finished: its intervals are shown, and that is said."""
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
     assert "95 % range" in said.stdout and "Identifiability" in said.stdout
     assert "Not calibrated. Not done yet: Validation." in " ".join(said.stderr.split())
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: Doubted())
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: Doubted())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "bad", "-j", 1)
         assert said.exit_code == 0
@@ -98,7 +98,7 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
 
 
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: SpecSolver())
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
     spec.write_text(spec.read_text("utf-8").replace("force: 110 N", "force: 200 N"), encoding="utf-8")
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 4

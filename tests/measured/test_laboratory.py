@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
+from stemcal.measured.channels import CurveOptions
 from stemcal.measured.diameters import measure_diameters, proposed_grades
 from stemcal.measured.shear import find_files, measure_shear, read_index
-from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
+from stemcal.measured.shear_curves import contact_begins, read_curves
 from stemcal.measured.target_entries import section_of, target_rows
 
 DATA = Path(__file__).parents[2] / "configs" / "data"

@@ -11,7 +11,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.numbers import duration
 from stemcal.overview.cost import costs_of, elapsed, overhead
 from stemcal.overview.plan import plan
-from stemcal.runs.outcome import record_key
+from stemcal.runs.outcome import identity_of, record_key
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 
@@ -35,7 +35,7 @@ def asked(row: int, diameter: float = 8.0) -> Request:
 
 def recorded(folder: StudyFolder, solver: FakeSolver, request: Request, seconds: float, host: str) -> None:
     answer, told = asdict(Answer("ok", 100.0)), {"wall_seconds": seconds, "host": host}
-    key, identity = record_key(solver, request), solver.identity(request)
+    key, identity = record_key(solver, request), identity_of(solver, request)
     folder.save({"key": key, "identity": identity, "request": asdict(request), **answer, "provenance": told})
 
 
@@ -57,7 +57,7 @@ def test_without_records_a_run_is_tried_or_guessed(tmp_path: Path) -> None:
     tried, guessed = costs_of(TriedSolver(), None, asked(0)), costs_of(FakeSolver(), None, asked(0))
     assert tried.of is not None and guessed.of is not None
     assert (tried.of(asked(0)), guessed.of(asked(0))) == (5.0, 10.0)
-    assert (tried.source, guessed.source) == ("tried", "none")
+    assert (tried.source, guessed.source) == ("tried", "guess")
 
 
 def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:

@@ -10,9 +10,8 @@ from stemcal import workflow
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.page.render import render, shown
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
+from stemcal.study.model import SOLVERS, Study
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class LevelSolver(SpecSolver):
 
 def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> str:
     """Take a study through all stages, draw every figure and return the page."""
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _: solver)
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     what = shown(study, folder)
     assert not what.results.stale and len(list(what.results.done)) == 4

@@ -8,7 +8,7 @@ from stemcal.fem.kernels.plasticity import rate_factor
 from stemcal.files.durable import digest
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import Embedded, _small_enough, shear_test
-from stemcal.solvers.protocol import Belonging, Request
+from stemcal.solvers.protocol import Request
 from stemcal.study.reading import load_study
 from stemcal.study.rules.factors import wrong_levels
 
@@ -19,7 +19,6 @@ CASES = Path(__file__).parents[1] / "cases" / "good"
 def test_calibrated_values_belong_to_lengths() -> None:
     """Shares of the diameter and what they come to at 8 mm: 8/16, 8/8 and 8/4.5 mm."""
     solver = make_solver(load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml"))
-    assert isinstance(solver, Belonging)
     assert solver.belongings(8.0) == {
         "element_size": "d/16 (0.5 mm)",
         "edge_spread": "d/9.5 (0.842 mm)",

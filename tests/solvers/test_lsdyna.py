@@ -1,7 +1,6 @@
 """The runner of LS-DYNA against a stand-in, and the user's own deck with nothing changed but nine fields."""
 
 import json
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,18 +10,18 @@ import pytest
 
 from stemcal import workflow
 from stemcal.cutting.result import moving_mean
-from stemcal.errors import SimulationFailed, SpecError, UsageError
+from stemcal.errors import SimulationFailed, SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.curve_modes import CurveModes, modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck.lsdyna import contact_force
-from stemcal.solvers.deck.own_deck import FIELDS, find_material, replaced
 from stemcal.solvers.deck.peak import ContactForce, peak_answer
 from stemcal.solvers.deck.program import DeckProgram
+from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import GAP, DeckSolver, LoadingSection, Study
+from stemcal.study.model import GAP, LoadingSection, Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")
@@ -82,11 +81,6 @@ def test_peak_is_that_of_the_filtered_force(tmp_path: Path) -> None:
     assert not list((tmp_path / "work").glob("*"))
 
 
-def test_other_contact_and_scale(tmp_path: Path) -> None:
-    answer = solved(tmp_path, options="  interface: 2\n  scale: 4\n  filter_window: 0 s\n")
-    assert answer.response == pytest.approx(4 * 0.5 * 179.6, rel=1e-5)
-
-
 @pytest.mark.parametrize(
     ("mode", "options", "reason"),
     [
@@ -94,7 +88,6 @@ def test_other_contact_and_scale(tmp_path: Path) -> None:
         ("silent", "", "no_termination"),
         ("nan", "", "nan"),
         ("broken", "", "no_result"),
-        ('""', "  interface: 9\n", "no_result"),
     ],
 )
 def test_failures_have_their_reason(tmp_path: Path, mode: str, options: str, reason: str) -> None:
@@ -141,92 +134,6 @@ def test_identity_follows_deck_and_geometry_not_limits(tmp_path: Path) -> None:
     assert identity("c", options="blade: {edge_angle: 30 deg}\n") != first
     assert identity("d", options="  filter_window: 5 ms\n") != first
     json.dumps(first)
-
-
-# ---- the user's own deck
-
-OWN = b"""*KEYWORD\r
-$ my deck\twith a tab, \xb5m and trailing blanks   \r
-*MAT_ELASTIC\r
-         7  7.85E-09   2.1E+05       0.3\r
-*MAT_PLASTIC_KINEMATIC_TITLE\r
-the stem {{density}}\r
-$#     mid        ro         e        pr      sigy      etan      beta\r
-         3  1.10E-09    1000.0      0.30     15.00      0.50      0.05          my note\r
-$#     src       srp        fs        vp\r
-      90.0       8.0      0.03       1.0\r
-*END\r
-"""
-
-
-def written(deck: bytes, number: int | None = None, **values: float) -> bytes:
-    return replaced(deck, find_material(deck), values)[0]
-
-
-def test_only_the_fields_change() -> None:
-    new = written(OWN, yield_stress=17.96, failure_strain=0.0387, density=1.2e-9)
-    old_lines, new_lines = OWN.split(b"\n"), new.split(b"\n")
-    assert [i for i, pair in enumerate(zip(old_lines, new_lines, strict=True)) if pair[0] != pair[1]] == [7, 9]
-    assert new_lines[7] == b"         3   1.2e-09    1000.0      0.30     17.96      0.50      0.05          my note\r"
-    assert new_lines[9] == b"      90.0       8.0    0.0387       1.0\r"
-
-
-def test_all_nine_fields_read_back() -> None:
-    values = {name: 1.0 + 0.25 * index for index, name in enumerate(FIELDS)}
-    new = written(OWN, **values).split(b"\n")
-    cards = [new[7], new[9]]
-    for name, (card, index) in FIELDS.items():
-        assert float(cards[card][10 * index : 10 * index + 10]) == values[name]
-
-
-@pytest.mark.parametrize(
-    ("keyword", "cards", "expected"),
-    [
-        ("*MAT_003", "3,1e-9,1e3,.3,15.,.5,.05\n90.,8.,.03", "3,1e-9,1e3,.3,17.96,.5,.05\n90.,8.,.03"),
-        ("*mat_plastic_kinematic+", f"{3:20d}" + "x" * 60 + f"{15:20d}\n1", f"{3:20d}" + "x" * 60 + f"{17.96:20}\n1"),
-        ("*MAT_PLASTIC_KINEMATIC", "         3\n      90.0", f"         3{17.96:40}\n      90.0"),
-    ],
-)
-def test_free_long_and_short_cards(keyword: str, cards: str, expected: str) -> None:
-    head = f"*KEYWORD\n{keyword}\n"
-    assert written(f"{head}{cards}\n*END\n".encode(), yield_stress=17.96) == f"{head}{expected}\n*END\n".encode()
-
-
-def test_long_deck_has_long_cards() -> None:
-    deck = f"*KEYWORD LONG=Y\n*MAT_003\n{3:20d}\n{90:20d}\n*END\n".encode()
-    assert written(deck, strain_rate_p=0.1 + 0.2).split(b"\n")[3] == f"{90:20d}{0.1 + 0.2!r:>20}".encode()
-
-
-def test_value_too_long_for_its_field_is_told_as_written() -> None:
-    deck, texts = replaced(OWN, find_material(OWN), {"yield_stress": 14.204482103412})
-    assert texts == {"yield_stress": "14.2044821"}
-    assert b"      0.3014.2044821      0.50" in deck
-
-
-def test_a_deck_has_one_material_of_the_stem() -> None:
-    two = OWN.replace(b"*END", b"*MAT_003\n        12\n      90.0\n*END")
-    with pytest.raises(UsageError, match=re.escape("(there are: 3, 12); put the others into a file")):
-        find_material(two)
-    with pytest.raises(UsageError, match="not into a file it includes"):
-        find_material(b"*KEYWORD\n*INCLUDE\nmat.k\n*END\n")
-
-
-def test_run_on_the_users_deck(tmp_path: Path) -> None:
-    (tmp_path / "spec").mkdir()
-    (tmp_path / "spec" / "own.k").write_bytes(OWN)
-    options = "  decks: {8 mm: own.k}\n  filter_window: 0 s\n"
-    answer = solved(tmp_path, options=options, material="")
-    assert answer.response == pytest.approx(179.6, rel=1e-5)
-    assert answer.details["written"] == {"yield_stress": "17.96", "failure_strain": "0.0387"}
-
-
-def test_users_deck_is_of_one_diameter(tmp_path: Path) -> None:
-    (tmp_path / "spec").mkdir()
-    (tmp_path / "spec" / "own.k").write_bytes(OWN)
-    other = Request("validate", 1, REQUEST.levels, 7.0)
-    assert solved(tmp_path, other, options="  decks: {8 mm: own.k}\n", material="").reason == "no_deck"
-    both = "  decks: {8 mm: own.k, 7 mm: own.k}\n"
-    assert solved(tmp_path, other, options=both, material="").ok
 
 
 # ---- rcforc

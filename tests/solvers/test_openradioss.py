@@ -223,10 +223,10 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
 def test_doctor_looks_at_what_the_environment_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study_of(tmp_path)
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
-    (found,) = doctor._openradioss()
+    (found,) = doctor._solvers()
     assert (found.ok, found.found.endswith("starter_linux64_gf")) == (True, True)
     (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
-    (found,) = doctor._openradioss()
+    (found,) = doctor._solvers()
     assert (found.ok, "hm_cfg_files" in found.found) == (False, True)
 
 

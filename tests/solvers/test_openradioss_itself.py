@@ -11,8 +11,9 @@ from stemcal.solvers.deck.as_embedded import as_embedded
 from stemcal.solvers.deck.form import form_of
 from stemcal.solvers.deck.installation import HOME
 from stemcal.solvers.embedded import simulate
+from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.solvers.protocol import Request
-from stemcal.study.model import DeckSolver, EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "openradioss.yaml"

@@ -9,11 +9,11 @@ from stemcal import workflow
 from stemcal.errors import TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 
@@ -21,7 +21,7 @@ def judged(folder: Path, text: str, solver: Solver, monkeypatch: pytest.MonkeyPa
     """Take the study of a spec as far as it comes, with a solver in the place of the embedded one."""
     folder.mkdir(exist_ok=True)
     (folder / "study.yaml").write_text(text, encoding="utf-8")
-    monkeypatch.setitem(SOLVERS, "embedded", lambda _study: solver)
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: solver)
     study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
     with suppress(TargetUnreachable):
         workflow.calibrate(study, place, InlineExecutor())

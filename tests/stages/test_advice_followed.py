@@ -21,10 +21,10 @@ from stemcal.errors import StemcalError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
-from stemcal.solvers import SOLVERS
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
+from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 
 PROGRAM = """\
@@ -127,7 +127,7 @@ def followed(plant: Plant, folder: Path) -> Iterator[Verdict]:
     """Yield the verdict of each step; merges edits, or corrects what was planted."""
     spec, edits = plant.text(), []
     for step in range(5):
-        SOLVERS["command"] = lambda _study, law=plant.law: law
+        vars(SOLVERS.named("command"))["make"] = lambda _study, law=plant.law: law
         verdict = judged(plant, spec, folder / str(step))
         yield verdict
         remedy = verdict.reasons[0].remedy if verdict.reasons else None
@@ -156,7 +156,7 @@ FEW = ("contradiction", "failed at one diameter")
 def test_the_first_advice_is_right_and_leads_to_an_end(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SOLVERS, "command", None)
+    monkeypatch.setattr(SOLVERS.named("command"), "make", None)
     plant, steps = KINDS[kind], []
     for verdict in followed(plant, tmp_path):
         steps.append(verdict)

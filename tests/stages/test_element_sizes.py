@@ -20,10 +20,11 @@ from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.writer import curve_text
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.options import EmbeddedSolver
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
@@ -34,7 +35,7 @@ SHARES = (-2.0, -1.0, 0.0, 1.0, 2.0)
 
 
 @dataclass(frozen=True)
-class WithoutLengths:
+class WithoutLengths(Solver):
     """F = 110·(ε·h/0.05 mm)^0.4 N on average, ±10 % over five positions; no force is above 90 N in elements of 4 mm.
 
     In elements of 3 mm the scatter is four times as large.
@@ -42,16 +43,9 @@ class WithoutLengths:
 
     study: Study
 
-    def prepare(self) -> None:
-        """Do nothing."""
-
     def identity(self, request: Request) -> dict[str, Any]:
         """What was asked."""
         return {"kind": "without-lengths", **request.as_record()}
-
-    def given_design(self, _stage: str) -> None:
-        """Any levels."""
-        return
 
     def solve(self, request: Request) -> Answer:
         """Answer by the law."""

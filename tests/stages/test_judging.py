@@ -16,7 +16,7 @@ from stemcal.errors import TargetUnreachable
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Remedy
-from stemcal.solvers import SOLVERS
+from stemcal.solvers.options import EmbeddedSolver, SheetSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import fresh_results
 from stemcal.stages.surface.result import SurfaceResult
@@ -24,7 +24,7 @@ from stemcal.stages.verdict.advice import for_physics, reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt
 from stemcal.stages.verdict.result import Judged, Verdict
 from stemcal.stages.verdict.rules import verdict_of
-from stemcal.study.model import EmbeddedSolver, SheetSolver, Study
+from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
 
 TARGETS = """\
@@ -84,7 +84,7 @@ def judged(monkeypatch: pytest.MonkeyPatch) -> Judge:
 
     def judge(study: Study, folder: Path, solver: Doubtful | None = None) -> Verdict:
         chosen = solver or Doubtful()
-        monkeypatch.setitem(SOLVERS, "embedded", lambda _study: chosen)
+        monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: chosen)
         place = StudyFolder(folder / "out")
         with suppress(TargetUnreachable):
             workflow.calibrate(study, place, InlineExecutor())

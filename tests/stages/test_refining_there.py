@@ -17,8 +17,8 @@ from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.solvers.options import CommandSolver, EmbeddedSolver
 from stemcal.stages.stage import stage_called
-from stemcal.study.model import CommandSolver, EmbeddedSolver
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -17,15 +17,14 @@ from stemcal.names import Names
 from stemcal.naming import Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
-from stemcal.solvers import SOLVERS
-from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
-from stemcal.study.model import Study
+from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
 
 KEY = re.compile(r"invert(: {|\.|:\\n +)diameters")  # invert.diameters, whatever the condition
@@ -67,21 +66,19 @@ def written(folder: Path, text: str) -> Study:
 
 
 @dataclass(frozen=True)
-class Heap:
+class Heap(Solver):
     """A made-up heap; `low` scales what it gives in the validation."""
 
-    naming: Naming
+    words: Naming
     low: float = 1.0
 
-    def prepare(self) -> None:
-        """Do nothing."""
+    @property
+    def naming(self) -> Naming:
+        return self.words
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Levels and condition; the validation by itself where it differs."""
         return {"levels": dict(request.levels), "at": request.condition, "low": self._scale(request)}
-
-    def given_design(self, _stage: str) -> None:
-        """Any design is fine."""
 
     def solve(self, request: Request) -> Answer:
         """Answer an angle, and a density beside it."""
@@ -100,7 +97,7 @@ def calibrated(
     folder: Path, study: Study, monkeypatch: pytest.MonkeyPatch, low: float = 1.0
 ) -> tuple[StudyFolder, Verdict]:
     """Take a study through its stages."""
-    monkeypatch.setitem(SOLVERS, "command", lambda s: Heap(s.naming, low))
+    monkeypatch.setattr(SOLVERS.named("command"), "make", lambda s: Heap(s.naming, low))
     place = StudyFolder(folder / "out")
     workflow.calibrate(study, place, InlineExecutor())
     return place, verdict_of(study, place)

@@ -13,7 +13,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.stages.verdict.result import Verdict
-from stemcal.study.model import Study, program_of
+from stemcal.study.model import Study
 from stemcal.version import __version__
 from stemcal.words import counted, series
 
@@ -128,7 +128,7 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
     """Return what a reader needs to repeat the study and to cite it: spec, solver, program."""
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
-        ("Solver", program_of(study.solver)),
+        ("Solver", study.solver.program_name),
         ("Page made by", f"stemcal {code_version()}"),
         ("Cite", f"The stemcal developers, stemcal, version {__version__}, with this spec."),
     ]

@@ -8,9 +8,10 @@ from stemcal.names import MOST_LISTED, Names
 from stemcal.naming import Named
 from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.model.shear_test import LoadingSection
+from stemcal.study.model.solver_kind import Explicit
 from stemcal.words import series
 
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below
@@ -20,8 +21,8 @@ _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 def setting_tables(study: Study) -> list[Table]:
     """Return the factors, what stood still beside them, and what was measured."""
     tables = [_factors(study), _measured(study)]
-    if study.solver.kind == "embedded":
-        tables.append(_values("Part", _virtual_test(study, study.solver), "The virtual shear test"))
+    if (how := study.solver.explicit) is not None:
+        tables.append(_values("Part", _virtual_test(study, how), "The virtual shear test"))
     if study.material.given() or study.material.growing():
         tables.append(_values("Parameter", _material(study), "Material held"))
     return tables
@@ -97,9 +98,10 @@ def _stroke(loading: LoadingSection) -> str:
     return f"for {loading.duration:g} s" if loading.stroke is None else f"over {loading.stroke}"
 
 
-def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
+def _virtual_test(study: Study, solver: Explicit) -> dict[str, str]:
     """Return each part of the virtual shear test and how it is simulated."""
     blade, supports, contact, law = study.blade, study.supports, study.contact, {"paper": "as printed in the paper"}
+    rate = study.solver.rate or "none"
     bevels, part = ("both sides", "quarter") if blade.bevel == "both" else ("one side", "half")
     rubbing = f"{contact.static_friction:g} at rest, {contact.dynamic_friction:g} sliding"
     return {
@@ -112,7 +114,7 @@ def _virtual_test(study: Study, solver: EmbeddedSolver) -> dict[str, str]:
         "Model": f"{part}, mirrored; elements of {solver.element_size}",
         "Edge spread": f"{study.blade.edge_spread}",
         "Internal length": f"{study.material.internal_length}",
-        "Strain-rate law": law.get(solver.rate_law, solver.rate_law.replace("_", "–")),
+        "Strain-rate law": law.get(rate, rate.replace("_", "–")),
         "Mass scaling": f"× {short(solver.mass_scaling)}",
     }
 

@@ -1,7 +1,8 @@
 """What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
 
 from stemcal.solvers.deck.model import HOURGLASS, Deck
-from stemcal.study.model import PARAMETERS, EmbeddedSolver, Study
+from stemcal.solvers.options import EmbeddedSolver
+from stemcal.study.model import PARAMETERS, Study
 from stemcal.study.types.field_types import Length
 
 

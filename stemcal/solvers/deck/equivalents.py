@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.study.model import DeckSolver, EmbeddedSolver
+from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.study.model import DeckSolver, Study
+from stemcal.solvers.options import DeckSolver
+from stemcal.study.model import Study
 
 DeckProgramName = Literal["lsdyna", "openradioss"]
 

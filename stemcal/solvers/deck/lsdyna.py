@@ -12,11 +12,11 @@ from stemcal.files.encodings import lenient
 from stemcal.files.plain import open_plain
 from stemcal.solvers.deck.peak import Array, ContactForce
 from stemcal.solvers.deck.radioss_files import DECK
+from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.program_base import executable, run_command
 from stemcal.solvers.programs.readers import NUMBER, number_of, read_text
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
-from stemcal.study.model import DeckSolver
 
 FORCES = "rcforc"
 # Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
@@ -46,7 +46,7 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], ended: Ended) -> Answer:
     """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
     _require_normal_termination(folder, ended.output)
-    contact = contact_force(read_text(folder, FORCES), options.interface, options.component)
+    contact = contact_force(read_text(folder, FORCES), 1, "z")
     return peak(contact, failed=failed_elements(folder, ended.output))
 
 

@@ -26,7 +26,8 @@ from stemcal.solvers.deck.equivalents import (
 from stemcal.solvers.deck.fixed_width import STANDARD, fitted
 from stemcal.solvers.deck.form import DeckForm, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.study.model import BREAK_DROP, GAP, PARAMETERS, DeckSolver, EmbeddedSolver, Study
+from stemcal.solvers.options import BREAK_DROP, DeckSolver, EmbeddedSolver
+from stemcal.study.model import GAP, PARAMETERS, Study
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch

@@ -32,12 +32,12 @@ from stemcal.solvers.deck.radioss_files import (
     engine_text,
 )
 from stemcal.solvers.deck.writer import STEM
+from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.inputs import OUTPUT
 from stemcal.solvers.programs.program_base import code_is_zero, run_in
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.time_limited_program import Ended
-from stemcal.study.model import DeckSolver
 
 _LEAST_SECONDS = 2.0  # for each program, also after one that took all of the time
 
@@ -102,7 +102,7 @@ def run_programs(
 
 def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], _ended: Ended) -> Answer:
     """Return the peak force by what the programs have left."""
-    contact = contact_force(read_text(folder, TABLE), options.interface)
+    contact = contact_force(read_text(folder, TABLE), 1)
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), _text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)

@@ -13,8 +13,9 @@ from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
+from stemcal.solvers.options import BREAK_DROP, DeckSolver
 from stemcal.solvers.protocol import RESPONSES, Answer
-from stemcal.study.model import BREAK_DROP, GAP, DeckSolver, LoadingSection
+from stemcal.study.model import GAP, LoadingSection
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def peak_answer(
     modes : CurveModes, optional
         Those of the measured curves, which the filtered force until then is scored on.
     """
-    time, force = contact.time, options.scale * contact.force
+    time, force = contact.time, contact.force
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
     filtered = moving_mean(force, rows)
     deleted = np.searchsorted(np.sort(np.asarray(failed, dtype=float)), time, side="right")

@@ -14,7 +14,8 @@ from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
-from stemcal.study.model import DAMPING, DeckSolver, EmbeddedSolver
+from stemcal.solvers.options import DeckSolver, EmbeddedSolver
+from stemcal.study.model import DAMPING
 
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3

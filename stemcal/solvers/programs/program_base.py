@@ -10,10 +10,11 @@ from typing import Any, ClassVar, Self
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.outputs import write_output
+from stemcal.solvers.options import ProgramOptions
 from stemcal.solvers.programs.inputs import OUTPUT, Inputs, discard, run_folder
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.time_limited_program import Ended, run_program
-from stemcal.study.model import ProgramOptions, Study
+from stemcal.study.model import Study
 from stemcal.study.types.placeholders import fill
 
 # Characters of a program's last output that a record keeps.
@@ -21,7 +22,7 @@ _KEPT_OUTPUT = 2000
 
 
 @dataclass(frozen=True)
-class Program(ABC):
+class Program(Solver, ABC):
     """Answers requests by running a program in a folder of its own.
 
     A kind of program says what its input files are, how a run is written and made, and what beside the files
@@ -62,10 +63,6 @@ class Program(ABC):
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""
 
-    def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return None: any levels can be written into the inputs."""
-        return None
-
     def identity(self, request: Request) -> dict[str, Any]:
         """Return everything that determines the answer: the files' content, how the program runs and is read."""
         options = self.options
@@ -85,13 +82,13 @@ class Program(ABC):
         """Run the program for a request; its folder is kept if it fails."""
         folder = run_folder(self.place, self.identity(request))
         try:
-            written = self._write(folder, request)
+            self._write(folder, request)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
         answer = self._run(folder, request)
         if answer.ok:
             discard(folder)
-        return replace(answer, details={**answer.details, **written})
+        return answer
 
     @abstractmethod
     def _inputs(self) -> Inputs:
@@ -102,8 +99,8 @@ class Program(ABC):
         """Return what else determines an answer."""
 
     @abstractmethod
-    def _write(self, folder: Path, request: Request) -> dict[str, Any]:
-        """Put what a run needs into its folder; return what its record shall tell of that."""
+    def _write(self, folder: Path, request: Request) -> None:
+        """Put what a run needs into its folder."""
 
     @abstractmethod
     def _run(self, folder: Path, request: Request) -> Answer:

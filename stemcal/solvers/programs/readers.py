@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stemcal.errors import SimulationFailed
 from stemcal.files.encodings import lenient
 from stemcal.files.plain import MIB, read_plain
-from stemcal.study.model import ResultReader
+from stemcal.solvers.options import ResultReader
 
 Array = NDArray[np.float64]
 # 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Not what Python reads beside:

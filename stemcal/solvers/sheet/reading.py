@@ -184,7 +184,7 @@ def _broken(cells: int, width: int, cut: bool) -> str:
 def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:
     """Return the place of each column of the study, and the unit in its heading."""
     fields, places, units = fields_of(study), {}, {}
-    wanted = {title.casefold(): column for column in fields for title in _titles(column)}
+    wanted = {title.casefold(): one for one in fields for title in (one.name, one.label) if title}
     for i, cell in enumerate(head):
         title, unit = _parted(narrow(cell))
         column = wanted.get(title.casefold())
@@ -198,10 +198,6 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
     if missing:
         raise UsageError(f"{source}: no column is headed {listed(missing)}; head it as in the sheet of this study")
     return places, units
-
-
-def _titles(column: Field) -> Iterator[str]:
-    yield from filter(None, (column.name, column.label))
 
 
 def _parted(heading: str) -> tuple[str, str]:

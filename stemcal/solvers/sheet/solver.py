@@ -9,13 +9,15 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.files.plain import read_plain
+from stemcal.outputs import make_folder
+from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
-from stemcal.solvers.protocol import Answer, ByHand, Immediate, Request
+from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.sheet.columns import run_name
 from stemcal.solvers.sheet.numbers import Unread, number_in
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled
 from stemcal.solvers.sheet.rows import RowRefused, first_of, other_level, result_in, unreadable
-from stemcal.study.model import SheetSolver, Study
+from stemcal.study.model import Study
 
 SHEET_VERSION = 1
 
@@ -35,11 +37,13 @@ class KnownRow:
 
 
 @dataclass(frozen=True)
-class Sheet(ByHand, Immediate):
+class Sheet(Solver):
     """Answers from `solver.file`; results that were entered are the records of the study folder.
 
     Rows of a design with equal levels are runs of their own, unless the spec says that they answer equally.
     """
+
+    immediate, asks_people = True, True
 
     study: Study
     inputs: Inputs
@@ -59,13 +63,10 @@ class Sheet(ByHand, Immediate):
         assert isinstance(self.study.solver, SheetSolver)
         return self.study.solver
 
-    def prepare(self) -> None:
-        """Do nothing."""
-
     def identity(self, request: Request) -> dict[str, Any]:
         """Return what was asked for, and the answer of the file; the row too unless equal levels answer equally."""
         known = self._row(request)
-        row = {} if not self.options.by_chance and known is None else {"stage": request.stage, "row": request.row}
+        row = {} if not self.options.repeats and known is None else {"stage": request.stage, "row": request.row}
         return {
             "kind": "sheet",
             "version": SHEET_VERSION,
@@ -105,8 +106,11 @@ class Sheet(ByHand, Immediate):
         rows = self.rows.get(run_name(request), ())
         return next((row for row in rows if other_level(self.study, request, row.cells) is None), None)
 
-    def write_inputs(self, folder: Path, request: Request) -> None:
-        """Put the files of a run into a folder, templates filled."""
+    def write_inputs(self, place: Path, name: str, request: Request) -> None:
+        """Put the files of a run into a folder of that name below `place`, templates filled."""
+        if not self.options.templates:
+            return
+        folder = make_folder(place) / name
         folder.mkdir(parents=True, exist_ok=True)
         self.inputs.write(folder, values_of(request, seed_of(request), self.study.naming))
 

@@ -16,7 +16,6 @@ from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.solvers.protocol import Belonging
 from stemcal.stages.fitting import Measured, fit_of_study, fit_over, measured_means, measured_of
 from stemcal.stages.invert import words
 from stemcal.stages.invert.certainty import certainty_of, changes_along, prior_rows
@@ -35,11 +34,9 @@ def invert(work: Work, head: Head) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
     study, surface = work.study, work.result(SurfaceResult)
     solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
-    seen = work.solver
-    belongs_to = seen.belongings(solved.condition) if isinstance(seen, Belonging) else None
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
-    return replace(solved, belongs_to=belongs_to, notes=notes)
+    return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
 
 
 def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:

@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.runs.answer import ignore
-from stemcal.solvers.protocol import Belonging, Request
+from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
 from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
@@ -21,9 +21,8 @@ from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import EmbeddedSolver, RefineOptions, Study, Target, program_of
+from stemcal.study.model import RefineOptions, Study, Target
 from stemcal.study.types.units import from_internal
-from stemcal.version import __version__
 from stemcal.words import counted, listed
 
 _USUAL_ROUNDS = 2
@@ -112,15 +111,11 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
 def _model(work: Work, loop: Loop) -> Model:
     """Return what simulated; its version as the spec names it, or as the program reported it in its first run."""
     solver, at = work.study.solver, work.study.calibration_target.condition
-    version = (
-        __version__ if isinstance(solver, EmbeddedSolver) else getattr(solver, "environment", {}).get("VERSION", "")
-    )
+    version = solver.version
     if not version:
         records = (work.folder.peek(run.outcome.key) for run in loop.runs)
         version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
-    return Model(
-        program_of(solver), version or None, work.solver.belongings(at) if isinstance(work.solver, Belonging) else None
-    )
+    return Model(solver.program_name, version or None, work.solver.belongings(at))
 
 
 # ---- in another model: which factors move, and how far
@@ -162,9 +157,8 @@ def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> 
 def _same_mesh(work: Work, there: Work) -> bool:
     """Whether mesh and lengths there are known to be the study's own."""
     at = work.study.targets.calibrate_at
-    if not isinstance(work.solver, Belonging) or not isinstance(there.solver, Belonging):
-        return False
-    return work.solver.belongings(at) == there.solver.belongings(at)
+    own = work.solver.belongings(at)
+    return own is not None and own == there.solver.belongings(at)
 
 
 def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:

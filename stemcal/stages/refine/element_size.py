@@ -20,7 +20,7 @@ from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.refine.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.study.types.field_types import Length
 
 STAGE, STRAIN = "material", "failure_strain"
@@ -78,7 +78,7 @@ def without_lengths(study: Study) -> Study:
         If the study has no embedded solver, or no failure strain to adjust.
     """
     solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
+    if not study.kind.any_element_size:
         raise UsageError(f"export material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
     if STRAIN not in study.names:
         raise UsageError(f"export material adjusts {STRAIN}, which is no factor of this study. Add it as a factor.")

@@ -15,7 +15,8 @@ from stemcal.stages.invert.result import Certainty, JointFitted
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of
-from stemcal.study.model import PARAMETERS, EmbeddedSolver, Factor, Study
+from stemcal.study.model import PARAMETERS, Factor, Study
+from stemcal.study.model.solver_kind import Explicit
 from stemcal.words import series
 
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
@@ -260,8 +261,8 @@ _INPUT: dict[DoubtKind, str] = {
 
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
-    solver = study.solver
-    if not isinstance(solver, EmbeddedSolver):
+    solver = study.solver.explicit
+    if solver is None:
         return Remedy(f"Correct it in the input of the solver: use {_INPUT[doubt.kind]}.")
     match doubt.kind:
         case "inertia":
@@ -290,7 +291,7 @@ def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
     return Remedy(f"{keys} under `solver` {effect}", _edit("solver", **values))
 
 
-def _inertia(solver: EmbeddedSolver, worst: float) -> Remedy:
+def _inertia(solver: Explicit, worst: float) -> Remedy:
     """Return mass scaling and time step at which the oscillation that the blade excites is well below the limit.
 
     A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m): the share falls
@@ -307,30 +308,31 @@ def _inertia(solver: EmbeddedSolver, worst: float) -> Remedy:
 def to_smooth(study: Study, surface: SurfaceResult, levels: Mapping[str, float] | None) -> Remedy:
     """Return how a rough response is averaged, or a curved one followed."""
     found = to_follow(study, surface, levels)
-    if study.replicates or isinstance(study.solver, EmbeddedSolver):
+    by_mesh = study.kind.replicates == "mesh"
+    if study.replicates or by_mesh:
         replicates = min(max(5, 2 * study.replicates), _MOST_AVERAGED)
-        over = "mesh positions" if isinstance(study.solver, EmbeddedSolver) else "seeds"
+        over = "mesh positions" if by_mesh else "seeds"
         return Remedy(
             f"{found.text} If the response is rough, `replicates: {replicates}` averages over {over}.", found.edit
         )
     return found
 
 
-def _half_the_step(solver: EmbeddedSolver) -> Remedy:
+def _half_the_step(solver: Explicit) -> Remedy:
     """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
     safety = _outwards(0.5 * solver.time_step_safety, False)
     values = {"time_step_safety": f"{safety:g}", **_time_step(solver, 0.5)}
     return _in_solver(values, "halves the time step.")
 
 
-def _time_step(solver: EmbeddedSolver, part: float) -> dict[str, str]:
+def _time_step(solver: Explicit, part: float) -> dict[str, str]:
     """Return a part of the time step if it is fixed, rounded down."""
     if solver.time_step is None:
         return {}
     return {"time_step": f"{_outwards(1e6 * solver.time_step * part, False):g} us"}
 
 
-def _hourglass(solver: EmbeddedSolver, worst: float) -> Remedy:
+def _hourglass(solver: Explicit, worst: float) -> Remedy:
     """Return elements so fine that hourglass energy, which falls at least with their size, is below the limit.
 
     Elements finer by a are a³ in number, and their steps 1/a as long; a fixed time step has to follow.

@@ -27,7 +27,7 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Physics
 from stemcal.stages.verdict.result import Judged
-from stemcal.stages.work import SAME, chance_remedy
+from stemcal.stages.work import SAME
 from stemcal.study.model import Study
 from stemcal.words import counted, series
 
@@ -161,7 +161,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
             text = (
                 f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
             )
-            yield Note("undeclared_scatter", "error", text, chance_remedy(evidence.study))
+            yield Note("undeclared_scatter", "error", text, evidence.study.solver.chance_remedy())
             return
 
 
@@ -181,9 +181,9 @@ def units(evidence: Evidence) -> Iterator[Note]:
                 f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
                 f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
             )
-            place = (
-                "the target and of the program's result" if evidence.study.solver.kind == "command" else "the target"
-            )
+            kind = evidence.study.kind
+            own = kind.starts_program and kind.own_responses
+            place = "the target and of the program's result" if own else "the target"
             yield Note(
                 "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
             )

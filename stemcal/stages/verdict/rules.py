@@ -21,7 +21,7 @@ from stemcal.stages.verdict.data import Evidence
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
 from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
 from stemcal.stages.verdict.trend import trend_of
-from stemcal.study.model import EmbeddedSolver, Study
+from stemcal.study.model import Study
 from stemcal.words import series
 
 MAJORITY, SOME = 0.5, 0.1
@@ -96,7 +96,7 @@ def _unfinished(evidence: Evidence) -> Iterator[Note]:
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
         by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
-        remedy = Remedy(by_hand if evidence.study.solver.kind == "sheet" else "`stemcal run SPEC` continues.")
+        remedy = Remedy(by_hand if evidence.study.kind.answers == "asks_people" else "`stemcal run SPEC` continues.")
         there_alone = [stage.name for stage in missing] == ["refine"] and not evidence.study.refined_here
         severity: Severity = "warning" if there_alone else "error"
         titles = ", ".join(stage.title for stage in missing)
@@ -142,7 +142,7 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
     else:
         return
     law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
-    if law is None or not isinstance(study.solver, EmbeddedSolver):
+    if law is None or not study.kind.force_history:
         return
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (

@@ -100,7 +100,7 @@ class MayGrow:
                 return given
             if not isinstance(given, Mapping):
                 return float(one(given))
-            if not _is_table(given):
+            if not (given and all(str(key)[:1] in "+-.0123456789" for key in given)):  # keys of a table are numbers
                 grown = Growth.model_validate(given, context=info.context)
                 return grown.model_copy(update={"value": None if grown.value is None else one(grown.value)})
             return _graded(sorted((_DIAMETER.read(key, info), one(value)) for key, value in given.items()))
@@ -119,11 +119,6 @@ def exponents_in(growing: Iterable[Growth | Grades]) -> tuple[str, ...]:
     """Return the names of the factors that are exponents, each once."""
     named = (growth.exponent for growth in growing if isinstance(growth, Growth))
     return tuple(dict.fromkeys(exponent for exponent in named if isinstance(exponent, str)))
-
-
-def _is_table(given: Mapping[str, Any]) -> bool:
-    """Tell whether a mapping is a table by grade: its keys begin with a number."""
-    return bool(given) and all(str(key)[:1] in "+-.0123456789" for key in given)
 
 
 def _graded(rows: list[tuple[float, float]]) -> Grades:

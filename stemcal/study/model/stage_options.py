@@ -10,7 +10,7 @@ from pydantic_core import PydanticKnownError
 from stemcal.naming import FIRST
 from stemcal.registry import surface_designs
 from stemcal.study.model.factor import MOST_FACTORS, Flag, Frozen, Time
-from stemcal.study.model.solver_options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
+from stemcal.study.model.solver_kind import AnySolver
 from stemcal.study.types.field_types import Number, StemLengthOrZero, Whole, complain
 from stemcal.study.types.named import OwnCondition, responses_by_name
 
@@ -212,8 +212,6 @@ class RunsOptions(Frozen):
     """Fraction of the runs of a stage that must succeed."""
 
 
-Elsewhere = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
-
 _NAMES = {"type": "array", "items": {"type": "string"}}
 _RANGE = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 _RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}
@@ -231,9 +229,7 @@ def _by_name(given: Any) -> Any:
 class RefineOptions(Frozen):
     """Simulate the solution and correct it until the response is within the tolerance."""
 
-    in_: Annotated[Elsewhere, Field(discriminator="kind")] | None = Field(
-        default=None, validation_alias="in", serialization_alias="in"
-    )
+    in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
     """The program or mesh in which the parameters will be used: any solver with its keys, also `embedded` with another
     mesh. Omitted keys are those of the study if its solver has the same kind. By default the study's own model."""
     internal_length: StemLengthOrZero | None = None
@@ -271,6 +267,6 @@ class RefineOptions(Frozen):
 
     def solver_there(self, own: Any) -> Any:
         """Return the solver of `in`, completed by the study's own of the same kind."""
-        if self.in_ is None or not isinstance(own, type(self.in_)):
+        if self.in_ is None or own.kind != self.in_.kind:
             return self.in_ or own
         return own.model_copy(update={name: getattr(self.in_, name) for name in self.in_.model_fields_set})

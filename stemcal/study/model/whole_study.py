@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
@@ -28,7 +28,7 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
+from stemcal.study.model.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
 from stemcal.study.model.stage_options import (
     ClimbOptions,
     InvertOptions,
@@ -46,7 +46,6 @@ _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for
 
 
 F = TypeVar("F", bound=Frozen)
-AnySolver = EmbeddedSolver | CommandSolver | SheetSolver | DeckSolver
 
 
 class StudyForm(Frozen):
@@ -77,7 +76,7 @@ class StudyForm(Frozen):
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
     """Fixed values of the parameters that are no factors, and the length behind failure."""
-    solver: Annotated[AnySolver, Field(discriminator="kind")] = EmbeddedSolver()
+    solver: AnySolver = Field(default_factory=usual_solver)
     """What answers which force a set of levels gives."""
     tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
     """Laboratory tests of pieces of the same stems besides cutting, which the sections above describe."""
@@ -101,25 +100,6 @@ class StudyForm(Frozen):
     """Stage 5: the comparison at every measured diameter."""
 
 
-class Hands(Protocol):
-    """What asks for the results of runs done by hand, and records them."""
-
-    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        """Return the runs that are awaited."""
-
-    def tell(
-        self,
-        study: Study,
-        rows: Sequence[Mapping[str, Any]],
-        out: str | Path | None,
-        *,
-        replace: str = "",
-        who: str = "",
-        sure: bool = False,
-    ) -> int:
-        """Record results; return how many were taken."""
-
-
 class Study(StudyForm):
     """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
 
@@ -127,7 +107,7 @@ class Study(StudyForm):
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """The sections of stages from other packages, by the names of the stages."""
-    _hands: Hands | None = PrivateAttr(default=None)
+    _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
     _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
 
     def with_(self, **changes: object) -> Study:
@@ -165,7 +145,8 @@ class Study(StudyForm):
         out : path, optional
             The study folder; by default ``runs/<study name>``.
         """
-        return self._theirs().ask(self, out)
+        runs: list[dict[str, Any]] = self._theirs().ask(self, out)
+        return runs
 
     def tell(
         self,
@@ -196,9 +177,9 @@ class Study(StudyForm):
         UsageError
             With every row that is not taken; the others are.
         """
-        return self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure)
+        return int(self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure))
 
-    def _theirs(self) -> Hands:
+    def _theirs(self) -> Any:
         if self._hands is None:
             raise TypeError("ask and tell require a study from stemcal.load_study")
         return self._hands
@@ -211,6 +192,11 @@ class Study(StudyForm):
         return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__
+
+    @property
+    def kind(self) -> SolverKind:
+        """The kind of its solver, and so what that can do."""
+        return kind_of(self.solver)
 
     @cached_property
     def naming(self) -> Naming:
@@ -308,7 +294,8 @@ class Study(StudyForm):
     def by_hand(self) -> Study:
         """The study as the solver whose runs people do sees it: the study's own, or that of `refine.in`."""
         there = self.there
-        return there if there.solver.kind == "sheet" and self.solver.kind != "sheet" else self
+        people = [study.kind.answers == "asks_people" for study in (self, there)]
+        return there if people == [False, True] else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
@@ -318,18 +305,17 @@ class Study(StudyForm):
     @property
     def runs(self) -> RunsOptions:
         """How long a run may take, and how many must succeed."""
-        return RunsOptions(time_limit=self.solver.time_limit if isinstance(self.solver, EmbeddedSolver) else None)
+        return RunsOptions(time_limit=self.solver.run_limit)
 
     @property
     def without_rate(self) -> bool:
         """Whether the speed of straining is to leave the yield stress as it is."""
-        return isinstance(self.solver, EmbeddedSolver | DeckSolver) and self.solver.rate_law == "none"
+        return self.solver.rate == "none"
 
     @property
     def replicates(self) -> int:
         """How often the solver is asked for the same levels; 0 where it answers the same every time."""
-        solver = self.solver
-        return 0 if isinstance(solver, DeckSolver) else solver.replicates or 0
+        return self.solver.repeats
 
     @property
     def calibration_target(self) -> Target:

@@ -10,9 +10,9 @@ from typing import Any
 from stemcal.registry import stages
 from stemcal.study.model import StudyForm
 from stemcal.study.model.factor import Frozen
+from stemcal.study.model.solver_kind import known_kinds
 from stemcal.study.types.strict_yaml import NodePath
 
-SOLVER_KINDS = ("embedded", "command", "sheet", "deck")
 _DEFS = "#/$defs/"
 
 
@@ -48,7 +48,7 @@ def _form() -> dict[str, Any]:
     models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
     for model in models:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
-        said = _said_by_fields(model)
+        said = _said_by_fields(model) if section else {}
         for name, field in vars(model)["__pydantic_fields__"].items():
             key = field.validation_alias or name
             if key in section.get("properties", {}):
@@ -86,7 +86,7 @@ def section_places() -> dict[str, str]:
     ['targets[]', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
-    for name, path, kind in _sections(_schema(), "", ""):
+    for name, path, kind in _sections(form(), "", ""):
         first, kinds = found.setdefault(name, (path, []))
         if path != first and path.rpartition(".")[0] == first.rpartition(".")[0]:  # under several keys of a section
             found[name] = first.rpartition(".")[0] + ".*", kinds
@@ -99,7 +99,7 @@ def _sections(node: dict[str, Any], path: str, kind: str) -> Iterator[tuple[str,
     """Yield each class below a node with its path and the kind of solver or result that it belongs to."""
     for key, value in node.get("properties", {}).items():
         for name, where in _references(value, f"{path}.{key}".removeprefix(".")):
-            section = _schema()["$defs"][name]
+            section = form()["$defs"][name]
             own_kind = section["properties"].get("kind", {}).get("const", kind)
             yield name, where, own_kind
             yield from _sections(section, where, own_kind)
@@ -132,28 +132,29 @@ def meanings() -> dict[str, str]:
     >>> meanings()["screen.alpha"], meanings()["solver.threads, kind: embedded"].partition(";")[0]
     ('Significance level; factors with a smaller p are significant.', 'Threads of one simulation, for large models')
     """
-    found = {key: node["description"] for key, node in _schema()["properties"].items()}
+    found = {key: node["description"] for key, node in form()["properties"].items()}
     for name, place in section_places().items():
         path, comma, kind = place.partition(",")
-        keys = _schema()["$defs"][name]["properties"]
+        keys = form()["$defs"][name]["properties"]
         found |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
     return found
 
 
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
-    sections = [name for name in _schema()["properties"] if key in keys_of((name,))]
-    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in SOLVER_KINDS) else []
+    sections = [name for name in form()["properties"] if key in keys_of((name,))]
+    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in known_kinds()) else []
     return sections[0] if len(sections) == 1 else None
 
 
 @functools.cache
-def _schema() -> dict[str, Any]:
+def form() -> dict[str, Any]:
+    """Return the schema, made once."""
     return _form()
 
 
 def _at(path: NodePath) -> dict[str, Any]:
-    node = _schema()
+    node = form()
     for step in path:
         node = _below(node, step)
     return node
@@ -177,5 +178,5 @@ def _resolved(node: dict[str, Any]) -> dict[str, Any]:
     if len(options) == 1 or len(sections) == 1:
         node = (sections or options)[0]
     reference = node.get("$ref", "")
-    found: dict[str, Any] = _schema()["$defs"].get(reference.removeprefix(_DEFS), {}) if reference else node
+    found: dict[str, Any] = form()["$defs"].get(reference.removeprefix(_DEFS), {}) if reference else node
     return found

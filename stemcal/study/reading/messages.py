@@ -4,7 +4,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.reading.json_schema import SOLVER_KINDS, keys_of, meaning_of, section_with
+from stemcal.study.model.solver_kind import known_kinds
+from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.words import listed, nearest
@@ -94,13 +95,13 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
 
 def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     given = error["input"].get("kind") if isinstance(error["input"], dict) else None
-    near = nearest(given, SOLVER_KINDS) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else f"write kind: {listed(SOLVER_KINDS)}"
+    near = nearest(given, known_kinds()) if isinstance(given, str) else None
+    remedy = f"did you mean {near}?" if near else f"write kind: {listed(list(known_kinds()))}"
     return Finding((*path, "kind"), f"{_show(given)} is no kind of solver", remedy)
 
 
 def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    return Finding(path, "'kind' is missing", f"add kind: {listed(SOLVER_KINDS)}")
+    return Finding(path, "'kind' is missing", f"add kind: {listed(list(known_kinds()))}")
 
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
@@ -15,15 +15,17 @@ from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.registry import stages
 from stemcal.study.model import (
     MOST_FACTORS,
-    EmbeddedSolver,
     Factor,
     LaboratorySection,
     MachineSection,
+    RefineOptions,
+    Study,
     StudyForm,
     Targets,
 )
 from stemcal.study.model.measured_targets import fitted_responses, named_modes, named_responses, with_tests
-from stemcal.study.reading.json_schema import SOLVER_KINDS, section_with
+from stemcal.study.model.solver_kind import known_kinds, learn, usual_solver
+from stemcal.study.reading.json_schema import form, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.rules.draft import Finding
@@ -39,6 +41,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
         message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
         sections.findings.append(Finding((), message, "start from `stemcal init`"))
         return sections
+    _learn_kinds(data)
     sections.read_further()
     for name, key in StudyForm.model_fields.items():
         spelled = str(key.validation_alias or name)
@@ -47,7 +50,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
         elif key.is_required():
             sections.findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
         else:
-            sections.good[name] = key.get_default()
+            sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # what follows is written under the names declared by now
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
     sections.fit_all_responses(data)
@@ -79,7 +82,8 @@ class Sections:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
             self.findings += _findings(error, (_spelled(name),), told)
-            if (rest := partly(_kind_of(name), given, self.context)) is not None:
+            kind = type(usual_solver()) if name == "solver" else get_type_hints(StudyForm)[name]
+            if (rest := partly(kind, given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
     def read_further(self) -> None:
@@ -139,10 +143,10 @@ class Sections:
         if not isinstance(given, list) or not given:
             self.read(name, given)
             return
-        good: dict[int, Factor] = {}
+        good, adapter = dict[int, Factor](), TypeAdapter(Factor)
         for index, entry in enumerate(given):
             try:
-                good[index] = _factor_adapter().validate_python(_with_defaults(entry, index), context=self.context)
+                good[index] = adapter.validate_python(_with_defaults(entry, index), context=self.context)
             except ValidationError as error:
                 self.findings += _findings(error, (name, index))
         self.good[name] = good
@@ -202,19 +206,21 @@ def _with_defaults(entry: Any, index: int) -> Any:
     return {"symbol": f"X{index + 1}", "label": label, **entry}
 
 
+def _learn_kinds(data: dict[str, Any]) -> None:
+    """Make kinds of solvers known that other packages bring, as far as this spec names them."""
+    refine = data.get("refine")
+    named = (data.get("solver"), refine.get("in") if isinstance(refine, dict) else None)
+    learned = [learn(solver.get("kind")) for solver in named if isinstance(solver, dict)]
+    if any(learned):
+        for model in (RefineOptions, StudyForm, Study):
+            model.model_rebuild(force=True)
+        _adapter.cache_clear()
+        form.cache_clear()
+
+
 @functools.cache
 def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
-
-
-def _kind_of(section: str) -> Any:
-    """Return the type of a section; of a solver that of the embedded one, the only one that rules look into."""
-    return EmbeddedSolver if section == "solver" else get_type_hints(StudyForm)[section]
-
-
-@functools.cache
-def _factor_adapter() -> TypeAdapter[Factor]:
-    return TypeAdapter(Factor)
 
 
 def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
@@ -227,7 +233,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
         if shown in told:
             continue
         depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0
-        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in SOLVER_KINDS
+        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in known_kinds()
         path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found
@@ -243,7 +249,8 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
         return None  # another solver
     hints = get_type_hints(kind, include_extras=True)
-    keys = {name: key for name in kind.model_fields for key in _keys(kind, name) if key in given}
+    spelled = {name: str(one.validation_alias or name) for name, one in kind.model_fields.items()}
+    keys = {name: key for name, key in spelled.items() if key in given}
     read = {name: _field(hints[name], given[key], context) for name, key in keys.items()}
     good = {name: value for name, value in read.items() if value is not None}
     section = kind.model_construct(_fields_set={*good}, **good)
@@ -251,11 +258,6 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
         if name not in good and (name in keys or key.is_required()):
             section.__dict__.pop(name, None)
     return section
-
-
-def _keys(kind: type[BaseModel], name: str) -> Sequence[str]:
-    """Return the keys that a field may have in a spec."""
-    return [str(kind.model_fields[name].validation_alias or name)]
 
 
 def _field(hint: Any, given: Any, context: Mapping[str, Any]) -> Any:

@@ -12,8 +12,9 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
+from stemcal.measured.channels import CurveOptions
 from stemcal.measured.curve_modes import FEWEST, MOST, Curve, Machine, modes_of, smoothed
-from stemcal.measured.shear_curves import CurveOptions, read_curves
+from stemcal.measured.shear_curves import read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.study.model.measured_targets import RESPONSES, LaboratoryMeans, Mean, Patterns, Target, Targets

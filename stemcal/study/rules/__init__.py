@@ -5,7 +5,7 @@ What is possible but looks like a slip is in `plausible`.
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import factors, program_rules, surface_rules, target_rules
+from stemcal.study.rules import factors, surface_rules, target_rules
 from stemcal.study.rules.draft import Draft, Finding
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
@@ -31,7 +31,6 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.conditions_differ,
     surface_rules.stem_reaches_over_supports,
     surface_rules.edge_fits_blade,
-    surface_rules.elements_fit_stem,
     surface_rules.friction_falls,
     surface_rules.surface_factors_exist,
     surface_rules.factors_are_found,
@@ -49,15 +48,7 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.further_cuts_are_possible,
     target_rules.tests_fit_the_stem,
     target_rules.test_targets_stand_beside_forces,
-    program_rules.placeholders_are_known,
-    program_rules.placeholders_are_used,
-    program_rules.chance_is_said,
-    program_rules.run_files_differ,
-    program_rules.every_response_is_read,
-    program_rules.own_names_belong_to_programs,
-    program_rules.command_names_deck,
-    program_rules.keys_belong_to_the_program,
-    program_rules.openradioss_hardens_isotropically,
+    target_rules.own_names_belong_to_programs,
     surface_rules.refinement_is_possible,
 )
 
@@ -69,7 +60,10 @@ def broken_rules(draft: Draft) -> list[Finding]:
 
 
 def _broken(draft: Draft) -> list[Finding]:
-    return [finding for rule in RULES for finding in _as_far_as_read(rule(draft))]
+    solver = getattr(draft.study, "solver", None)
+    own = () if solver is None else draft.kind.rules
+    found = [*(rule(draft) for rule in RULES), *(rule(draft, solver) for rule in own)]
+    return [finding for findings in found for finding in _as_far_as_read(findings)]
 
 
 def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:

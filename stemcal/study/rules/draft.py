@@ -45,31 +45,14 @@ class Draft:
         return cls(study, **more)
 
     @property
-    def rate_law(self) -> str | None:
-        """The rate law that the spec chooses, where its solver lets it."""
-        if isinstance(self.study.solver, model.DeckSolver):
-            return self.study.solver.law
-        return self.embedded.rate_law if self.embedded else None
-
-    @property
-    def embedded(self) -> model.EmbeddedSolver | None:
-        """The embedded solver, if that is what answers."""
-        solver = getattr(self.study, "solver", None)
-        return solver if isinstance(solver, model.EmbeddedSolver) else None
+    def kind(self) -> model.SolverKind:
+        """The kind of the solver, and so what that can do."""
+        return self.study.kind
 
     @property
     def growing(self) -> dict[str, model.Growth | model.Grades]:
         """The material parameters that follow the diameter."""
         return self.study.material.growing()
-
-    @property
-    def stem_solver(self) -> str:
-        """The name of the solver if its factors are parameters of the stem's material, else an empty text."""
-        if self.embedded is not None:
-            return "embedded"
-        if not isinstance(self.study.solver, model.DeckSolver):
-            return ""
-        return "LS-DYNA" if self.study.solver.program == "lsdyna" else "OpenRadioss"
 
     @property
     def diameters(self) -> dict[NodePath, float]:

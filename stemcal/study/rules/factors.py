@@ -7,12 +7,9 @@ from stemcal.study.model import (
     EMBEDDED,
     MOST_EXPONENT,
     PARAMETERS,
-    DeckSolver,
-    EmbeddedSolver,
     Factor,
     Grades,
     Growth,
-    Parameter,
     Study,
     exponents_in,
 )
@@ -74,16 +71,16 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver knows the factor and its unit measures the right thing."""
-    if not draft.stem_solver:
+    if not draft.kind.parameters:
         return
     exponents = exponents_in(draft.growing.values())
     for index, factor in draft.factors.items():
-        parameter = _known(draft).get(factor.name)
+        parameter = draft.kind.parameters.get(factor.name)
         if parameter is None and factor.name in exponents:
             continue
         if parameter is None:
-            message = f"the {draft.stem_solver} solver has no parameter {factor.name!r}"
-            yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, _known(draft)))
+            message = f"the {draft.study.solver.title} solver has no parameter {factor.name!r}"
+            yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, draft.kind.parameters))
             continue
         try:
             units.parse_unit(factor.unit, parameter.dimension)
@@ -98,8 +95,8 @@ def factors_are_known(draft: Draft) -> Iterator[Finding]:
 def factors_are_physical(draft: Draft) -> Iterator[Finding]:
     """Low and high are values a material can have."""
     for index, factor in draft.factors.items():
-        parameter = _known(draft).get(factor.name)
-        if not draft.stem_solver or parameter is None or not _unit_fits(factor):
+        parameter = draft.kind.parameters.get(factor.name)
+        if parameter is None or not _unit_fits(factor):
             continue
         for level in ("low", "high"):
             given = getattr(factor, level)
@@ -112,7 +109,7 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
     """Yield what is wrong with levels (units of the spec) and a diameter that stand in no spec."""
-    if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
+    if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
         yield f"diameter: {diameter:g} mm is no stem; take at most {_WIDEST:g} mm, or check its unit"
@@ -175,7 +172,7 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
 def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
     """A wall is thinner than the radius of the stem that the parameters are calibrated at."""
     for index, factor in draft.factors.items():
-        if factor.name == "wall_thickness" and draft.embedded and _unit_fits(factor):
+        if factor.name == "wall_thickness" in draft.kind.parameters and _unit_fits(factor):
             radius = 0.5 * draft.study.targets.calibrate_at
             if factor.internal(factor.high) >= radius:
                 message = f"a wall of {factor.high:g} {factor.unit} leaves a stem of {2 * radius:g} mm no bore"
@@ -184,7 +181,7 @@ def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
 
 def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     """Without a rate law its parameters are neither factors nor given."""
-    if draft.rate_law != "none":
+    if draft.study.solver.rate != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
     places |= {("material", name): name for name in _in_material(draft)}
@@ -194,28 +191,27 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
-    """The solver has a value for each of its nine parameters; the user's own deck has them."""
-    own_deck = isinstance(draft.study.solver, DeckSolver) and draft.study.solver.decks
-    if not draft.stem_solver or not draft.names or own_deck:
+    """The solver has a value for each of its nine parameters."""
+    if not draft.kind.parameters or not draft.names:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
     wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # told of already
-    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.rate_law == "none" else ())}
+    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
     for name, parameter in PARAMETERS.items():
         if name in given:
             continue
         low, high = parameter.plausible
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        message = f"the {draft.stem_solver} solver needs {name} ({low:g} to {high:g}{unit})"
+        message = f"the {draft.study.solver.title} solver needs {name} ({low:g} to {high:g}{unit})"
         remedy = "add it to material, or to factors to calibrate it"
-        if name in RATE and draft.rate_law is not None:
+        if name in RATE and draft.study.solver.rate is not None:
             remedy += "; or write rate_law: none under solver, if speed shall not raise the yield stress"
         yield Finding(("material",), message, remedy)
 
 
 def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
-    if not draft.stem_solver:
+    if not draft.kind.parameters:
         return
     for diameter in sorted({*draft.diameters.values()}):
         tangent = _extreme(draft, "tangent_modulus", "high", diameter)
@@ -264,11 +260,6 @@ def _in_material(draft: Draft) -> tuple[str, ...]:
     return (*draft.study.material.given(), *draft.growing)
 
 
-def _known(draft: Draft) -> Mapping[str, Parameter]:
-    """Return what a factor can be."""
-    return EMBEDDED if draft.embedded is not None else PARAMETERS
-
-
 def _unit_fits(factor: Factor) -> bool:
     try:
         units.parse_unit(factor.unit, EMBEDDED[factor.name].dimension)
@@ -285,7 +276,7 @@ def _plausible(name: str) -> str:
 
 def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
     """The value at `at` is given, or that of a factor; a table by grade leaves nothing to a factor."""
-    for name, growth in draft.growing.items() if draft.stem_solver else ():
+    for name, growth in draft.growing.items() if draft.kind.parameters else ():
         path = ("material", name)
         if name in draft.names and growth.value is not None:
             remedy = "remove its value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
@@ -326,7 +317,7 @@ def grades_reach(draft: Draft) -> Iterator[Finding]:
 
 def growth_is_physical(draft: Draft) -> Iterator[Finding]:
     """At every diameter, for all levels, a growing parameter has a value that a material can have."""
-    for name in draft.growing if draft.stem_solver else ():
+    for name in draft.growing if draft.kind.parameters else ():
         parameter = PARAMETERS[name]
         for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
             wrong = parameter.outside(value) if value <= MOST else "is beyond what can be computed with"

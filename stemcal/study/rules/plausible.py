@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL, WORK
-from stemcal.study.model import EMBEDDED, PARAMETERS, CommandSolver, DeckSolver, EmbeddedSolver, Growth, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, Growth, Mesh, Study
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
 from stemcal.study.types.field_types import Length
@@ -46,8 +46,9 @@ _FALL = "elements two thirds as long give up to a tenth less"
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _tests, _speed, _mesh, _path_and_work), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement, _programs)
+    found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
+    told += study.kind.doubts(study)
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
 
 
@@ -95,10 +96,10 @@ def _speed(study: Study) -> Iterator[Finding]:
 
 def _mesh(study: Study) -> Iterator[Finding]:
     """Elements of more than 0.6 of a length cannot resolve it, and without the lengths the force is the mesh's."""
-    solver = study.solver
-    if not isinstance(solver, EmbeddedSolver) and not (isinstance(solver, DeckSolver) and solver.nonlocal_failure):
+    mesh = study.solver.mesh
+    if mesh is None or not study.solver.has_lengths:
         return
-    yield from _wall(study, solver)
+    yield from _wall(study, mesh)
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,
         ("material", "internal_length"): study.material.internal_length,
@@ -110,25 +111,26 @@ def _mesh(study: Study) -> Iterator[Finding]:
             message = "without this length the force depends on the mesh"
             yield Finding(path, message, "write d/9.5 for blade.edge_spread, d/4.5 for material.internal_length")
             continue
-        coarse = [d for d in conditions if solver.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
+        coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
-            message = f"elements of {solver.element_size} are more than {_RESOLVED:g} of {whole}"
+            message = f"elements of {mesh.element_size} are more than {_RESOLVED:g} of {whole}"
             remedy = f"take at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
 
-def _wall(study: Study, solver: EmbeddedSolver | DeckSolver) -> Iterator[Finding]:
+def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
     """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
     walls = [study.specimen.diameter_ratio]
     if "wall_thickness" in study.names:
         walls.append(study.at({"wall_thickness": study.factor("wall_thickness").low}).specimen.diameter_ratio)
     ratio, diameters = max(walls), _conditions(study)
-    if ratio == 0.0 or (solver.elements_through_wall is not None and solver.elements_through_wall >= _THROUGH):
+    if ratio == 0.0 or (mesh.through_wall is not None and mesh.through_wall >= _THROUGH):
         return
     for diameter in diameters:
         wall = 0.5 * diameter * (1.0 - ratio)
-        count = _through(solver, wall, diameter)
+        elements = min(wall / mesh.element_size.at(diameter), 1e300)  # of a size near zero it overflows
+        count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
                 f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
@@ -138,16 +140,10 @@ def _wall(study: Study, solver: EmbeddedSolver | DeckSolver) -> Iterator[Finding
             return
 
 
-def _through(solver: EmbeddedSolver | DeckSolver, wall: float, diameter: float) -> int:
-    """Return how many elements there are through a wall (mm)."""
-    count = min(wall / solver.element_size.at(diameter), 1e300)  # of a size near zero it overflows
-    return solver.elements_through_wall or max(1, math.ceil(count - 1e-9))
-
-
 def _path_and_work(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.invert.responses]
-    if fitted and study.naming.is_cutting and isinstance(study.solver, EmbeddedSolver):
+    if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {_FALL}"
         yield Finding(("invert", "responses"), message, "fit the force alone, or add as much to their sd")
@@ -187,7 +183,7 @@ def _scatters(study: Study) -> Iterator[Finding]:
 def _outliers(study: Study) -> Iterator[Finding]:
     """Question a cutting force that is far from what the others suggest, whatever power of the diameter it has."""
     targets = study.targets.means
-    if len(targets) < 2 or not isinstance(study.solver, EmbeddedSolver | DeckSolver):
+    if len(targets) < 2 or not study.kind.parameters:
         return
     for target in targets:
         expected = [
@@ -262,20 +258,6 @@ def _agreement(study: Study) -> Iterator[Finding]:
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
         yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or leave it out")
-
-
-def _programs(study: Study) -> Iterator[Finding]:
-    """Question an argument that is a file beside the spec: a program runs in the folder of its run."""
-    solver = study.solver
-    if not isinstance(solver, CommandSolver):
-        return
-    beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-    written = {reader.file for reader in solver.result.values()}
-    lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
-    for index, argument in enumerate(solver.command):
-        if index and argument in lacking:
-            message = f"{argument} is in the folder of the spec, but not in that of a run"
-            yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
 
 
 def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

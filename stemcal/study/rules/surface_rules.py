@@ -3,11 +3,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from stemcal.study.model import PARAMETERS, RsmOptions, SheetSolver, factors_taken, strongest_asked
+from stemcal.study.model import PARAMETERS, RsmOptions, factors_taken, kind_of, strongest_asked
 from stemcal.study.rules.draft import Draft, Finding
-
-# More elements across a stem would be thousands of millions in it.
-_MOST_ACROSS = 1000.0
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
@@ -25,20 +22,6 @@ def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
         message = f"{draft.study.blade.edge_radius:g} mm is more than half the blade's thickness"
         yield Finding(("blade", "edge_radius"), message, f"stay below {draft.study.blade.thickness / 2:g} mm")
-
-
-def elements_fit_stem(draft: Draft) -> Iterator[Finding]:
-    """An element is smaller than the radius of the thinnest stem, and no mesh has more elements than can be counted."""
-    if draft.embedded is None or not draft.diameters:
-        return
-    thinnest = min(draft.diameters.values())
-    if draft.embedded.element_size.at(thinnest) > thinnest / 2:
-        message = f"elements of {draft.embedded.element_size} are too large for a {thinnest:g} mm stem"
-        yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
-    thickest = max(draft.diameters.values())
-    if (across := thickest / draft.embedded.element_size.at(thickest)) > _MOST_ACROSS:
-        message = f"elements of {draft.embedded.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
-        yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
 def friction_falls(draft: Draft) -> Iterator[Finding]:
@@ -135,7 +118,7 @@ def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
         elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
             message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, f"centre it at {factor.centre:g} or so")
-        elif draft.embedded and factor.name in PARAMETERS and low <= 0:
+        elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 
 
@@ -169,7 +152,8 @@ def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
         key = "adjust" if draft.study.refine.adjust else next(iter(next(iter(draft.study.refine.changes.values()))))
         message = "it applies to another model only, and there is no key `in`"
         yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
-    if isinstance(draft.study.solver, SheetSolver) and isinstance(draft.study.refine.in_, SheetSolver):
+    there = draft.study.refine.in_
+    if there is not None and draft.kind.answers == kind_of(there).answers == "asks_people":
         message = "the study's runs are entered by hand already, and a sheet asks for one program only"
         yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
 
@@ -191,7 +175,7 @@ def wrong_there(draft: Draft, broken: Sequence[Finding]) -> Iterator[Finding]:
         section = finding.path[0] if finding.path else ""
         if section == "solver":
             yield finding._replace(path=("refine", "in", *finding.path[1:]))
-        elif section in ("responses", "conditions") and draft.stem_solver == "":
+        elif section in ("responses", "conditions") and draft.kind.own_responses:
             yield finding._replace(path=("refine", "in"), at_key=False)
         elif section == "factors" and draft.study.refine and isinstance(index := finding.path[1], int):
             factor = draft.factors.get(index)

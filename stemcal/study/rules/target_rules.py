@@ -5,13 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import FIRST, FORCE, Naming
-from stemcal.study.model import CommandSolver, DeckSolver, EmbeddedSolver, LaboratorySection, OwnQuantity, Target
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
+from stemcal.study.model import LaboratorySection, OwnQuantity, Target
 from stemcal.study.model.factor import PARAMETERS
 from stemcal.study.rules import surface_rules
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.rules.factors import reached
-from stemcal.study.rules.program_rules import has_abscissa
 from stemcal.study.types.named import declared_once
 from stemcal.study.types.strict_yaml import NodePath
 from stemcal.study.types.units import UnitError, convert
@@ -55,7 +54,7 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
     if not strengths:
         return
     low, high = PARAMETERS["yield_stress"].plausible
-    if not draft.stem_solver or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
+    if not draft.kind.parameters or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
         return  # a yield stress that no plant has is told of elsewhere
     hollow = 1.0 - draft.study.specimen.diameter_ratio**2
     areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.study.targets.means]
@@ -117,7 +116,7 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
     if draft.study.invert.responses == (FIRST,):
         return
     path, names, named = ("invert", "responses"), draft.study.invert.responses, draft.naming
-    if named.is_cutting and draft.study.solver.kind != "embedded":
+    if named.is_cutting and not draft.kind.travel_and_work:
         yield Finding(path, f"solver {draft.study.solver.kind} answers with a force only", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
@@ -140,6 +139,20 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
         yield Finding(("targets", min(given)), message, f"add {sd}")
 
 
+def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
+    """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
+    if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
+        return
+    for section, is_own in (
+        ("responses", draft.naming.response != FORCE or draft.naming.further != CUTTING.further),
+        ("conditions", draft.naming.condition != DIAMETER),
+    ):
+        if is_own:
+            title = draft.study.solver.title
+            message = f"the {title} solver answers with the maximum force on a stem of some diameter"
+            yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
+
+
 _CUTTING = "cutting"
 _OF_CUTTING = {"name", "kind", "blade", "supports", "stroke", "speed"}
 _ABOUT_CUTTING = (
@@ -152,7 +165,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
-    if not isinstance(draft.study.solver, EmbeddedSolver):
+    if any(test.kind not in draft.kind.tests for test in draft.tests.values()):
         message = f"solver {draft.study.solver.kind} does not simulate laboratory tests"
         yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
     if draft.study.refine is not None and draft.study.refine.elsewhere:
@@ -170,13 +183,8 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     curved = {one.row: one.condition for one in targets.means if one.curves}
     for index in curved:
         path = ("targets", index, "curves")
-        if isinstance(draft.study.solver, CommandSolver):
-            result = draft.study.solver.result.get(FIRST)
-            if result is None or result.reduction != "max" or not has_abscissa(result):
-                message = "needs a result that is the largest force along the travel in mm"
-                yield Finding(path, message, "add along: TRAVEL and reduction: max to result, or give the force alone")
-        elif not isinstance(draft.study.solver, EmbeddedSolver | DeckSolver):
-            yield Finding(path, f"solver {draft.study.solver.kind} has no curve to compare", "give the force alone")
+        if (missing := draft.study.solver.without_curve()) is not None:
+            yield Finding(path, *missing)
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
             yield Finding(path, message, "give curves there too, or the force alone")

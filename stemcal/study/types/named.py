@@ -4,7 +4,7 @@ Where there is no condition, every run is `NOWHERE`.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from pydantic import ValidationInfo
 from pydantic_core import core_schema
@@ -17,17 +17,11 @@ from stemcal.study.types.placeholders import CHANCE
 _OF_ROWS = ("test", "sd", "n", "curves")
 
 
-class Declared(Protocol):
-    """A response or a condition as a spec declares it."""
+def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Naming:
+    """Return what a study calls what it calibrates to; no condition is meant where only responses are declared.
 
-    name: str
-    symbol: str | None
-    label: str | None
-    unit: str
-
-
-def naming_of(responses: Sequence[Declared], conditions: Sequence[Declared] | None) -> Naming:
-    """Return what a study calls what it calibrates to; no condition is meant where only responses are declared."""
+    Both are `OwnQuantity`s of the model.
+    """
     if not responses and conditions is None:
         return CUTTING
     condition = _named(conditions[0], "x") if conditions else None
@@ -36,7 +30,7 @@ def naming_of(responses: Sequence[Declared], conditions: Sequence[Declared] | No
     return Naming(condition, tuple(_named(response, "Y") for response in responses))
 
 
-def _named(declared: Declared, symbol: str) -> Named:
+def _named(declared: Any, symbol: str) -> Named:
     """Return what a spec declares; what it says of force and diameter as the shear test knows them is just these."""
     for own in (FORCE, DIAMETER):
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):

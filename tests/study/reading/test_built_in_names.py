@@ -11,7 +11,7 @@ from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.inline import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers.protocol import RESPONSES, Answer, Immediate, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -46,16 +46,12 @@ def two(levels: dict[str, float], at: float) -> float:
 
 
 @dataclass(frozen=True)
-class Known(Immediate):
+class Known(Solver):
     """Two known responses at a condition."""
 
+    immediate = True
+
     study: Study
-
-    def prepare(self) -> None:
-        """Do nothing."""
-
-    def given_design(self, _stage: str) -> None:
-        """Answer any levels."""
 
     def identity(self, request: Request) -> dict[str, Any]:
         return request.as_record()

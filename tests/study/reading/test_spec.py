@@ -6,7 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.study.model import PARAMETERS, BladeSection, EmbeddedSolver, SheetSolver, Study, StudyForm
+from stemcal.solvers.options import EmbeddedSolver, SheetSolver
+from stemcal.study.model import PARAMETERS, BladeSection, Study, StudyForm
 from stemcal.study.reading import load_study, read_study
 from stemcal.study.types.field_types import Length
 

@@ -1,10 +1,18 @@
-"""Rules on what answers in place of the embedded solver: templates, results, the user's own deck, tables."""
+"""What must hold for the keys of one kind of solver: templates, results, decks, elements."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
-from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE
-from stemcal.study import model
+from stemcal.naming import CUTTING, FIRST, FORCE
+from stemcal.solvers.options import (
+    OF_LSDYNA,
+    OF_OPENRADIOSS,
+    CommandSolver,
+    DeckSolver,
+    EmbeddedSolver,
+    SheetSolver,
+)
+from stemcal.study.model import Study
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules.draft import Draft, Finding
 from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
@@ -13,17 +21,30 @@ from stemcal.words import did_you_mean
 
 _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}
+# More elements across a stem would be thousands of millions in it.
+_MOST_ACROSS = 1000.0
 
 
-def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
-    """Templates and arguments name factors of the study or the diameter, nothing else."""
-    if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver):
+def elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
+    """An element is smaller than the radius of the thinnest stem, and no mesh has more elements than can be counted."""
+    if not draft.diameters:
         return
+    thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
+    if solver.element_size.at(thinnest) > thinnest / 2:
+        message = f"elements of {solver.element_size} are too large for a {thinnest:g} mm stem"
+        yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
+    if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
+        message = f"elements of {solver.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
+        yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
+
+
+def placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+    """Templates and arguments name factors of the study or the diameter, nothing else."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
-    for index, path in enumerate(draft.study.solver.templates):
+    for index, path in enumerate(solver.templates):
         yield from _unknown_in_file(("solver", "templates", index), path, known)
-    for index, argument in enumerate(_command(draft)):
+    for index, argument in enumerate(_command(solver)):
         for _, name in placeholders(argument.encode()):
             if name not in known or index == 0:
                 message = (
@@ -32,9 +53,9 @@ def placeholders_are_known(draft: Draft) -> Iterator[Finding]:
                 yield Finding(("solver", "command", index), message, did_you_mean(name, known) if index else "name it")
 
 
-def _command(draft: Draft) -> tuple[str, ...]:
+def _command(solver: CommandSolver | SheetSolver) -> tuple[str, ...]:
     """Return the arguments of the program; none where people start it."""
-    return draft.study.solver.command if isinstance(draft.study.solver, model.CommandSolver) else ()
+    return solver.command if isinstance(solver, CommandSolver) else ()
 
 
 def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
@@ -48,59 +69,46 @@ def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iter
         yield Finding(node, f"{path.name}:{line}: {{{{{name[:60]}}}}} is not a factor", did_you_mean(name, known))
 
 
-def placeholders_are_used(draft: Draft) -> Iterator[Finding]:
+def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
     """Every factor stands in a template or an argument; one that does not has no effect."""
-    solver = draft.study.solver
-    if not isinstance(solver, model.CommandSolver):
+    contents = [*map(_content, solver.templates), *(argument.encode() for argument in solver.command)]
+    if None in contents:
         return
-    try:
-        contents = [template_bytes(path) for path in solver.templates]
-    except OSError:
-        return
-    used = {name for text in contents for _, name in placeholders(text)}
-    used |= {name for argument in solver.command for _, name in placeholders(argument.encode())}
+    used = {name for content in contents for _, name in placeholders(content or b"")}
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
             yield Finding(("factors", index, "name"), message, "write it in the place of its value")
 
 
-def chance_is_said(draft: Draft) -> Iterator[Finding]:
+def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
-    solver = draft.study.solver
-    if not isinstance(solver, model.CommandSolver | model.SheetSolver):
+    if solver.repeats:
         return
-    for index, path in enumerate(solver.templates):
-        yield from _seed_without_chance(("solver", "templates", index), _content(path), draft)
-    for index, argument in enumerate(_command(draft)):
-        yield from _seed_without_chance(("solver", "command", index), argument.encode(), draft)
+    places: list[tuple[NodePath, bytes]] = []
+    places += [(("solver", "templates", i), _content(path) or b"") for i, path in enumerate(solver.templates)]
+    places += [(("solver", "command", i), argument.encode()) for i, argument in enumerate(_command(solver))]
+    for node, content in places:
+        for name in dict.fromkeys(name for _, name in placeholders(content)):
+            if name in CHANCE and name not in draft.names:
+                message = f"{{{{{name}}}}} is for a program with chance in it"
+                yield Finding(node, message, "write replicates: 1 under solver")
 
 
-def _seed_without_chance(node: NodePath, content: bytes, draft: Draft) -> Iterator[Finding]:
-    if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver) or draft.study.solver.by_chance:
-        return
-    for name in dict.fromkeys(name for _, name in placeholders(content)):
-        if name in CHANCE and name not in draft.names:
-            message = f"{{{{{name}}}}} is for a program with chance in it"
-            yield Finding(node, message, "write replicates: 1 under solver")
-
-
-def _content(path: Path) -> bytes:
-    """Return what a template holds; nothing where it cannot be read, which another rule tells."""
+def _content(path: Path) -> bytes | None:
+    """Return what a template holds; None where it cannot be read, which another rule tells."""
     try:
         return template_bytes(path)
     except OSError:
-        return b""
+        return None
 
 
-def run_files_differ(draft: Draft) -> Iterator[Finding]:
+def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
-    if not isinstance(draft.study.solver, model.CommandSolver | model.SheetSolver):
-        return
-    readers = draft.study.solver.result.values() if isinstance(draft.study.solver, model.CommandSolver) else ()
+    readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
-        for index, path in enumerate(getattr(draft.study.solver, key, ())):
+        for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is read as a result: where the program writes none, this one would pass for it"
                 yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
@@ -110,15 +118,13 @@ def run_files_differ(draft: Draft) -> Iterator[Finding]:
             seen.add(path.name.lower())
 
 
-def every_response_is_read(draft: Draft) -> Iterator[Finding]:
+def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
     """A program leaves each response; a single reader serves a single one."""
-    if not isinstance(draft.study.solver, model.CommandSolver):
-        return
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
         scores = named_modes(draft.study.targets.modes.values())
         names = [FORCE.name, *(n.name for n in draft.naming.further if n not in (*CUTTING.further, *scores))]
-    if not (readers := draft.study.solver.result):
+    if not (readers := solver.result):
         yield Finding(("solver",), "'result' is missing", "add a line result: …")
     elif FIRST in readers:
         if len(names) > 1:
@@ -133,32 +139,27 @@ def every_response_is_read(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
 
 
-def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
-    """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
-    if draft.naming.is_cutting or not draft.stem_solver or draft.tests or draft.study.targets.modes:
-        return
-    for section, is_own in (
-        ("responses", draft.naming.response != FORCE or draft.naming.further != CUTTING.further),
-        ("conditions", draft.naming.condition != DIAMETER),
-    ):
-        if is_own:
-            message = f"the {draft.stem_solver} solver answers with the maximum force on a stem of some diameter"
-            yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
+def files_are_given(study: Study) -> Iterator[Finding]:
+    """Question an argument that is a file beside the spec: a program runs in the folder of its run."""
+    solver = study.solver
+    assert isinstance(solver, CommandSolver)
+    beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
+    written = {reader.file for reader in solver.result.values()}
+    lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
+    for index, argument in enumerate(solver.command):
+        if index and argument in lacking:
+            message = f"{argument} is in the folder of the spec, but not in that of a run"
+            yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
 
 
-def has_abscissa(result: model.ResultReader) -> bool:
-    """Whether a reader finds the travel of a curve too."""
-    return result.along is not None or "(?P<x>" in (result.pattern or "")
-
-
-def command_names_deck(draft: Draft) -> Iterator[Finding]:
+def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """LS-DYNA has a command that names its deck."""
-    if not isinstance(draft.study.solver, model.DeckSolver) or draft.study.solver.program != "lsdyna":
+    if solver.program != "lsdyna":
         return
-    if not draft.study.solver.command:
+    if not solver.command:
         yield Finding(("solver",), "LS-DYNA has no command", 'add command: [ls-dyna, "i={{deck}}"]')
         return
-    names = [name for argument in draft.study.solver.command[1:] for _, name in placeholders(argument.encode())]
+    names = [name for argument in solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:
         if name != "deck":
             yield Finding(("solver", "command"), f"{{{{{name[:60]}}}}} has no meaning here", "write i={{deck}}")
@@ -166,22 +167,17 @@ def command_names_deck(draft: Draft) -> Iterator[Finding]:
         yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
 
 
-def keys_belong_to_the_program(draft: Draft) -> Iterator[Finding]:
+def keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
-    if not isinstance(draft.study.solver, model.DeckSolver):
-        return
-    program = draft.study.solver.program
-    for key in model.OF_OPENRADIOSS if program == "lsdyna" else model.OF_LSDYNA:
-        if key in draft.study.solver.model_fields_set:
-            other = "openradioss" if program == "lsdyna" else "lsdyna"
-            yield Finding(("solver", key), f"is a key of program: {other} (program is {program})", "remove it")
+    foreign, other = (OF_OPENRADIOSS, "openradioss") if solver.program == "lsdyna" else (OF_LSDYNA, "lsdyna")
+    for key in foreign:
+        if key in solver.model_fields_set:
+            yield Finding(("solver", key), f"is a key of program: {other} (program is {solver.program})", "remove it")
 
 
-def openradioss_hardens_isotropically(draft: Draft) -> Iterator[Finding]:
+def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
-    if not isinstance(draft.study.solver, model.DeckSolver) or draft.study.solver.program != "openradioss":
-        return
     for index, factor in draft.factors.items():
-        if factor.name == "hardening_parameter":
+        if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "has no effect: OpenRadioss's deck hardens isotropically"
             yield Finding(("factors", index, "name"), message, "give it a fixed value under material")

@@ -1,13 +1,11 @@
-"""Solvers as a spec describes them: the embedded one, any program, decks, a sheet."""
+"""The keys of each kind of solver: the embedded one, any program, decks, a sheet, a Python class."""
 
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Field,
     StringConstraints,
@@ -15,11 +13,13 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.note import Remedy
 from stemcal.study.model.factor import Flag, Frozen, Time
+from stemcal.study.model.solver_kind import Explicit, Mesh, SolverOptions
 from stemcal.study.types.field_types import Length, Number, Quantity, SpecFile, StemLength, Whole, complain
+from stemcal.version import __version__
 
 
 def _inside_run_folder(given: object) -> object:
@@ -138,7 +138,7 @@ CoarseningAround = Annotated[
 ]
 
 
-class EmbeddedSolver(Frozen):
+class EmbeddedSolver(SolverOptions):
     """The explicit finite element solver that comes with stemcal."""
 
     kind: Literal["embedded"] = "embedded"
@@ -168,6 +168,37 @@ class EmbeddedSolver(Frozen):
     """Time limit of one run, from its start; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
+
+    @property
+    def version(self) -> str:
+        return __version__
+
+    @property
+    def repeats(self) -> int:
+        return self.replicates or 0
+
+    @property
+    def run_limit(self) -> float | None:
+        return self.time_limit
+
+    @property
+    def rate(self) -> str | None:
+        return self.rate_law
+
+    @property
+    def mesh(self) -> Mesh | None:
+        return Mesh(self.element_size, self.elements_through_wall)
+
+    @property
+    def has_lengths(self) -> bool:
+        return True
+
+    @property
+    def explicit(self) -> Explicit | None:
+        return self
+
+    def without_curve(self) -> tuple[str, str] | None:
+        return None
 
     def at_speed(self, speed: float) -> EmbeddedSolver:
         """Return the options for a blade of this speed (mm/s): as they stand up to 100 mm/min, above in proportion.
@@ -207,16 +238,7 @@ TimeLimit = Annotated[
 ]
 
 
-def _diameters(given: dict[str, Path]) -> dict[str, Path]:
-    for text in given:
-        try:
-            Quantity("length", above=0).checked(text, from_yaml=True)
-        except PydanticCustomError as error:
-            raise complain(f"{text[:60]!r} is no diameter: {error.message()}", "write 8 mm: own.k") from None
-    return given
-
-
-class ProgramOptions(Frozen):
+class ProgramOptions(SolverOptions):
     """Keys of every program that replaces the embedded solver."""
 
     environment: Environment = {}
@@ -224,6 +246,10 @@ class ProgramOptions(Frozen):
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files copied into the folder of each run."""
+
+    @property
+    def version(self) -> str:
+        return self.environment.get("VERSION", "")
 
 
 def _by_response(given: Any) -> Any:
@@ -256,19 +282,26 @@ class CommandSolver(ProgramOptions):
     repeated to check this."""
 
     @property
-    def by_chance(self) -> bool:
-        """Whether equal inputs may give different answers."""
-        return self.replicates is not None
+    def repeats(self) -> int:
+        return self.replicates or 0
+
+    def without_curve(self) -> tuple[str, str] | None:
+        reader = self.result.get(FIRST)
+        has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
+        if reader is not None and reader.reduction == "max" and has_travel:
+            return None
+        message = "needs a result that is the largest force along the travel in mm"
+        return message, "add along: TRAVEL and reduction: max to result, or give the force alone"
 
 
 class DeckSolver(ProgramOptions):
     """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
 
-    The response is the peak of the filtered force of contact `interface`, times `scale` (4 for a quarter model).
+    The response is the peak of the filtered force of the blade's contact.
 
-    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` is replaced by the file name of the deck. It can
-    also run your own `decks` with the MAT_003 of the stem replaced. OpenRadioss requires starter, engine and
-    ``th_to_csv``: those of `programs`, of its `home` or the environment variable ``OPENRADIOSS_PATH``, or on PATH.
+    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` is replaced by the file name of the deck.
+    OpenRadioss requires starter, engine and ``th_to_csv``: those of `programs`, of its `home` or the environment
+    variable ``OPENRADIOSS_PATH``, or on PATH.
     """
 
     kind: Literal["deck"] = "deck"
@@ -276,10 +309,6 @@ class DeckSolver(ProgramOptions):
     program: Literal["lsdyna", "openradioss"]
     """The program that runs the deck."""
     time_limit: TimeLimit = 86400.0
-    interface: Annotated[Whole, Field(ge=1)] = 1
-    """Number of the contact whose force is read."""
-    scale: Number = 1.0
-    """The force is multiplied by it: 4 for a quarter model."""
     filter_window: FilterWindow = 0.010
     rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
     """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
@@ -295,18 +324,9 @@ class DeckSolver(ProgramOptions):
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the deck."""
-    decks: Annotated[dict[str, SpecFile], Field(max_length=MOST_FILES), AfterValidator(_diameters)] = {}
-    """LS-DYNA: your own decks by the diameter of the stem, as in `8 mm: own.k`; without them stemcal writes one."""
-    component: Literal["x", "y", "z"] = "z"
-    """LS-DYNA: direction of the force."""
     programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
     """OpenRadioss: `home`, the installation folder with `exec` and `hm_cfg_files`, by default the environment variable
     `OPENRADIOSS_PATH`; `starter`, `engine` and `th_to_csv` if their names differ from the usual ones."""
-
-    def own_decks(self) -> dict[float, Path]:
-        """Return the user's own decks by the diameter of the stem, mm."""
-        diameter = Quantity("length", above=0)
-        return {diameter.checked(text, from_yaml=True): path for text, path in self.decks.items()}
 
     @property
     def time_step_safety(self) -> float:
@@ -323,17 +343,42 @@ class DeckSolver(ProgramOptions):
         """The rate law, chosen or by default."""
         return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
 
+    @property
+    def title(self) -> str:
+        return "LS-DYNA" if self.program == "lsdyna" else "OpenRadioss"
 
-OF_LSDYNA = ("command", "decks", "component")
+    @property
+    def program_name(self) -> str:
+        return self.program
+
+    @property
+    def rate(self) -> str | None:
+        return self.law
+
+    @property
+    def mesh(self) -> Mesh | None:
+        return Mesh(self.element_size, self.elements_through_wall)
+
+    @property
+    def has_lengths(self) -> bool:
+        return self.nonlocal_failure
+
+    def without_curve(self) -> tuple[str, str] | None:
+        return None
+
+    def chance_remedy(self) -> Remedy:
+        if self.program == "lsdyna":
+            how = "a negative number of processors (ncpu=-4) in its command"
+        else:
+            how = "/PARITH/ON in the starter's deck"
+        return Remedy(f"Set a fixed order of sums: {how}")
+
+
+OF_LSDYNA = ("command",)
 OF_OPENRADIOSS = ("programs",)
 
 
-def program_of(solver: object) -> str:
-    """Return the program that answers: that of a deck, else the kind of the solver."""
-    return solver.program if isinstance(solver, DeckSolver) else str(getattr(solver, "kind", ""))
-
-
-class SheetSolver(Frozen):
+class SheetSolver(SolverOptions):
     """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
 
     The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
@@ -351,6 +396,23 @@ class SheetSolver(Frozen):
     scatter counts. Without the key equal levels give equal answers, and are asked for once."""
 
     @property
-    def by_chance(self) -> bool:
-        """Whether equal levels may give different answers, whose scatter counts."""
-        return self.replicates is not None
+    def repeats(self) -> int:
+        return self.replicates or 0
+
+
+class PythonSolver(SolverOptions):
+    """A class of your own in a Python file beside the spec, with a method `solve(levels, condition)`.
+
+    `levels` are the values of the factors in the units of the spec, by name, `condition` is the stem's diameter in mm,
+    or what the spec declares in its place. It returns the responses by name, `{"force": 12.5}`; an exception is a
+    failed run with its text. The object is made without arguments, once in each process.
+    """
+
+    kind: Literal["python"] = "python"
+    """A class in a Python file."""
+    file: SpecFile
+    """The Python file. A change of it makes all runs anew."""
+    class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
+        validation_alias="class", serialization_alias="class"
+    )
+    """Name of the class in it."""

@@ -1,0 +1,110 @@
+"""The kinds of solvers that come with stemcal, and what each can do. What computes is imported when it is made."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
+
+from stemcal.errors import UsageError
+from stemcal.solvers import rules
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
+from stemcal.study.model.factor import EMBEDDED, PARAMETERS
+from stemcal.study.model.measured_targets import TestKind
+from stemcal.study.model.solver_kind import SolverKind
+from stemcal.study.rules.draft import Finding
+
+if TYPE_CHECKING:
+    from stemcal.solvers.protocol import Solver
+    from stemcal.study.model import Study
+
+
+class Embedded(SolverKind):
+    """The explicit finite element solver that comes with stemcal."""
+
+    name, options = "embedded", EmbeddedSolver
+    of_spec_alone = foresees = force_history = travel_and_work = any_element_size = True
+    own_responses = False
+    replicates = "mesh"
+    tests = frozenset(get_args(TestKind))
+    parameters = EMBEDDED
+    rules = (rules.elements_fit_stem,)
+
+    def make(self, study: Study) -> Solver:
+        from stemcal.solvers.embedded import Embedded
+
+        return Embedded(study)
+
+
+class Command(SolverKind):
+    """Any program that reads text files and leaves its result in one."""
+
+    name, options = "command", CommandSolver
+    starts_program = True
+    replicates = "seed"
+    rules = (
+        rules.placeholders_are_known,
+        rules.placeholders_are_used,
+        rules.chance_is_said,
+        rules.run_files_differ,
+        rules.every_response_is_read,
+    )
+
+    def make(self, study: Study) -> Solver:
+        from stemcal.solvers.command import Command
+
+        return Command(study)
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        return rules.files_are_given(study)
+
+
+class Sheet(SolverKind):
+    """A sheet of runs that people do."""
+
+    name, options = "sheet", SheetSolver
+    answers = "asks_people"
+    replicates = "seed"
+    rules = (rules.placeholders_are_known, rules.chance_is_said, rules.run_files_differ)
+
+    def make(self, study: Study) -> Solver:
+        from stemcal.solvers.sheet.solver import Sheet
+
+        return Sheet.of(study)
+
+
+class Deck(SolverKind):
+    """LS-DYNA or OpenRadioss on a deck of the shear test."""
+
+    name, options = "deck", DeckSolver
+    starts_program = writes_decks = True
+    own_responses = False
+    parameters = PARAMETERS
+    rules = (rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically)
+
+    def make(self, study: Study) -> Solver:
+        from stemcal.solvers.deck.program import DeckProgram
+
+        return DeckProgram(study)
+
+    def ready(self) -> Iterator[tuple[str, str, bool | None]]:
+        from stemcal.solvers.deck.installation import HOME, installation
+
+        try:
+            yield "OpenRadioss", installation(DeckSolver(program="openradioss"), Path.cwd()).starter, True
+        except UsageError as error:
+            missing = f"not there, {HOME} is not set; needed only for solver: {{kind: deck, program: openradioss}}"
+            yield ("OpenRadioss", str(error), False) if HOME in os.environ else ("OpenRadioss", missing, None)
+
+
+class Python(SolverKind):
+    """A class in a Python file beside the spec."""
+
+    name, options = "python", PythonSolver
+    starts_program = True
+
+    def make(self, study: Study) -> Solver:
+        from stemcal.solvers.python import PythonClass
+
+        return PythonClass.of(study)

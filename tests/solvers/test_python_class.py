@@ -1,0 +1,81 @@
+"""A class of one's own as a solver: known answers, failures with their reasons, and its code as an input."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fakes import TWO_FACTORS
+
+from stemcal.errors import UsageError
+from stemcal.executors.local import LocalExecutor
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.runs.answer import answer_all
+from stemcal.runs.outcome import record_key
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import RESPONSES, Request
+from stemcal.study.model import Study
+from stemcal.study.reading import load_study
+
+SOLVER = """
+class Mine:
+    def solve(self, levels, condition):
+        if levels["failure_strain"] > 0.045:
+            raise ValueError("too tough")
+        return {"force": levels["yield_stress"] * condition, "work": condition}
+"""
+LEVELS = {"yield_stress": 15.0, "failure_strain": 0.03}
+REQUEST = Request("screen", 0, LEVELS, 8.0)
+
+
+def study_of(folder: Path, code: str = SOLVER, more: str = "targets: [{diameter: 8 mm, force: 120 N}]\n") -> Study:
+    (folder / "mine.py").write_text(code, encoding="utf-8")
+    spec = folder / "mine.yaml"
+    spec.write_text(f"{TWO_FACTORS}solver: {{kind: python, file: mine.py, class: Mine}}\n{more}", encoding="utf-8")
+    return load_study(spec)
+
+
+def test_the_class_answers(tmp_path: Path) -> None:
+    answer = make_solver(study_of(tmp_path)).solve(REQUEST)
+    assert (answer.response, answer.details) == (120.0, {})
+
+
+def test_it_answers_with_several_responses(tmp_path: Path) -> None:
+    own = "responses: [{name: work, unit: mJ}, {name: force, unit: N}]\nconditions: [{name: size, unit: mm}]\n"
+    more = own + "targets: [{size: 8, work: 8, force: 120, sd: {work: 1, force: 2}}]\n"
+    answer = make_solver(study_of(tmp_path, more=more)).solve(REQUEST)
+    assert (answer.response, answer.details[RESPONSES]) == (8.0, {"force": 120.0})
+
+
+@pytest.mark.parametrize(
+    ("code", "reason", "told"),
+    [
+        (SOLVER.replace("0.045", "0.02"), "raised", "ValueError: too tough"),
+        (SOLVER.replace('"force":', '"strength":'), "no_result", "no force"),
+        (SOLVER.replace('levels["yield_stress"] * condition', '"much"'), "bad_result", "force is str"),
+    ],
+)
+def test_failures_have_their_reason(tmp_path: Path, code: str, reason: str, told: str) -> None:
+    answer = make_solver(study_of(tmp_path, code)).solve(REQUEST)
+    assert (answer.ok, answer.reason) == (False, reason) and told in answer.message
+
+
+@pytest.mark.parametrize("code", ["import nothing_of_this_name", "class Other: pass", "class Mine: pass"])
+def test_no_study_begins_with_a_class_that_cannot_be_made(tmp_path: Path, code: str) -> None:
+    with pytest.raises(UsageError, match=r"solver.file mine.py: Mine "):
+        make_solver(study_of(tmp_path, code)).prepare()
+
+
+def test_runs_of_other_code_are_other_runs(tmp_path: Path) -> None:
+    keys = [record_key(make_solver(study_of(tmp_path, code)), REQUEST) for code in (SOLVER, SOLVER, SOLVER + "# new\n")]
+    assert keys[0] == keys[1] != keys[2]
+    changed = make_solver(study_of(tmp_path))
+    (tmp_path / "mine.py").write_text("class Mine: pass\n", encoding="utf-8")
+    assert changed.solve(REQUEST).reason == "input_changed"
+
+
+def test_workers_compute_it(tmp_path: Path) -> None:
+    solver = make_solver(study_of(tmp_path))
+    with StudyFolder(tmp_path / "out") as folder, LocalExecutor(1) as executor:
+        answers = answer_all([REQUEST], solver, folder, executor)
+    assert [answer.response for answer in answers] == [120.0]
