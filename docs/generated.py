@@ -142,7 +142,7 @@ def glossary() -> str:
 
 
 def stages() -> str:
-    """Return every key and column of the files of a study, and the exit codes."""
+    """Return every key and column of the files of a study."""
     import stagefiles
 
     parts = [
@@ -154,8 +154,7 @@ def stages() -> str:
     ]
     for title, head, rows in stagefiles.stage_files():
         parts += [f"## {title}", _table(head, rows)]
-    codes = _table(("Code", "Error", "Meaning"), stagefiles.exit_codes())
-    return "\n\n".join([*parts, "## Exit codes", codes])
+    return "\n\n".join(parts)
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -1,4 +1,4 @@
-"""The reference of stage files and exit codes, from the replayed study and the classes of errors."""
+"""The reference of stage files, from the replayed study."""
 
 from __future__ import annotations
 
@@ -33,19 +33,6 @@ def stage_files() -> list[tuple[str, Row, list[Row]]]:
             data = json.loads((Path(place) / f"{stage}.json").read_text("utf-8"))
             tables.append((f"{stage}.json", ("Key", "Type", "Example"), _one_per_key(_keys(data, names))))
         return [*tables, ("CSV files", ("File", "Columns"), list(_columns(Path(place))))]
-
-
-def exit_codes() -> list[Row]:
-    """Return the exit codes with their errors and meanings."""
-    from stemcal import errors
-
-    kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.StemcalError)]
-    known = [(str(kind.exit_code), kind.__name__, (kind.__doc__ or "").splitlines()[0]) for kind in kinds]
-    rest = [
-        ("0", "", "Success."),
-        ("130, 143", "", "Interrupted by Ctrl-C or SIGTERM; finished runs are kept, and the same command resumes."),
-    ]
-    return sorted(known + rest, key=lambda row: (len(row[0]), row[0]))
 
 
 def _keys(value: Any, names: set[str], path: str = "") -> Iterator[Row]:

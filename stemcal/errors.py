@@ -17,13 +17,13 @@ from dataclasses import dataclass
 from typing import Any
 
 EXIT_CODES = {
-    0: ("done", "done"),
-    1: ("fault", "a fault of the system: disk, memory, a damaged file, an internal error"),
-    2: ("wrong", "the spec or the call is wrong"),
+    0: ("done", "success"),
+    1: ("fault", "system error: disk, memory, a damaged file, an internal error"),
+    2: ("wrong", "mistake in the spec or the call"),
     3: ("runs_failed", "runs failed"),
     4: ("unreachable", "the target is out of reach"),
     5: ("in_use", "another process uses the study folder"),
-    6: ("waiting", "the study waits for results"),
+    6: ("waiting", "results of runs by hand are pending"),
     130: ("interrupted", "interrupted by Ctrl-C"),
     143: ("terminated", "terminated by SIGTERM"),
 }

@@ -32,7 +32,7 @@ def test_the_commands_are_these_17() -> None:
 
 
 def test_the_docs_have_the_table_of_exit_codes() -> None:
-    page = (ROOT / "docs" / "howto" / "editor-and-shell.md").read_text("utf-8")
+    page = (ROOT / "docs" / "reference" / "files.md").read_text("utf-8")
     for code, (status, meaning) in EXIT_CODES.items():
         if code < 100:
             assert f"| {code} | `{status}` | {meaning} |" in page
