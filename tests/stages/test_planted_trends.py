@@ -31,6 +31,8 @@ rsm: {factors: [yield_stress, failure_strain], centre_points: 1}
 invert: {diameters: all}
 targets:
 """
+# The surfaces of so coarse a mesh miss by up to 3.5 %; runs at the solution correct them.
+REFINE = "\nrefine: {tolerance_percent: 1, budget: 10}\n"
 _UNSEEN = pytest.mark.xfail(strict=True, reason="with four forces the 95 % interval of the exponent includes 0")
 PLANTED = [
     *[("yield_stress", *one) for one in [(15, 0.3), (14, 0.5), (13, 0.8), (13, 1.0), (15, -0.3), (16, -0.7)]],
@@ -69,7 +71,7 @@ def test_the_planted_parameter_is_named_and_the_edit_removes_the_error(
     before = calibrated(text, folder).verdict
     reason = next(one for one in before.reasons if one.kind == "trend")  # so coarse a mesh has other troubles too
     assert reason.remedy is not None and f"{parameter} grow" in reason.remedy.text
-    after = calibrated(merged(text, reason.remedy.edit), folder)
+    after = calibrated(merged(text, reason.remedy.edit) + REFINE, folder)
     assert after.validation.worst_percent is not None and after.validation.worst_percent <= 3.0
     assert not after.verdict.has("trend")
 
