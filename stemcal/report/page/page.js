@@ -274,8 +274,8 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       inner.map(value => write(482, along(bar, value) + 4, "start", short(value))).join("") +
       (holds ? mark("path", { class: "band", "fill-rule": "evenodd", d: band }) : "") +
       trace("target", where(p => p.y - target).border) +
-      mark("ellipse", { class: "reach", cx: along(across, level(a, 0)),
-        cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) }) +
+      mark("svg", { x: 56, y: 10, width: 384, height: 280, viewBox: "56 10 384 280" }, mark("ellipse", { class: "reach",
+        cx: along(across, level(a, 0)), cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) })) +
       surface.runs.map(run => dot("spot", inside(across, level(a, run[a])), inside(up, level(b, run[b])), 3.5,
         near(run, x, pair))).join("") +
       star(inside(across, calibrated[a]), inside(up, calibrated[b]));
