@@ -195,7 +195,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
   // A run counts less the farther its other factors are from the setting: exp(−d²), d in coded units.
   const near = (run, x, but) => Math.max(0.08, Math.exp(-squares(x, but, run)));
   // How far the others let some factors be from the centre: √(radius² − Σx²).
-  const reach = (x, but) => radius === null ? Infinity : Math.sqrt(Math.max(0, radius ** 2 - squares(x, but)));
+  const reach = (x, but) => Math.sqrt(Math.max(0, radius ** 2 - squares(x, but)));
 
   const cards = surfaces.map((surface, i) => {
     const choice = make("input", { type: "radio", name: "seen", onchange: () => { seen = i; change(); } });
@@ -274,8 +274,8 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       inner.map(value => write(482, along(bar, value) + 4, "start", short(value))).join("") +
       (holds ? mark("path", { class: "band", "fill-rule": "evenodd", d: band }) : "") +
       trace("target", where(p => p.y - target).border) +
-      (radius === null ? "" : mark("ellipse", { class: "reach", cx: along(across, level(a, 0)),
-        cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) })) +
+      mark("svg", { x: 56, y: 10, width: 384, height: 280, viewBox: "56 10 384 280" }, mark("ellipse", { class: "reach",
+        cx: along(across, level(a, 0)), cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) })) +
       surface.runs.map(run => dot("spot", inside(across, level(a, run[a])), inside(up, level(b, run[b])), 3.5,
         near(run, x, pair))).join("") +
       star(inside(across, calibrated[a]), inside(up, calibrated[b]));
@@ -373,7 +373,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
     const said = factors.flatMap(({ label, unit, half, low, high }, i) => (
       at[i] < low - 1e-6 * half || at[i] > high + 1e-6 * half
         ? [`${label} ${short(at[i])}${unit} is outside its range (${span([low, high])}${unit}).`] : []));
-    if (radius !== null && far > radius + 1e-6) {
+    if (far > radius + 1e-6) {
       said.push(`The setting is ${short(far, 3)} coded units from the centre; the design reaches ${short(radius, 3)}.`);
     }
     part(".outside").textContent = said.length ? `Extrapolated: ${said.join(" ")}` : "";

@@ -39,7 +39,7 @@ def profiler_data(study: Study, rsm: SurfaceResult, values: Mapping[str, float],
     surfaces = list(_surfaces(study, rsm))
     return {
         "factors": [_factor(rsm, entry, values) for entry in rsm.factors],
-        "radius": rsm.radius or None,
+        "radius": rsm.radius,
         "called": "Calibrated" if values else "Centre",
         "holds": holds,
         "surfaces": [_surface(study, mean, fit) for mean, fit in surfaces[:MOST]],
