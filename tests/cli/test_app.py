@@ -237,7 +237,7 @@ def test_signals_end_with_their_code_and_no_traceback(number: int, code: int) ->
     assert child.returncode == code
     assert time.monotonic() - begin < 10
     assert "Traceback" not in errors
-    assert "the same command goes on" in errors
+    assert "the same command resumes" in errors
 
 
 def test_json_of_a_bad_spec() -> None:

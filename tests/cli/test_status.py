@@ -234,7 +234,7 @@ def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> N
     assert record is not None
     path = folder.record_path(record["key"])
     path.write_text(sealed({**record, "identity": {**record["identity"], "diameter": 9.0}}), encoding="utf-8")
-    assert "its name does not follow" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
+    assert "its name does not match" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
 
 
 def test_verify_lists_runs_that_are_asked_for_no_more(failed: Known) -> None:

@@ -72,7 +72,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     body = page[page.index("<main>") :]
     assert body.index("Not calibrated") < body.index("Outcome")
-    for claim in ("95 % range", "How well the forces fix", "Equal within", "95 % interval of the mean"):
+    for claim in ("95 % range", "How well the forces fix", "Equal within", "95 % interval of the mean maximum force"):
         assert claim not in body
     assert "no interval of the parameters and no statement of agreement is given" in body
 

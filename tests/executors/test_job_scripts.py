@@ -20,8 +20,12 @@ WORKER = ("distributed.cli.dask_worker", "--nthreads 16", "--memory-limit 14.90G
 
 @pytest.mark.parametrize("kind", EXPECTED)
 def test_job_script(kind: str) -> None:
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    (code,) = (block for block in blocks if kind in block)
+    """The page's script, and for PBS what the page says to change in it."""
+    page = PAGE.read_text("utf-8")
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "SLURMCluster" in block)
+    if kind == "PBSCluster":
+        (added,) = re.findall(r"`PBSCluster` and add `(.*?)`", page)
+        code = code.replace("SLURMCluster", kind).replace(f"{kind}(\n", f"{kind}(\n    {added},\n")
     until_jobs = code.replace('"port": 8786', '"port": 0').partition("cluster.adapt")[0]
     done = subprocess.run(
         [sys.executable, "-c", f"{until_jobs}\nprint(cluster.job_script())\ncluster.close()"],

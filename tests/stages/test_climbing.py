@@ -18,8 +18,8 @@ from stemcal.names import Names
 from stemcal.naming import CUTTING
 from stemcal.report.export.paper import paper_tables
 from stemcal.runs.outcome import Outcome
-from stemcal.stages import climb
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
+from stemcal.stages.climb.showing import ClimbShowing
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, read_result
 from stemcal.stages.results import Results
@@ -118,7 +118,7 @@ CLIMB = ClimbResult(
 
 
 def test_a_climb_that_passed_the_target() -> None:
-    assert climb.outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
+    assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
         "4 runs stepped Stress and b together towards the target.",
         "The target was passed; step 2 came nearest, 1.3 % from it.",
     ]
@@ -126,4 +126,4 @@ def test_a_climb_that_passed_the_target() -> None:
 
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
-    assert climb.outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")
+    assert ClimbShowing().outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")
