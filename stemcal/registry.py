@@ -105,10 +105,7 @@ class Registry(Generic[T]):
         if name in {one.name for one in self.built_in} or self._external(name) is None:
             return ""
         entry = self._entries[name]
-        top = sys.modules[entry.module.partition(".")[0]]
-        whole = top if top.__file__ else sys.modules[entry.module]  # a namespace package has no file
-        place = Path(whole.__file__ or "")
-        return f"{_package(entry)}+{hash_of(place.parent if hasattr(whole, '__path__') else place)}"
+        return f"{_package(entry)}+{package_hash(entry.module)}"
 
     def _external(self, name: str) -> T | None:
         if name not in self._loaded and name in self._entries and name not in self.broken:
@@ -153,6 +150,14 @@ def _may_declare(group: str) -> bool:
 
 def _package(entry: EntryPoint) -> str:
     return entry.value if entry.dist is None else f"{entry.dist.name} {entry.dist.version}"
+
+
+def package_hash(module: str) -> str:
+    """Return a hash of the package or single file that an imported module belongs to; nothing without a file."""
+    top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
+    whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
+    place = Path(getattr(whole, "__file__", None) or "")
+    return hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
 
 
 def hash_of(place: Path, length: int = 12) -> str:

@@ -5,17 +5,15 @@ Accidents are tried again; a stroke that ended too early gives a lower bound.
 
 import functools
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from stemcal.files.typed import absent
 from stemcal.folder.record import key_of
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
-from stemcal.registry import hash_of
+from stemcal.registry import package_hash
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
@@ -41,12 +39,8 @@ def identity_of(solver: Solver, request: Request) -> dict[str, Any]:
 
 @functools.cache
 def code_of(module: str) -> str:
-    """Return a hash of the package, or of the single file, that a module belongs to; nothing of stemcal's own."""
-    top = sys.modules.get(module.partition(".")[0])
-    place = Path(getattr(top, "__file__", None) or "")
-    if top is None or top.__name__ == "stemcal" or not place.is_file():
-        return ""
-    return hash_of(place.parent if hasattr(top, "__path__") else place)
+    """Return a hash of the package that a module belongs to; nothing of stemcal's own."""
+    return "" if module.partition(".")[0] == "stemcal" else package_hash(module)
 
 
 def answer_of(record: Mapping[str, Any]) -> Answer:
