@@ -1,6 +1,7 @@
 """Read a sheet that is filled in: cells under the columns of the study, nothing judged yet."""
 
 import csv
+import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +11,7 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.files.plain import MIB
-from stemcal.measured.sheets import MAX_CELLS, decoded, is_foreign, is_workbook, opening, text_of_cell
+from stemcal.measured.cells import decoded, is_workbook, opening
 from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
@@ -65,10 +66,8 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
     """
     if len(content) > MAX_BYTES:
         raise UsageError(f"{source} has more than {MAX_BYTES // MIB} MiB; save the sheet alone")
-    if is_workbook(content):
+    if is_workbook(content, source):
         return _of_workbook(content, source, study, partial)
-    if is_foreign(content):
-        raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
     text = decoded(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not text; save the sheet as .xlsx or CSV")
@@ -93,7 +92,7 @@ def _told(row: object, place: str, study: Study) -> Filled:
     for name in row:
         if name not in (*fields, FAILED):
             raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), list(fields))}")
-    cells = {name: text_of_cell(row.get(name)) for name in fields}
+    cells = {name: _text_of(row.get(name)) for name in fields}
     reason = row.get(FAILED)
     if reason is not None and reason is not False:
         cells[REMARK] = f"{FAILED}: {reason if isinstance(reason, str) else ''}"
@@ -228,14 +227,13 @@ def workbook_tables(content: bytes, source: str) -> list[tuple[str, list[tuple[i
     A formula that was never calculated appears as it is written, a cell merged with one of another row as `MERGED`, an
     error as its sign: none of them passes for a value. `UsageError` as of `opening`.
     """
-    with opening(content, source) as load:
-        pairs = zip(load(data_only=True).worksheets, load(data_only=False).worksheets, strict=True)
-        return [(sheet.title, list(_rows(sheet, formulas, source))) for sheet, formulas in pairs]
+    with opening(source) as load:
+        values, formulas = (load(io.BytesIO(content), data_only=known, keep_links=False) for known in (True, False))
+        pairs = zip(values.worksheets, formulas.worksheets, strict=True)
+        return [(sheet.title, list(_rows(sheet, formulas))) for sheet, formulas in pairs]
 
 
-def _rows(sheet: Any, formulas: Any, source: str) -> Iterator[tuple[int, list[str]]]:
-    if sheet.max_row * sheet.max_column > MAX_CELLS:
-        raise UsageError(f"{source}: sheet {sheet.title!r} has more than {MAX_CELLS:,} cells; save the sheet alone")
+def _rows(sheet: Any, formulas: Any) -> Iterator[tuple[int, list[str]]]:
     merged = {cell for area in sheet.merged_cells.ranges if area.min_row != area.max_row for cell in area.cells}
     for row in range(1, sheet.max_row + 1):
         found = [
@@ -246,4 +244,9 @@ def _rows(sheet: Any, formulas: Any, source: str) -> Iterator[tuple[int, list[st
 
 
 def _text(cell: Any, formula: Any) -> str:
-    return text_of_cell(formula.value if cell.value is None else cell.value)
+    return _text_of(formula.value if cell.value is None else cell.value)
+
+
+def _text_of(value: object) -> str:
+    """Return a value as it would stand in a text, a number with all its digits."""
+    return "" if value is None else str(value).strip()
