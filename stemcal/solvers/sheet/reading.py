@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import MIB
+from stemcal.files.reading import MIB
 from stemcal.measured.cells import decoded, is_workbook, opening
 from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study
