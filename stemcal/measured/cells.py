@@ -4,9 +4,8 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from stemcal.errors import UsageError
 from stemcal.files import reading
@@ -97,11 +96,22 @@ def is_workbook(content: bytes, source: object) -> bool:
 
 
 def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
-    """Return the lines of every sheet of a workbook by its title."""
+    """Return the lines of every sheet of a workbook by its title.
+
+    Raises
+    ------
+    UsageError
+        If the file is damaged, or no workbook of Excel's.
+    """
     import pandas as pd
 
-    with opening(source):
+    try:
         book = pd.read_excel(io.BytesIO(content), sheet_name=None, header=None, dtype=str, na_filter=False)
+    except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
+        reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
+        raise UsageError(
+            f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
+        ) from None
     return {str(title): [_line(row) for row in frame.to_numpy().tolist()] for title, frame in book.items()}
 
 
@@ -110,18 +120,4 @@ def _line(row: Sequence[str]) -> Line:
     cells = [cell.strip() for cell in row]
     while cells and not cells[-1]:
         cells.pop()
-    return Line(" ".join(filter(None, cells)), cells, cells[:1] == cells and cells[:1] != [] and cells[0][0] == "#")
-
-
-@contextmanager
-def opening(source: str) -> Iterator[Any]:
-    """Yield openpyxl's `load_workbook`; what goes wrong within this block becomes `UsageError`."""
-    from openpyxl import load_workbook
-
-    try:
-        yield load_workbook
-    except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
-        reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
-        raise UsageError(
-            f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
-        ) from None
+    return Line(" ".join(filter(None, cells)), cells, len(cells) == 1 and cells[0].startswith("#"))

@@ -1,9 +1,8 @@
 """Read a sheet that is filled in: cells under the columns of the study, nothing judged yet."""
 
 import csv
-import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.files.reading import MIB
-from stemcal.measured.cells import decoded, is_workbook, opening
+from stemcal.measured.cells import Line, decoded, is_workbook
+from stemcal.measured.cells import sheets as tables_of
 from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
@@ -92,7 +92,7 @@ def _told(row: object, place: str, study: Study) -> Filled:
     for name in row:
         if name not in (*fields, FAILED):
             raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), list(fields))}")
-    cells = {name: _text_of(row.get(name)) for name in fields}
+    cells = {name: "" if row.get(name) is None else str(row[name]).strip() for name in fields}
     reason = row.get(FAILED)
     if reason is not None and reason is not False:
         cells[REMARK] = f"{FAILED}: {reason if isinstance(reason, str) else ''}"
@@ -116,11 +116,18 @@ Lines = Sequence[tuple[int, Sequence[str]]]
 
 def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> list[Filled]:
     """Return the one sheet of a workbook that has a heading."""
-    sheets = [(title, lines) for title, lines in workbook_tables(content, source) if _head(lines) is not None]
+    tables = [(title, _filled_up(rows)) for title, rows in tables_of(content, source).items()]
+    sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
         raise UsageError(f"{source}: several of its sheets have a heading `{RUN}` ({titles}); leave one of them in it")
     return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
+
+
+def _filled_up(rows: Sequence[Line]) -> Lines:
+    """Return the rows of a sheet by number, all of one width."""
+    width = max((len(row.cells) for row in rows), default=0)
+    return [(number, [*row.cells, *[""] * (width - len(row.cells))]) for number, row in enumerate(rows, 1)]
 
 
 def _split(text: str, source: str) -> Lines:
@@ -216,37 +223,3 @@ def _of(cells: Sequence[str], columns: Mapping[Field, int], name: str) -> str:
 
 def _at(cells: Sequence[str], place: int) -> str:
     return narrow(cells[place]) if place < len(cells) else ""
-
-
-MERGED = "[merged cells]"
-
-
-def workbook_tables(content: bytes, source: str) -> list[tuple[str, list[tuple[int, list[str]]]]]:
-    """Return title and (row number, cells) of every sheet of a workbook.
-
-    A formula that was never calculated appears as it is written, a cell merged with one of another row as `MERGED`, an
-    error as its sign: none of them passes for a value. `UsageError` as of `opening`.
-    """
-    with opening(source) as load:
-        values, formulas = (load(io.BytesIO(content), data_only=known, keep_links=False) for known in (True, False))
-        pairs = zip(values.worksheets, formulas.worksheets, strict=True)
-        return [(sheet.title, list(_rows(sheet, formulas))) for sheet, formulas in pairs]
-
-
-def _rows(sheet: Any, formulas: Any) -> Iterator[tuple[int, list[str]]]:
-    merged = {cell for area in sheet.merged_cells.ranges if area.min_row != area.max_row for cell in area.cells}
-    for row in range(1, sheet.max_row + 1):
-        found = [
-            MERGED if (row, column) in merged else _text(sheet.cell(row, column), formulas.cell(row, column))
-            for column in range(1, sheet.max_column + 1)
-        ]
-        yield row, found
-
-
-def _text(cell: Any, formula: Any) -> str:
-    return _text_of(formula.value if cell.value is None else cell.value)
-
-
-def _text_of(value: object) -> str:
-    """Return a value as it would stand in a text, a number with all its digits."""
-    return "" if value is None else str(value).strip()
