@@ -53,8 +53,8 @@ OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
 LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 KNOWN = {
-    ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
-    ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
+    ("stemcal.cli.export_program", "stemcal.stages.refine.element_size"),
+    ("stemcal.cli.export_program", "stemcal.stages.refine.showing"),
     ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
     ("stemcal.report.page.render", "stemcal.stages.invert.words"),
     ("stemcal.report.terminal", "stemcal.stages.invert.showing"),

@@ -9,14 +9,13 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import (
-    check,
     doctor,
     explain,
     export,
-    init,
     measure,
     run,
     simulate,
+    spec,
     status,
 )
 from stemcal.cli.guard import exit_codes, flush_all, steady_streams
@@ -61,7 +60,7 @@ COMMANDS: dict[str, tuple[Any, ...]] = {
         *(run.run, *(run.command_of(stage) for stage in STAGES.built_in)),
         *(run.enter, run.report),
     ),
-    AROUND: (init.init, check.check, simulate.simulate),
+    AROUND: (spec.init, spec.check, simulate.simulate),
     "The study folder": (status.status,),
     "First steps and help": (doctor.doctor, explain.explain),
 }

@@ -29,7 +29,7 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Check versions, cores, the kernel cache, optional parts and two known answers.
+    """Check versions, cores, the kernel cache, optional parts and a known answer.
 
     Example: [bold]stemcal doctor[/bold]
     """
@@ -132,21 +132,6 @@ def _solvers() -> Iterator[Finding]:
         yield Finding(f"solver {name}", reason, False)
 
 
-def _statistics() -> Iterator[Finding]:
-    """Fit a known quadratic: 100 + 30a + 10b − 5ab + 2a² at the points of a face-centred design."""
-    import numpy as np
-
-    from stemcal.doe.regression.surface import fit_surface
-
-    grid = np.array([(a, b) for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
-    a, b = grid.T
-    surface = fit_surface(grid, 100 + 30 * a + 10 * b - 5 * a * b + 2 * a**2, ["a", "b"])
-    worst = max(
-        abs(found.value - known) for found, known in zip(surface.coefficients, (100, 30, 10, -5, 2, 0), strict=True)
-    )
-    yield Finding("known answer: surface", f"coefficients right to {worst:.0e}", bool(worst < 1e-8))
-
-
 def _solver() -> Iterator[Finding]:
     """Stretch a plastic bar: beyond yield εₚ = (ε − σ_y/E)(1 − E_t/E)."""
     import time
@@ -190,5 +175,5 @@ def stretched_bar() -> tuple[float, float]:
 
 
 CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _statistics, _solver
+    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _solver
 )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stemcal.cli import export_deck, export_material
+from stemcal.cli import export_program
 from stemcal.cli.console import say, say_json, say_tables, warn
 from stemcal.cli.options import AsJson, Out, Spec
 from stemcal.cli.session import existing_folder, read_study
@@ -121,8 +121,8 @@ def figures(
     _tell([str(path) for path in paths], as_json)
 
 
-app.command("deck")(export_deck.export_deck)
-app.command("material")(export_material.export_material)
+app.command("deck")(export_program.export_deck)
+app.command("material")(export_program.export_material)
 
 
 def _told(plots: list[Plot], holds: bool) -> list[Plot]:

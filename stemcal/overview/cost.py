@@ -1,8 +1,7 @@
-"""What a study takes on this machine: its runs, and what comes beside them.
+"""What the runs of a study take on this machine.
 
 How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
-else from the solver's own guess. What comes beside it is a constant of a small machine; compiling is told by the last
-time.
+else from the solver's own guess.
 """
 
 import socket
@@ -17,10 +16,6 @@ from stemcal.runs.outcome import record_key
 from stemcal.solvers.protocol import Request, Solver
 
 _MOST_RECORDS = 50  # that are looked at
-# Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
-_STARTING, _WORKERS, _COMPILING = 2.5, 1.5, 30.0
-# So too: the page with its figures.
-_PAGE = 5.0
 
 Source = Literal["none", "by_hand", "guess", "tried", "recorded"]
 """How costs are known: not for runs that people do, else by the solver's guess, by half a second of a run here, by runs
@@ -82,11 +77,3 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
             heapreplace(free, free[0] + cost)
         total += max(free)
     return total
-
-
-def overhead(solver: Solver) -> float:
-    """Return the seconds that compiling, starting, statistics and the page take."""
-    if solver.immediate:
-        return _STARTING + _PAGE
-    compiling = solver.preparing()
-    return _STARTING + _WORKERS + _PAGE + (_COMPILING if compiling is None else compiling)

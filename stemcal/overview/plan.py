@@ -12,7 +12,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.overview.cost import Costs, Source, costs_of, elapsed, overhead
+from stemcal.overview.cost import Costs, Source, costs_of, elapsed
 from stemcal.runs.outcome import record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
@@ -40,9 +40,8 @@ class PlannedStage:
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `overhead` what
-    compiling, starting, statistics and page take, and `elapsed` all of it with so many `workers`, runs that are decided
-    one by one counted as usual.
+    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `elapsed` is
+    what they take with so many `workers`, runs that are decided one by one counted as usual.
     """
 
     schema_version: int
@@ -56,7 +55,6 @@ class Plan:
     source: Source = "none"
     recorded_runs: int = 0
     workers: int = 1
-    overhead: float = 0.0
     elapsed: float | None = None
 
 
@@ -74,7 +72,6 @@ def plan(
     later = [found for stage in stages_of(study) if (found := stage.later(study)) is not None]
     rounds = [part for found in later for part in found.rounds] if not wanted[-1].settled else []
     left_there, seconds_there = _there(study, folder)
-    rest = overhead(solver)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [found.note for found in later]
     notes += _in_another_program(study, to_run, left_there, seconds_there)
@@ -91,10 +88,7 @@ def plan(
         costs.source,
         costs.recorded,
         workers,
-        rest,
-        None
-        if costs.of is None
-        else rest + elapsed([*_timed([*left, *rounds], costs.of), [seconds_there or 0.0]], workers),
+        None if costs.of is None else elapsed([*_timed([*left, *rounds], costs.of), [seconds_there or 0.0]], workers),
     )
 
 

@@ -113,10 +113,10 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels), judged)]
 
 
-def shortened(stage: StageResult, table: Table, most: int = MOST_ROWS) -> Table:
-    """Return a table of a stage with at most so many rows, and the file that has all of them."""
-    if len(table.rows) <= most:
+def shortened(stage: StageResult, table: Table) -> Table:
+    """Return a table of a stage with at most `MOST_ROWS` rows, and the file that has all of them."""
+    if len(table.rows) <= MOST_ROWS:
         return table
     files, keys = stage.tables(), {column.key for column in table.headed(stage.naming.headings).columns}
     file = max(files, key=lambda name: len(keys & {column.key for column in files[name].columns}))
-    return table.shortened(f"`{file}.csv`", most)
+    return table.shortened(f"`{file}.csv`")

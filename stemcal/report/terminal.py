@@ -14,7 +14,7 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from stemcal.files.rows import MOST_ROWS, Column, Table, visible
+from stemcal.files.rows import Column, Table, visible
 from stemcal.names import Names
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant, unit_written
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 WIDTH = 80
 CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
-_AROUND = 9  # lines of the two tables beside their rows: titles, heads, rules, a foot, an empty line below each
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -100,14 +99,13 @@ def _wrapped(text: str, width: int) -> str:
     return "\n".join(textwrap.wrap(text, max(width, 1), break_long_words=False, break_on_hyphens=False)) or text
 
 
-def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
-    """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
+def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
+    """Return parameters and forces."""
     inversion, validation = results.of(InvertResult), results.of(ValidateResult)
     tables = visible([_parameters(study, inversion, results.parameters)], holds) if inversion is not None else []
     if validation is not None:
         first, *others = showing_of(validation).tables(validation, Names(study.naming))
-        most = MOST_ROWS if left is None else max(left - _AROUND - sum(len(table.rows) for table in tables), 4)
-        tables.append(shortened(validation, replace(first, foot=first.foot[:1]), most))
+        tables.append(shortened(validation, replace(first, foot=first.foot[:1])))
         tables += [shortened(validation, one) for one in others] if study.naming.others else []
     return tables
 

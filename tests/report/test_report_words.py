@@ -101,7 +101,7 @@ def all_tables(told: Told) -> list[Table]:
     names = Names(study.naming)
     stages = [table for stage in results.done for table in tables_of(stage)]
     runs = listed(runs_table(ledger(study, folder), names), names)
-    ends = [table for taken in (4, 40) for table in final_tables(study, results, True, taken)]
+    ends = final_tables(study, results, True)
     return [*stages, *setting_tables(study), *run_tables(study, results, read_records(results, folder)), *ends, runs]
 
 

@@ -18,8 +18,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import small
 from stemcal.numbers import short
-from stemcal.report.figures.inline import Shared, inline
-from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import (
