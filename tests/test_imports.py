@@ -18,7 +18,6 @@ FLOORS = {
     "stemcal.interrupts": 0,
     "stemcal.processes": 1,
     "stemcal.naming": 0,
-    "stemcal.names": 1,
     "stemcal.note": 0,
     "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_tables, say_whole, warn
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.stages.verdict.result import Verdict
 from stemcal.words import counted
 

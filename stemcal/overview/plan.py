@@ -9,7 +9,7 @@ from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import program
+from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview.cost import Costs, Source, costs_of, elapsed

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Generic
 
 from stemcal.files.rows import MOST_ROWS, Table
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import unit_written
 from stemcal.registry import Checked
 from stemcal.report.figures.plot import Plot

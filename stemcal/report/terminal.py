@@ -15,8 +15,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from stemcal.files.rows import Column, Table, visible
-from stemcal.names import Names
-from stemcal.naming import capital
+from stemcal.naming import Names, capital
 from stemcal.numbers import duration, fixed, significant, unit_written
 from stemcal.report.showing import names_of, shortened, showing_of, tables_of
 from stemcal.stages.invert.result import InvertResult

@@ -13,8 +13,7 @@ import pytest
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import CUTTING, Named, Naming
+from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, paper_tables
 from stemcal.report.figures.style import svg
