@@ -37,7 +37,6 @@ FLOORS = {
     "stemcal.stages": 9,
     "stemcal.overview": 10,
     "stemcal.by_hand": 11,
-    "stemcal.workflow": 11,
     "stemcal.report": 13,
     "stemcal.python": 14,
     "stemcal.cli": 14,
