@@ -33,11 +33,11 @@ def doctor(as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal doctor[/bold]
     """
-    from stemcal.fem.warm import is_compiled, seconds_to_compile
-    from stemcal.report.progress import compiling
+    from stemcal.fem.warm import is_compiled
+    from stemcal.report.progress import COMPILING
 
     if not as_json and not is_compiled():
-        note(compiling(seconds_to_compile()))
+        note(COMPILING)
     with waiting("looking", as_json):
         findings = [found for look in CHECKS for found in look()]
     if as_json:

@@ -15,7 +15,7 @@ from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import ShearCurve, read_curves
 from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
-from stemcal.measured.tables import Form, find_column, matching, read_table, scale_of
+from stemcal.measured.tables import find_column, matching, read_table, scale_of
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.words import did_you_mean, series
@@ -213,9 +213,9 @@ def _by_number(path: Path) -> list[tuple[bool, float, str]]:
     return [(place % 2 == 1, float(part) if place % 2 else 0.0, part) for place, part in enumerate(parts)]
 
 
-def read_index(path: Path, form: Form = Form()) -> dict[str, tuple[float, float | None]]:
+def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     """Return diameter and grade of each file from a table with the columns file, diameter and perhaps grade."""
-    table = read_table(path, form)
+    table = read_table(path)
     name = find_column(table, FILE, "the names of files", "call it file")
     diameter = find_column(table, DIAMETER, "the diameters", "call it diameter", known=MILLIMETRES)
     scale, grade = scale_of(table, diameter, MILLIMETRES, "mm"), matching(table, GRADE)

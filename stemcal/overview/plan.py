@@ -1,6 +1,6 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs cannot estimate."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from stemcal.doe.designs.aliases import aliases_note
@@ -103,22 +103,10 @@ def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]
     """
     if study.refine is None or study.refined_here:
         return 0, None
-    there, left = study.there, max(0, study.refine.budget - _recorded({"refine"}, study.there, folder))
+    there, left = study.there, study.refine.budget
     probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
     cost = costs_of(make_solver(there), folder, probes[0]).of if there.kind.foresees else None
-    return left, None if cost is None or not left else left * max(map(cost, probes))
-
-
-def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None) -> int:
-    """Count the records of some stages that are of this study's solver, not of another that made such runs before."""
-    if folder is None:
-        return 0
-    solver, found = make_solver(study), 0
-    for key in folder.keys():  # noqa: SIM118
-        record = folder.peek(key)
-        if record is not None and record["request"]["stage"] in stages:
-            found += record_key(solver, Request(**record["request"])) == key
-    return found
+    return left, None if cost is None else left * max(map(cost, probes))
 
 
 def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:

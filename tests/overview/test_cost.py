@@ -17,15 +17,11 @@ from stemcal.solvers.protocol import Answer, Request
 
 @dataclass(frozen=True)
 class TriedSolver(FakeSolver):
-    """Takes half of what it guesses, and 20 s to prepare."""
+    """Takes half of what it guesses."""
 
     def pace(self, _request: Request) -> float | None:
         """Half."""
         return 0.5
-
-    def preparing(self) -> float | None:
-        """Return 20 s."""
-        return 20.0
 
 
 def asked(row: int, diameter: float = 8.0) -> Request:

@@ -259,7 +259,7 @@ def test_progress_tells_the_last_answer() -> None:
         failed=0,
         last_response=0.5312,
         last_condition=12.0,
-        preparing=0.0,
+        preparing=False,
         points=8,
     )
     restitution = Named("cor", "Restitution", "e", "1")
