@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
+    from stemcal.stages.results import Results
     from stemcal.study.model import Study
 
 DASK = "dask://"
@@ -158,3 +159,15 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     if not path.is_dir():
         raise UsageError(f"{path} is not there; run `stemcal run SPEC` first, or name the folder with --out")
     return StudyFolder(path)
+
+
+def finished_work(spec: Path, out: Path | None, quiet: bool = False) -> tuple[Study, StudyFolder, Results]:
+    """Return a study, its folder and the results that are fresh; stale stages are warned of unless it is `quiet`."""
+    from stemcal.stages.results import fresh_results
+
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    results = fresh_results(study, folder)
+    for sentence in () if quiet else results.stale:
+        warn(sentence)
+    return study, folder, results
