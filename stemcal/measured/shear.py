@@ -122,7 +122,6 @@ def measure_shear(
     how: CurveOptions = CurveOptions(),
     index: Mapping[str, tuple[float, float | None]] | None = None,
     exclude: Collection[str] = (),
-    alpha: float = 0.05,
 ) -> ShearTests:
     """Read the files of all specimens.
 
@@ -132,11 +131,7 @@ def measure_shear(
         Diameter and grade (or None) by the name of the file or its stem.
     exclude : collection of str
         Specimens that do not count.
-    alpha : float
-        Significance level of the test for outliers.
     """
-    if not 0.0 < alpha < 1.0:
-        raise UsageError(f"--alpha {alpha:g}: the level of a test must be between 0 and 1")
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
     specimens = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed, exclude))
@@ -147,7 +142,7 @@ def measure_shear(
     if not counted:
         raise UsageError("no specimen is left to count")
     diameters = sorted({s.grade for s in counted})
-    grades = tuple(_grade(d, [s for s in counted if s.grade == d], alpha) for d in diameters)
+    grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
     notes = (
         *_not_there(listed, files, specimens),
@@ -285,9 +280,9 @@ def _grade_near(diameter: float) -> float:
     return diameter if (2.0 * diameter).is_integer() else float(round(diameter))
 
 
-def _grade(diameter: float, specimens: Sequence[TestedSpecimen], alpha: float) -> GradeForces:
+def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> GradeForces:
     forces = [specimen.curve.max_force for specimen in specimens]
-    test = grubbs(forces, alpha)
+    test = grubbs(forces)
     suspect = specimens[test.index].name if test and test.is_outlier else None
     travel = summarise([specimen.curve.travel_at_max for specimen in specimens])
     work = summarise([specimen.curve.work_to_max for specimen in specimens])
