@@ -17,7 +17,7 @@ FLOORS = {
     "stemcal.files": 1,
     "stemcal.interrupts": 0,
     "stemcal.processes": 1,
-    "stemcal.naming": 0,
+    "stemcal.naming": 0.5,
     "stemcal.note": 0,
     "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,
