@@ -67,13 +67,12 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "pyDOE3": ("stemcal.doe",),
     "statsmodels": ("stemcal.measured.statistics",),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.formats"),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export"),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.processes", "stemcal.executors.machine"),
-    "openpyxl": ("stemcal.measured",),
 }
 INSIDE_FUNCTIONS = (
     "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
