@@ -19,7 +19,8 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
-from stemcal.laboratory import LaboratoryResult, LaboratoryTest
+from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.result import LaboratoryResult
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
@@ -39,7 +40,7 @@ from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_u
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import DAMPING, GAP, LaboratorySection, Study
+from stemcal.study.model import DAMPING, GAP, LaboratorySection, PieceSection, Study
 from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
@@ -247,9 +248,9 @@ def simulate_test(
 
 def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
-    if section.is_further_cut:
-        return shear_test(study.cut_as(section, diameter), levels, diameter)
-    return laboratory_test(section, shear_test(study, levels, diameter))
+    if isinstance(section, PieceSection):
+        return laboratory_test(section, shear_test(study, levels, diameter))
+    return shear_test(study.cut_as(section, diameter), levels, diameter)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
