@@ -98,8 +98,8 @@ def _unknown_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath
     kinds, noun = (TESTS, "laboratory test") if path[0] == "tests" else (SOLVERS, "solver")
     near = nearest(given, kinds.known()) if isinstance(given, str) else None
     remedy = f"did you mean {near}?" if near else f"write kind: {listed(list(kinds.known()))}"
-    if given in kinds.broken:
-        remedy = f"its package cannot be loaded: {kinds.broken[given]}"
+    if (broken := kinds.broken.get(str(given))) is not None:
+        remedy = f"its package cannot be loaded: {broken}"
     return Finding((*path, "kind"), f"{_show(given)} is not a kind of {noun}", remedy)
 
 
