@@ -12,8 +12,8 @@ from stemcal.cli.options import AsJson, Out, Quiet, Spec
 from stemcal.cli.session import folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
+from stemcal.files.durable import write_atomic
 from stemcal.numbers import significant
-from stemcal.outputs import write_output
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -68,7 +68,7 @@ def export_deck(
     deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
-        write_output(file, text)
+        write_atomic(file, text)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(file) for file in texts]
@@ -151,13 +151,14 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
 
     None where they would take more than this machine's memory or days, which is warned of.
     """
-    from stemcal.overview.foresight import demand_of_one, objections
+    from stemcal.executors.machine import machine_memory
+    from stemcal.overview.foresight import demand_of_one, excess
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
 
     of_deck, own = as_embedded(deck), deck.study.kind.force_history
     for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := objections(demand_of_one(study, [deck.diameter]), 1):
+        if too_much := excess(demand_of_one(study, [deck.diameter]), 1, machine_memory()):
             warn(f"The force that this deck should give was not computed. {' '.join(map(str, too_much))}")
             return None
     with waiting("the force that this deck should give", quiet):

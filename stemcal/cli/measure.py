@@ -11,8 +11,7 @@ import typer
 from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.options import AsJson, Quiet
 from stemcal.errors import UsageError
-from stemcal.files.encodings import decode
-from stemcal.files.plain import read_plain
+from stemcal.files.reading import decode, read_plain
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ def diameters(
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
     from stemcal.measured.diameters import measure_diameters
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
 
@@ -129,10 +128,9 @@ def shear(
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
     from stemcal.measured.channels import CurveOptions
-    from stemcal.measured.shear import find_files, measure_shear, read_index
+    from stemcal.measured.shear import find_files, measure_shear, read_index, target_rows
     from stemcal.measured.shear_curves import speed_of
-    from stemcal.measured.target_entries import target_rows
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     known = speed_of(speed) if speed is not None else None
@@ -176,7 +174,7 @@ def tests(
     from stemcal.cli.session import read_study
     from stemcal.measured.channels import CurveOptions
     from stemcal.measured.shear_curves import speed_of
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
     from stemcal.study.reading.amend import with_rows
@@ -199,8 +197,7 @@ def _finish_shear(
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.files.rows import Column, Rows, Table
-    from stemcal.measured.shear import SpecimenRow
-    from stemcal.measured.target_entries import section_of
+    from stemcal.measured.shear import SpecimenRow, section_of
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.study.reading.amend import with_rows
@@ -239,7 +236,7 @@ def _beyond_stroke(tests: ShearTests, study: Study) -> str:
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
     """Change the text of a spec; one that would then be wrong is left as it was."""
-    from stemcal.files.durable import write_durably
+    from stemcal.files.durable import write_atomic
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
 
@@ -251,7 +248,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
         raise UsageError(f"{spec} is not text; save it in UTF-8")
     text = change(before)
     study = read_study(text.encode("utf-8"), spec)
-    write_durably(spec, text)
+    write_atomic(spec, text)
     return study
 
 
@@ -267,7 +264,7 @@ def _leave_files(
     folder: Path, content: Mapping[str, Any], rows: Table, figures: dict[str, Figure], section: str = ""
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
-    from stemcal.files.durable import as_json, write_durably
+    from stemcal.files.durable import as_json, write_atomic
     from stemcal.report.figures.style import save_both
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -275,7 +272,7 @@ def _leave_files(
     texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
     for name, text in texts.items():
         if text:
-            write_durably(folder / name, text)
+            write_atomic(folder / name, text)
     for name, figure in figures.items():
         save_both(figure, folder / name)
 

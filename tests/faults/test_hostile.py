@@ -18,7 +18,7 @@ from trying import CONFIGS, POSIX, command, trials
 
 from stemcal import workflow
 from stemcal.errors import SimulationFailed, SpecError, UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
@@ -195,7 +195,7 @@ def test_a_damaged_laboratory_file(folder: Path, _number: int, rng: random.Rando
             case _:
                 content[place:place] = content[place : place + rng.randint(1, 30)]
     found = measured(folder, bytes(content))
-    assert found is None or all(0.0 < specimen.curve.max_force <= 1e7 for specimen in found.specimens)
+    assert found is None or all(0.0 < specimen.curve.max_force < math.inf for specimen in found.specimens)
 
 
 # ---- results of programs
