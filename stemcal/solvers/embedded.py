@@ -158,7 +158,7 @@ class Embedded(Solver):
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = measured_at(self.study, request.condition)
-        each = [(one, _test_of(self.study, one, request.levels, request.condition)) for one in wanted]
+        each = [(one, test_of(self.study, one, request.levels, request.condition)) for one in wanted]
         return [
             (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
         ]
@@ -240,13 +240,13 @@ def simulate_test(
     """
     warm()
     section = next(section for section in study.tests if section.name == name)
-    test = _test_of(study, section, levels, diameter)
+    test = test_of(study, section, levels, diameter)
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
     result = perform(test, watch, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
-def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
+def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
     if isinstance(section, PieceSection):
         return laboratory_test(section, shear_test(study, levels, diameter))
