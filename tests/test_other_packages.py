@@ -98,7 +98,7 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
     assert coded.shape == (13, 3) and np.linalg.matrix_rank(term_columns(coded)) == 10
     between = np.linalg.norm(coded[:, None] - coded[None], axis=2)[~np.eye(13, dtype=bool)]
     assert between.min() == pytest.approx(1.0) and np.linalg.norm(coded, axis=1)[:-1] == pytest.approx(1.0)
-    assert stage_called("rsm").inputs(study)["package"].startswith("stemcal_doehlert:Doehlert+")
+    assert str(stage_called("rsm").inputs(study)["package"]).startswith("stemcal_doehlert:Doehlert+")
     with pytest.raises(SpecError, match="doehlert exists for 2 to 8 factors, not 9"):
         make_study(tmp_path, extra.replace("[density, yield_stress, failure_strain]", str(list(study.names))))
 

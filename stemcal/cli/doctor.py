@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -13,6 +13,8 @@ from stemcal.cli.options import AsJson
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from stemcal.registry import Registry
 
 
 EXTRAS = {"dask": "distributed", "docs": "sphinx"}
@@ -89,7 +91,12 @@ def _plugins() -> Iterator[Finding]:
     from stemcal.stages.stage import STAGES
     from stemcal.study.model import SOLVERS, TESTS
 
-    registries = {"stage": STAGES, "solver": SOLVERS, "design": SURFACES, "laboratory test": TESTS}
+    registries: dict[str, Registry[Any]] = {
+        "stage": STAGES,
+        "solver": SOLVERS,
+        "design": SURFACES,
+        "laboratory test": TESTS,
+    }
     for noun, found in registries.items():
         for one in found.external:
             yield Finding(f"{noun} {one.name}", found.version_of(one.name))
