@@ -209,7 +209,7 @@ def _with_defaults(entry: Any, index: int) -> Any:
 
 
 def _with_known_keys(test: Any) -> Any:
-    kind = TESTS.known().get(test.get("kind")) if isinstance(test, dict) else None
+    kind = TESTS.known().get(str(test.get("kind"))) if isinstance(test, dict) else None
     return test if kind is None else {key: test[key] for key in test if key in kind.options.model_fields}
 
 
