@@ -21,7 +21,7 @@ from stemcal.cli.console import envelope, fail, new_envelope
 from stemcal.errors import SpecError, StemcalError
 from stemcal.interrupts import Terminated, check, heard
 
-GO_ON = "finished runs are kept; the same command resumes"
+RESUMES = "finished runs are kept; the same command resumes"
 
 
 @contextmanager
@@ -52,8 +52,8 @@ def exit_codes() -> Iterator[None]:
 
 def _leave_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
     if isinstance(interrupt, Terminated):
-        _leave(f"terminated; {GO_ON}", 143)
-    _leave(f"interrupted; {GO_ON}", 130)
+        _leave(f"terminated; {RESUMES}", 143)
+    _leave(f"interrupted; {RESUMES}", 130)
 
 
 def _leave(message: str, code: int) -> NoReturn:
@@ -76,7 +76,7 @@ def _is_typers_own(error: Exception) -> bool:
 def _unexpected(error: Exception) -> str:
     """Return one line on an unforeseen error; its traceback goes to a file, for developers to stderr."""
     if isinstance(error, MemoryError):
-        return f"memory has run out; take fewer workers (--workers) or coarser elements; {GO_ON}"
+        return f"out of memory; use fewer workers (--workers) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
         from stemcal.files.durable import what_happened
@@ -90,7 +90,7 @@ def _unexpected(error: Exception) -> str:
 
 
 def _file_traceback(error: Exception) -> str:
-    """Write the traceback to a new file and tell where."""
+    """Write the traceback to a new file; return a hint where it is."""
     text = "".join(traceback.format_exception(error))
     try:
         with tempfile.NamedTemporaryFile(
@@ -104,12 +104,12 @@ def _file_traceback(error: Exception) -> str:
 
 # A reader that has gone, as Windows calls it too.
 _GONE = (errno.EPIPE, errno.EINVAL) if sys.platform == "win32" else (errno.EPIPE,)
-# How long a reader of a pipe that never blocks may read nothing, s, and how often it is looked at.
+# How long to wait for the reader of a full pipe that never blocks, s, and the interval of the attempts.
 _PATIENCE_S, _POLL_S = 10.0, 0.01
 
 
 class _Dropping(io.RawIOBase):
-    """A file whose writing never fails: from the first failure on, all is dropped. `lost` is why data were lost."""
+    """A file whose writing never fails: after the first failure all output is dropped; `lost` is the reason."""
 
     def __init__(self, below: Any, lost: str = "") -> None:
         self._below, self._is_open, self.lost = below, below is not None, lost
@@ -127,11 +127,11 @@ class _Dropping(io.RawIOBase):
         return whole
 
     def _written(self, content: Any) -> int:
-        """Write what there is room for, and return how much; a full pipe that does not block is waited for."""
+        """Write as much as possible and return its length; wait for a full pipe that does not block."""
         patient_until = time.monotonic() + _PATIENCE_S
         while not (count := self._below.write(content)):
             if time.monotonic() > patient_until:
-                raise OSError(errno.EAGAIN, "its reader reads nothing")
+                raise OSError(errno.EAGAIN, "the reading program has stopped reading")
             time.sleep(_POLL_S)
         return int(count)
 
@@ -142,7 +142,7 @@ class _Dropping(io.RawIOBase):
     def fileno(self) -> int:
         """Return the descriptor of the file below."""
         if self._below is None:
-            raise io.UnsupportedOperation("there is no file below")
+            raise io.UnsupportedOperation("there is no underlying file")
         return int(self._below.fileno())
 
     def isatty(self) -> bool:
@@ -151,8 +151,8 @@ class _Dropping(io.RawIOBase):
 
 
 def stand_in() -> None:
-    """Put such streams in the place of standard output and error; outputs that are closed become the null device."""
-    for descriptor in (0, 1, 2):  # in order: else the next file to be opened would be taken for an output
+    """Replace standard output and error with such streams, and closed outputs with the null device."""
+    for descriptor in (0, 1, 2):  # in order: otherwise the next opened file would become an output
         with suppress(OSError):
             os.fstat(descriptor)
             continue
@@ -161,7 +161,7 @@ def stand_in() -> None:
 
 
 def _over(stream: Any) -> io.TextIOWrapper:
-    """Return a stream that does as another does, and drops what that refuses."""
+    """Return a stream over another one that drops the output which that refuses."""
     if stream is None:
         return io.TextIOWrapper(io.BufferedWriter(_Dropping(None, "it is closed")), "utf-8", "replace")
     below = getattr(stream.buffer, "raw", stream.buffer)

@@ -53,7 +53,7 @@ def test_study_is_finished_whatever_becomes_of_its_output(tmp_path: Path, where:
     assert (tmp_path / "out" / "screen.json").is_file()
     assert "Traceback" not in done.stderr
     if code and "2>" not in where:
-        assert "standard output: " in done.stderr and "files are written" in done.stderr
+        assert "standard output: " in done.stderr and "files are complete" in done.stderr
 
 
 @full
@@ -91,4 +91,4 @@ def test_a_full_pipe_that_does_not_block_is_waited_for(monkeypatch: pytest.Monke
         if is_read:
             reader.join()
     os.close(source)
-    assert (len(found), stream.lost) == ((size, "") if is_read else (0, "its reader reads nothing"))
+    assert (len(found), stream.lost) == ((size, "") if is_read else (0, "the reading program has stopped reading"))
