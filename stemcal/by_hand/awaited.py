@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import Waiting
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.outputs import make_folder, write_output

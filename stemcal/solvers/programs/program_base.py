@@ -10,10 +10,10 @@ from typing import Any, ClassVar, Self
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.outputs import write_output
+from stemcal.processes import Ended, run_program
 from stemcal.solvers.options import ProgramOptions
 from stemcal.solvers.programs.inputs import OUTPUT, Inputs, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.solvers.time_limited_program import Ended, run_program
 from stemcal.study.model import Study
 from stemcal.study.types.placeholders import fill
 
