@@ -15,7 +15,6 @@ FLOORS = {
     "stemcal.version": 0,
     "stemcal.words": 0,
     "stemcal.files": 1,
-    "stemcal.outputs": 1,
     "stemcal.interrupts": 0,
     "stemcal.processes": 1,
     "stemcal.naming": 0,

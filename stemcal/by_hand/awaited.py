@@ -7,9 +7,9 @@ from typing import Any
 
 from stemcal.errors import Waiting
 from stemcal.executors.base import InlineExecutor
+from stemcal.files.durable import make_folder, write_atomic
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
-from stemcal.outputs import make_folder, write_output
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore
@@ -80,7 +80,7 @@ def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path,
     if sheet.exists() and sheet.read_bytes() != text.encode():
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
         sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
-    write_output(sheet, text)
+    write_atomic(sheet, text)
     _write_inputs(study.by_hand, folder, runs)
     return sheet, len(runs)
 

@@ -14,7 +14,7 @@ from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import Session, existing_folder, opened, read_study
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.files.plain import read_plain
+from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.plain import read_plain
+from stemcal.files.reading import read_plain
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files import encodings
+from stemcal.files import reading
 from stemcal.measured.headings import familiarity, shown
 from stemcal.measured.lines import Line
 
@@ -30,7 +30,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
     ('Сила, Н', 'cp1251')
     """
     try:
-        found = encodings.decoded(content, [encoding] if encoding else _guesses(content))
+        found = reading.decoded(content, [encoding] if encoding else _guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {shown(encoding or '')[1:-1]}: unknown; take utf-8, utf-16, gbk or another of Python's"
@@ -43,7 +43,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
 
 def _guesses(content: bytes) -> Iterator[str]:
     """Yield Unicode, then, unless it is UTF-16, the encodings of one or two bytes a letter, the likeliest first."""
-    yield from (unicode := list(encodings.unicodes(content)))
+    yield from (unicode := list(reading.unicodes(content)))
     if unicode != ["utf-8"]:
         return
     begin = content[:_BEGINNING]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stemcal.files.durable import MAX_BYTES, digest
-from stemcal.files.plain import open_plain, read_plain
+from stemcal.files.reading import open_plain, read_plain
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.registry import code_version

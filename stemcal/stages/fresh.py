@@ -14,7 +14,7 @@ from typing import Any, TypeGuard
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.files.durable import digest
-from stemcal.files.plain import holds
+from stemcal.files.reading import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.plain import open_plain, read_plain
+from stemcal.files.reading import open_plain, read_plain
 from stemcal.solvers.deck.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail

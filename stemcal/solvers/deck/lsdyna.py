@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.encodings import lenient
-from stemcal.files.plain import open_plain
+from stemcal.files.reading import lenient, open_plain
 from stemcal.processes import Ended
 from stemcal.solvers.deck.peak import Array, ContactForce
 from stemcal.solvers.deck.radioss_files import DECK

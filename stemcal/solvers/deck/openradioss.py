@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import SimulationFailed
-from stemcal.outputs import write_output
+from stemcal.files.durable import write_atomic
 from stemcal.processes import Ended
 from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck.installation import Installation, installation, program_version
@@ -143,7 +143,7 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
     engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
     if TITLES not in engine:
         engine = f"{engine.rstrip()}\n{TITLES}\n"
-    write_output(folder / ENGINE_INPUT, engine)
+    write_atomic(folder / ENGINE_INPUT, engine)
 
 
 def _engine_ran(folder: Path, ended: Ended) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import MIB
+from stemcal.files.reading import MIB
 from stemcal.measured.sheets import MAX_CELLS, decoded, is_foreign, is_workbook, opening, text_of_cell
 from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study

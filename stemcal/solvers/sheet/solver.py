@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import read_plain
-from stemcal.outputs import make_folder
+from stemcal.files.durable import make_folder
+from stemcal.files.reading import read_plain
 from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.protocol import Answer, Request, Solver
