@@ -18,7 +18,7 @@ from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:
-    from stemcal.by_hand.entering import Entered
+    from stemcal.by_hand import Entered
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study
 
@@ -224,11 +224,11 @@ def enter(
     """Enter results of runs done by hand, then continue the study.
 
     Correct rows are recorded, the others are listed with their errors. For a run that was not possible write
-    [bold]failed: why[/bold]; with --replace, [bold]withdrawn[/bold] removes a result.
+    [bold]failed: why[/bold]; with --replace this also removes an earlier result.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.by_hand.entering import Correction, enter, user_name
+    from stemcal.by_hand import Correction, enter, user_name
     from stemcal.cli.run import go_through
     from stemcal.solvers.sheet.reading import filled
 

@@ -16,7 +16,7 @@ from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.registry import package_hash
 from stemcal.solvers.measures import measures
-from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
 from stemcal.words import series
 
@@ -63,7 +63,7 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.
     """
-    if record["reason"] in ACCIDENTS or record["reason"] == WITHDRAWN:
+    if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
     return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)
