@@ -349,8 +349,8 @@ def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sort
             known = [each[i] for at, each in before if at == condition and i < len(each)]
             for key, value, others in _suspects(values, known):
                 message = (
-                    f"{fresh[key].filled.run} has {response.name} = {value:.6g}, but the {len(others)} others are between "
-                    f"{min(others):.4g} and {max(others):.4g}; correct it, or confirm it with --yes"
+                    f"{fresh[key].filled.run} has {response.name} = {value:.6g}, but the {len(others)} others are "
+                    f"between {min(others):.4g} and {max(others):.4g}; correct it, or confirm it with --yes"
                 )
                 doubted.setdefault(key, RowRefused(fresh[key].filled, "far_off", message))
     kept = {name: [one for one in getattr(found, name) if one.key not in doubted] for name in ("new", "others")}
