@@ -81,7 +81,7 @@ def executor_called(name: str, workers: int | None) -> Callable[[float | None], 
     if not host or not port.isdigit():
         raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
     if workers is not None:
-        raise UsageError("--workers is for --executor local; a cluster has the workers you start there")
+        raise UsageError("--workers applies to --executor local; a cluster has the workers you start there")
     from stemcal.executors.cluster import DaskExecutor
 
     return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)
@@ -157,7 +157,7 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
     path = folder_of(study, out)
     if not path.is_dir():
-        raise UsageError(f"{path} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+        raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or name the folder with --out")
     return StudyFolder(path)
 
 

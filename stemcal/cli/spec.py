@@ -26,9 +26,11 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Write the keys that have a default as well.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Include the keys that have a default.")] = False,
 ) -> None:
-    """Write NAME.yaml, a commented spec to start from. An existing file is never overwritten.
+    """Write a commented spec to start from.
+
+    The file is NAME.yaml; an existing file is not overwritten.
 
     Example: [bold]stemcal init my-stems[/bold]
     """
@@ -65,7 +67,7 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise UsageError(f"{path} exists already; choose another name or remove it first") from None
+        raise UsageError(f"{path} already exists; choose another name or remove it first") from None
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
 
@@ -74,9 +76,9 @@ def write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """Report every mistake in a spec; without mistakes list runs, time and memory.
+    """Report all mistakes in a spec; if it has none, its runs and their cost.
 
-    Nothing is computed and nothing is written. Runs already in the study folder are not counted again.
+    It computes no run and writes no file. Time and memory exclude runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
@@ -103,7 +105,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         *(str(one) for one in before if one.severity == "warning"),
     ]
     found = None
-    if not too_much:  # else its mesh would be built to be timed
+    if not too_much:  # the plan builds a mesh to time it
         path = folder_of(study, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
@@ -151,7 +153,7 @@ def not_ready(study: Study) -> list[str]:
     try:
         make_solver(study).prepare()
     except UsageError as error:
-        return [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
+        return [f"no run can start on this machine: {line}" for line in str(error).splitlines()]
     return []
 
 

@@ -75,7 +75,7 @@ def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
     assert all(Path(path).is_file() for path in drawn)
     refused = command("export", "figures", REPLAY, "pie", "--out", done)
     assert refused.exit_code == 2
-    assert "no figure 'pie'; there are pareto, half-normal" in refused.stderr
+    assert "no figure 'pie'; figures: pareto, half-normal" in refused.stderr
 
 
 @pytest.mark.slow
@@ -151,8 +151,8 @@ def test_doctor_solves_its_known_answer() -> None:
     found: dict[str, Any] = json.loads(result.stdout)["result"]
     rows = {row["what"]: row for row in found["found"]}
     assert (result.exit_code, found["ok"]) == (0, True)
-    assert "exact 0.03685" in rows["known answer: solver"]["found"]
-    assert command("doctor").stdout.count("known answer") == 1
+    assert "exact 0.03685" in rows["self-test: solver"]["found"]
+    assert command("doctor").stdout.count("self-test") == 1
 
 
 def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,7 +161,7 @@ def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "stretched_bar", lambda: (0.04, 0.03))
     result = command("doctor")
     assert result.exit_code == 1
-    assert "WRONG  known answer: solver" in result.stdout
+    assert "WRONG  self-test: solver" in result.stdout
 
 
 def test_explain_takes_words_without_quotes() -> None:
