@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting
-from stemcal.cli.options import AsJson
+from stemcal.cli.session import AsJson
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import opened
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.typed import to_json

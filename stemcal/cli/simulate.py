@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Quiet, Spec
-from stemcal.cli.session import read_study, require_sense
+from stemcal.cli.session import AsJson, Quiet, Spec, read_study, require_sense
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.showing import csv_text

@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.blade import Blade
-from stemcal.cutting.build import build, stem_mesh
+from stemcal.cutting.build import MeshSize, build, in_phases, mean_over_phases, mesh_size, placed, stem_mesh
 from stemcal.cutting.end_state import Shape, shape_of
 from stemcal.cutting.parts import (
     SHARES,
+    Blade,
     Discretisation,
     Loading,
     ShearTest,
@@ -23,7 +23,6 @@ from stemcal.cutting.parts import (
     Symmetry,
     rate_filter,
 )
-from stemcal.cutting.phases import in_phases, mean_over_phases, placed
 from stemcal.cutting.result import (
     BreakWatch,
     CuttingResult,
@@ -34,7 +33,6 @@ from stemcal.cutting.result import (
     force_history,
     travel_at,
 )
-from stemcal.cutting.size import MeshSize, mesh_size
 from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [

@@ -21,7 +21,7 @@ from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.outcome import counted, identity_of, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.programs.inputs import file_hash
+from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SimulationFailed
+from stemcal.solvers import readers
 from stemcal.solvers.options import ResultReader
-from stemcal.solvers.programs import readers
-from stemcal.solvers.programs.readers import Series, plotted, read_curve, read_number, reduce_series
+from stemcal.solvers.readers import Series, plotted, read_curve, read_number, reduce_series
 
 SERIES = Series([1.0, 9.0, -2.0, 4.0], [0.0, 1.0, 2.0, 3.0])
 

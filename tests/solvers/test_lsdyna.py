@@ -19,8 +19,8 @@ from stemcal.solvers.deck.lsdyna import contact_force
 from stemcal.solvers.deck.peak import ContactForce, peak_answer
 from stemcal.solvers.deck.program import DeckProgram
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.readers import read_text
 from stemcal.study.model import GAP, LoadingSection, Study
 from stemcal.study.reading import load_study
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.radioss_files import TITLES
-from stemcal.solvers.programs.readers import NUMBER, required_number
+from stemcal.solvers.deck.writer import TITLES
+from stemcal.solvers.readers import NUMBER, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _BLOCK = re.compile(

@@ -7,14 +7,12 @@ from typing import Any, ClassVar
 
 from stemcal.files.durable import write_atomic
 from stemcal.solvers.deck import lsdyna, openradioss
-from stemcal.solvers.deck.form import form_of
+from stemcal.solvers.deck.cards import form_of
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
-from stemcal.solvers.deck.radioss_files import DECK, STARTER_INPUT, starter_text
-from stemcal.solvers.deck.writer import deck_text
+from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_text
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.programs.inputs import Inputs
-from stemcal.solvers.programs.program_base import Program
+from stemcal.solvers.program import Inputs, Program
 from stemcal.solvers.protocol import Answer, Request
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
