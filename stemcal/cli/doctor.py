@@ -107,7 +107,7 @@ def _cache() -> Iterator[Finding]:
     from stemcal.fem.kernels.cache import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
-    hint = f"not used, {reason}: each command compiles the kernels again; set STEMCAL_CACHE_DIR to your folder"
+    hint = f"not used, {reason}: kernels are kept among the temporary files; set STEMCAL_CACHE_DIR to your folder"
     yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 

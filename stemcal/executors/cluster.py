@@ -165,9 +165,6 @@ def end_session(session: str) -> None:
 def _started_processes() -> LocalExecutor:
     from distributed import get_worker
 
-    from stemcal.fem.kernels.cache import cache_folder
-
-    cache_folder()  # where the user's cannot be used, one temporary folder serves all processes of this worker
     return LocalExecutor(min(int(get_worker().state.nthreads), _MOST_PROCESSES))
 
 
