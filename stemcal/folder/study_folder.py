@@ -3,7 +3,7 @@
 A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
 where the system can flush a folder, a power cut. Each record carries the SHA-256 of its own content; one
 that does not match, or holds something else than a record, is set aside in ``runs/damaged`` and counts as missing.
-Stage files are sealed in the same way. Those of versions that did not seal them are read, and that is told.
+Stage files are sealed in the same way.
 """
 
 import errno
@@ -11,6 +11,7 @@ import json
 import logging
 import os
 import platform
+import re
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -27,6 +28,7 @@ from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import (
     Broken,
     as_json,
+    digest,
     make_folder,
     opened,
     plain,
@@ -38,14 +40,15 @@ from stemcal.files.durable import (
 from stemcal.files.reading import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
 
 logger = logging.getLogger(__name__)
 
 SCHEMA_VERSION = 2  # of stage files
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
-UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
+RECORD_VERSION = 4
+_KEY = re.compile(r"[0-9a-f]{32}")
+_RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 
@@ -92,7 +95,6 @@ class StudyFolder:
         self.path = Path(path)
         self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
         self._holds = Holder()
-        self._told: set[str] = set()
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
@@ -214,12 +216,12 @@ class StudyFolder:
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
         """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
         try:
-            record, has_seal = opened(self.record_path(key))
+            record = opened(self.record_path(key))
         except FileNotFoundError:
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        problem = problem_of(record, key) if has_seal else "has no SHA-256"
+        problem = problem_of(record, key)
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
@@ -237,7 +239,7 @@ class StudyFolder:
         write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal, to be believed; one that never had a seal is told of, once.
+        """Return a stage's JSON without its seal, to be believed.
 
         Raises
         ------
@@ -245,29 +247,26 @@ class StudyFolder:
             If the stage has not run yet, or its file is of another version, has changed since it was written or cannot
             be read.
         """
-        content, has_seal = self.examine_stage(stage)
+        content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             raise UsageError(
                 f"{self.path / stage}.json has schema version {version!r:.20}, this stemcal reads {SCHEMA_VERSION}; "
                 f"run `stemcal {stage} SPEC` again: recorded runs are not repeated"
             )
-        if not has_seal and stage not in self._told:
-            self._told.add(stage)
-            logger.warning("%s/%s.json %s; `stemcal %s SPEC` seals it", self.path, stage, UNSEALED, stage)
         return content
 
-    def examine_stage(self, stage: str) -> tuple[dict[str, Any], bool]:
-        """Return a stage's JSON without its seal, and whether it had one; raises as `read_stage` does."""
+    def examine_stage(self, stage: str) -> dict[str, Any]:
+        """Return a stage's JSON without its seal, of whatever version; raises as `read_stage` does."""
         path = self.path / f"{stage}.json"
         try:
-            content, has_seal = opened(path)
+            content = opened(path)
         except FileNotFoundError:
             raise UsageError(f"{path} is not there yet; run `stemcal {stage} SPEC` first") from None
         except Broken as broken:
             raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
         if content.get("stage") != stage:
             raise UsageError(f"{path} holds no {stage} stage; run `stemcal {stage} SPEC` again")
-        return content, has_seal
+        return content
 
     def has_stage(self, stage: str) -> bool:
         """Whether a stage has left its file."""
@@ -302,6 +301,37 @@ class StudyFolder:
                 file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
         except (OSError, StemcalError) as error:
             logger.warning("log.jsonl: %s", error)
+
+
+# ---- records: what one must hold, and that its key follows from it
+
+
+def is_key(text: str) -> bool:
+    """Tell whether a text may be the name of a record.
+
+    >>> is_key("0123456789abcdef" * 2), is_key("../x"), is_key("")
+    (True, False, False)
+    """
+    return _KEY.fullmatch(text) is not None
+
+
+def key_of(identity: Mapping[str, Any]) -> str:
+    """Return the name of the record of a run: a hash of what determines the answer."""
+    return digest(identity)[:32]
+
+
+def problem_of(record: Mapping[str, Any], key: str) -> str:
+    """Return what is wrong with a sealed record that lies under a key, "" if nothing is."""
+    if (version := record.get("record_version")) != RECORD_VERSION:
+        return f"is of record version {version!r:.20}, this stemcal reads {RECORD_VERSION}"
+    if missing := [name for name in _RECORDED if name not in record]:
+        return f"is not the record of a run: without {', '.join(missing)}"
+    status, response = record["status"], record["response"]
+    if status not in ("ok", "failed") or (status == "ok") != (response is not None):
+        return f"is not the record of a run: status {status!r:.20} with response {response!r:.20}"
+    if record.get("key") != key or key_of(record["identity"]) != key:
+        return "its name does not match the request that it contains"
+    return ""
 
 
 def _file_lock(path: Path, patience: float) -> FileLock:

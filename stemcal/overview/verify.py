@@ -28,12 +28,11 @@ class Damage:
 
 @dataclass(frozen=True)
 class StageState:
-    """A stage's file: what is wrong with it, what has changed since, whether it is sealed, its changed CSV tables."""
+    """A stage's file: what is wrong with it, what has changed since, its changed CSV tables."""
 
     stage: str
     problem: str
     changed: tuple[str, ...]
-    sealed: bool = True
     changed_tables: tuple[str, ...] = ()
 
 
@@ -85,7 +84,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
 
 def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> StageState:
     try:
-        content, sealed = folder.examine_stage(stage.name)
+        content = folder.examine_stage(stage.name)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             return StageState(stage.name, f"has schema version {version!r:.20}, not {SCHEMA_VERSION}", ())
         changed = changes_since(study, solver, folder, stage.name)
@@ -94,7 +93,7 @@ def _stage(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any])
             tables = tuple(changed_tables(stage.result().from_json(content), folder))
     except UsageError as error:
         return StageState(stage.name, _without_place(str(error), folder, stage), ())
-    return StageState(stage.name, "", tuple(changed), sealed, tables)
+    return StageState(stage.name, "", tuple(changed), tables)
 
 
 def _without_place(message: str, folder: StudyFolder, stage: Stage[Any]) -> str:

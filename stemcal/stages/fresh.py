@@ -133,7 +133,7 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
 
 def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
     """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
-    old = folder.examine_stage(stage)[0].get("inputs")
+    old = folder.examine_stage(stage).get("inputs")
     if not _is_of_this_code(old):
         return [CODE]
     try:
@@ -181,7 +181,7 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     if not folder.has_stage(stage):
         return
     try:
-        old = folder.examine_stage(stage)[0].get("inputs")
+        old = folder.examine_stage(stage).get("inputs")
     except UsageError:
         return
     if changed := _differences(old, inputs):
