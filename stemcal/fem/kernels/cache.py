@@ -2,7 +2,8 @@
 
 It is a private folder per user (`STEMCAL_CACHE_DIR` moves it), per installation and per state of the kernels' sources:
 numba by itself looks only at the file of the function that it caches, and would go on using a loop whose inlined parts
-have changed. Where it cannot be used, as on a read-only home, one among the temporary files serves.
+have changed. One that belongs to somebody else, or that others may write, is not used; nor can one on a read-only home
+be. One among the temporary files then serves.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ import hashlib
 import os
 import stat
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 import numba
@@ -33,46 +33,26 @@ def own_folder() -> Path:
 
 
 def unusable(folder: Path) -> str:
-    """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there."""
+    """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there.
+
+    It must be this user's and nobody else's to write; Windows keeps the user's cache in his profile, which is his.
+    """
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with suppress(FileExistsError):
-            folder.mkdir(mode=0o700)
-        reason = _mistrust(folder)
-        if not reason:
-            with tempfile.TemporaryFile(dir=folder) as file:
-                file.write(bytes(_ROOM))
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(_ROOM))
     except OSError as error:
         return f"{folder} cannot be written ({error.strerror})"
-    return reason
-
-
-def _mistrust(folder: Path) -> str:
-    """Return why what lies in a folder must not be executed, nothing if it may.
-
-    On POSIX the folder must be this user's, no link, and not for others to write; nor may others be able to put another
-    in its place. One that others can look into is closed to them. Windows keeps the user's cache in his profile.
-    """
-    if os.name == "nt":
-        return ""
-    around, top = folder.parent.stat(), folder.lstat()
-    if around.st_mode & stat.S_IWOTH and not around.st_mode & stat.S_ISVTX:
-        return f"{folder.parent} may be written by everyone"
-    if around.st_uid not in (os.geteuid(), 0) or top.st_uid != os.geteuid():
-        return f"{folder} is owned by another user, or lies in a folder of one"
-    if stat.S_ISLNK(top.st_mode):
-        return f"{folder} is a link"
-    if top.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    if os.name != "nt" and (found.st_uid != os.geteuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
         return f"{folder} may be written by others"
-    if top.st_mode & 0o077:
-        folder.chmod(0o700)
     return ""
 
 
 def _spare_folder() -> Path:
-    """Return a folder among the temporary files, the same for this user's later commands; else one for this process."""
-    user = os.geteuid() if hasattr(os, "geteuid") else "all"
-    found = Path(tempfile.gettempdir()) / f"stemcal-cache-{user}" / _name()
+    """Return a folder among the temporary files: the same for this user's later commands, else for this process."""
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    found = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"
     return Path(tempfile.mkdtemp(prefix="stemcal-kernels-")) if unusable(found) else found
 
 
