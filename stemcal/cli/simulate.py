@@ -198,7 +198,6 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
     from stemcal.solvers.measures import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
-    numbers.pop("peak_sd", None)
     warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses

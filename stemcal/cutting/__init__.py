@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import MeshSize, build, in_phases, mean_over_phases, mesh_size, placed, stem_mesh
+from stemcal.cutting.build import MeshSize, build, mesh_size, placed, stem_mesh
 from stemcal.cutting.end_state import Shape, shape_of
 from stemcal.cutting.parts import (
     SHARES,
@@ -50,8 +50,6 @@ __all__ = [
     "Supports",
     "Symmetry",
     "build",
-    "in_phases",
-    "mean_over_phases",
     "mesh_size",
     "placed",
     "rate_filter",

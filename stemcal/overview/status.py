@@ -45,7 +45,6 @@ class Entry:
     again: bool
     condition: float
     levels: dict[str, float]
-    phases: int | None = absent()
     element_size: str | None = absent()
     replicate: int | None = absent()
     started: str | None = None
@@ -57,10 +56,11 @@ class Entry:
     @property
     def request(self) -> Request:
         """What was asked."""
-        own = self.phases is None and self.element_size is None
+        own = self.element_size is None
         pictured = own and self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
-        mesh = (self.phases, self.element_size)
-        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, *mesh, self.replicate or 0)
+        return Request(
+            self.stage, self.run - 1, self.levels, self.condition, pictured, self.element_size, self.replicate or 0
+        )
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    levels, mesh = dict(request.levels), (request.phases, request.element_size, request.replicate or None)
+    levels, mesh = dict(request.levels), (request.element_size, request.replicate or None)
     if record is None:
         status = "damaged" if problem else "left"
         return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)

@@ -27,10 +27,8 @@ class Request:
         Outer diameter of the stem, mm; or the study's own condition, in its unit.
     pictured : bool
         Whether the answer is to tell what pictures of the run are made from, if the solver can.
-    phases : int, optional
-        Asked of the embedded solver: the mean over so many places of its mesh, in place of its own.
     element_size : str, optional
-        Asked of the embedded solver: elements of this size, as in a spec, at the place where its mesh stands.
+        Asked of the embedded solver: elements of this size, as in a spec.
     replicate : int
         Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
         by chance: its answer belongs to its stage and row too.
@@ -41,7 +39,6 @@ class Request:
     levels: Mapping[str, float]
     condition: float
     pictured: bool = False
-    phases: int | None = None
     element_size: str | None = None
     replicate: int = 0
 
