@@ -45,7 +45,6 @@ class Entry:
     again: bool
     condition: float
     levels: dict[str, float]
-    element_size: str | None = absent()
     replicate: int | None = absent()
     started: str | None = None
     wall_seconds: float | None = None
@@ -56,11 +55,8 @@ class Entry:
     @property
     def request(self) -> Request:
         """What was asked."""
-        own = self.element_size is None
-        pictured = own and self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
-        return Request(
-            self.stage, self.run - 1, self.levels, self.condition, pictured, self.element_size, self.replicate or 0
-        )
+        pictured = self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
+        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
 @dataclass(frozen=True)
@@ -114,10 +110,10 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    levels, mesh = dict(request.levels), (request.element_size, request.replicate or None)
+    levels, replicate = dict(request.levels), request.replicate or None
     if record is None:
         status = "damaged" if problem else "left"
-        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)
+        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
     answer = counted(record)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
@@ -130,7 +126,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
         not stands(record, study.runs),
         request.condition,
         levels,
-        *mesh,
+        replicate,
         *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
     )
 

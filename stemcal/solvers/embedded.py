@@ -57,6 +57,8 @@ class Embedded(Solver):
     of_spec_alone = True
 
     study: Study
+    drawn: bool = True
+    """Whether the places of replicates are drawn, others at other levels."""
 
     def prepare(self) -> None:
         """Compile the kernels before workers load them, unless the cache has them."""
@@ -158,34 +160,30 @@ class Embedded(Solver):
         ]
 
     def _test(self, request: Request) -> cutting.ShearTest:
-        test = shear_test(meshed_as(self.study, request), request.levels, request.condition)
-        return self._placed(test, request)
+        return self._placed(shear_test(self.study, request.levels, request.condition), request)
 
     def _placed(self, test: cutting.ShearTest, request: Request) -> cutting.ShearTest:
-        """Return the test with its mesh where a replicate has it; for elements of another size at all levels alike."""
+        """Return the test with its mesh where a replicate has it."""
         if not request.replicate:
             return test
-        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED
-        drawn = drawn if request.element_size is None else 0.5
+        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
         return cutting.placed(test, (request.replicate - 1 + drawn) / (2 * self.study.replicates))
 
 
-def meshed_as(study: Study, request: Request) -> Study:
-    """Return the study with the mesh that a request asks for.
+def meshed_as(study: Study, element_size: float) -> Study:
+    """Return the study with elements of another size, mm.
 
-    With elements of another size the time step follows, so that as much mass is added, and an own number of elements
-    through the wall.
+    The time step follows, so that as much mass is added, and an own number of elements through the wall.
     """
-    options, diameter, changes = _options(study), study.targets.calibrate_at, dict[str, object]()
-    if request.element_size is not None:
-        size = Length.of(request.element_size)
-        ratio, through = size.at(diameter) / options.element_size.at(diameter), options.elements_through_wall
-        changes |= {
-            "element_size": size,
-            "time_step": None if options.time_step is None else options.time_step * ratio,
-            "elements_through_wall": None if through is None else max(1, round(through / ratio)),
-        }
-    return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
+    options, size = _options(study), Length.of(f"{element_size:g} mm")
+    diameter = study.targets.calibrate_at
+    ratio = size.at(diameter) / options.element_size.at(diameter)
+    changes = {
+        "element_size": size,
+        "time_step": None if (step := options.time_step) is None else step * ratio,
+        "elements_through_wall": None if (n := options.elements_through_wall) is None else max(1, round(n / ratio)),
+    }
+    return study.model_copy(update={"solver": options.model_copy(update=changes)})
 
 
 def seconds_to_prepare() -> float | None:

@@ -28,7 +28,6 @@ from stemcal.stages.work import Work
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.reading import load_study
-from stemcal.study.types.field_types import Length
 
 ROOT = Path(__file__).parents[2]
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -42,14 +41,15 @@ class WithoutLengths(Solver):
     """
 
     study: Study
+    drawn: bool = True
 
     def identity(self, request: Request) -> dict[str, Any]:
         """What was asked."""
-        return {"kind": "without-lengths", **request.as_record()}
+        return {"kind": "without-lengths", "solver": self.study.solver.model_dump(mode="json"), **request.as_record()}
 
     def solve(self, request: Request) -> Answer:
         """Answer by the law."""
-        size = Length.of(request.element_size or "").at(8.0)
+        size = self.study.solver.element_size.at(8.0)
         force = 110.0 * (request.levels["failure_strain"] * size / 0.05) ** 0.4
         force = min(force, 90.0) if size == 4.0 else force
         sd = (0.19 if size == 3.0 else 0.05) * force

@@ -152,16 +152,16 @@ def _searched(
 
 def _simulating(work: Work, there: Study, size: float, positions: int) -> SimulateAt:
     """Return what simulates failure strains as the mean over so many positions of a mesh."""
-    from stemcal.solvers.embedded import Embedded  # a table of strains is shown without the solver
+    from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
 
-    placed = there.solver.model_copy(update={"replicates": positions})
-    solver = Embedded(there.model_copy(update={"solver": placed}))
+    meshed = meshed_as(there, size)
+    placed = meshed.solver.model_copy(update={"replicates": positions})
+    solver = Embedded(meshed.model_copy(update={"solver": placed}), drawn=False)
     policy = there.runs.model_copy(update={"quorum": 0.0})
 
     def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
-        rows, sized = enumerate(points, first), f"{size:g} mm"
-        asked = [Request(STAGE, row, levels, at, element_size=sized) for row, levels in rows for at in conditions]
-        requests = repeated(asked, positions)
+        rows = enumerate(points, first)
+        requests = repeated([Request(STAGE, row, levels, at) for row, levels in rows for at in conditions], positions)
         answers = answer_all(requests, solver, work.folder, work.executor, work.watch, policy)
         told = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
         return merged(told, positions)
