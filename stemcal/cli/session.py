@@ -23,7 +23,7 @@ def _spec_meant(given: Path) -> Path:
 
 Spec = Annotated[
     Path,
-    typer.Argument(metavar="SPEC", help="The study, a YAML file.", show_default=False, callback=_spec_meant),
+    typer.Argument(metavar="SPEC", help="Spec of the study, a YAML file.", show_default=False, callback=_spec_meant),
 ]
 
 Out = Annotated[
@@ -33,7 +33,7 @@ Out = Annotated[
 
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", "-j", metavar="N", min=1, help="Simulations at a time.", show_default="all cores"),
+    typer.Option("--workers", "-j", metavar="N", min=1, help="Parallel simulations.", show_default="all cores"),
 ]
 
 ExecutorName = Annotated[
@@ -41,7 +41,7 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="local|dask://HOST:PORT",
-        help="Where simulations are computed: here, or by the workers of your Dask scheduler.",
+        help="Run here or on a Dask cluster.",
     ),
 ]
 
@@ -53,10 +53,10 @@ def _name_envelope(ctx: typer.Context, value: bool) -> bool:
 
 
 AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.", callback=_name_envelope)
+    bool, typer.Option("--json", help="Print one JSON object and nothing else.", callback=_name_envelope)
 ]
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress and no notes.")]
 
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def check_executor(name: str, workers: int | None) -> None:
         if not host or not port.isdigit():
             raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
         if workers is not None:
-            raise UsageError("--workers is for --executor local; a cluster has the workers you start there")
+            raise UsageError("--workers applies to --executor local; a cluster has the workers you start there")
     elif name != "local":
         raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
 
@@ -206,5 +206,5 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
     path = folder_of(study, out)
     if not path.is_dir():
-        raise UsageError(f"{path} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+        raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or name the folder with --out")
     return StudyFolder(path)

@@ -1,6 +1,6 @@
-"""From a shear test to its finite element model: mesh, mirror planes, tools; how large it is, and at other places."""
+"""From a shear test to its finite element model: mesh, mirror planes, tools; how large the mesh will be."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil, floor, inf, pi, sin
 
 import numpy as np
@@ -193,19 +193,7 @@ def _supports(test: ShearTest) -> tuple[Tool, ...]:
     return tuple(Tool(corners, r, height) for corners in blocks)
 
 
-# ---- the mesh at other places: erosion takes whole elements, so the force depends on where nodes lie under the edge
-
-
-def placed(test: ShearTest, shift: float) -> ShearTest:
-    """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½.
-
-    A shift by s elements mirrors one by −s, so the midpoints of equal parts of [0, ½] stand for all places.
-    """
-    return replace(test, discretisation=replace(test.discretisation, symmetry="half", shift=shift))
-
-
-# ---- how large a mesh is, without building it
-
+# ---- the size of the mesh, without building it
 
 # What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
 _BYTES = 2900.0
@@ -224,7 +212,7 @@ class MeshSize:
 
 
 def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
-    """Return the size of the mesh that `build.stem_mesh` would make."""
+    """Return the size of the mesh that `stem_mesh` would make."""
     try:
         pairs, around, through = (
             float(count)

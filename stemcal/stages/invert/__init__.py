@@ -16,7 +16,7 @@ class Calibration(Stage["InvertResult"]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, reads, simulates = "invert", "Calibration", ("invert", "targets"), False
-    help = "Solve the surface for the measured value: calibrated parameters and how well they are known."
+    help = "Solve the surface for the calibrated parameters and their intervals."
 
     def needs(self, study: Study) -> str | None:
         return "rsm"

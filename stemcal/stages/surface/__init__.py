@@ -20,7 +20,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, reads = "rsm", "Response surface", ("rsm",)
-    help = "Simulate the central composite design and fit the response surface."
+    help = "Simulate the response surface design and fit the surface."
 
     def needs(self, study: Study) -> str | None:
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""

@@ -19,7 +19,7 @@ class Validating(Stage["ValidateResult"]):
     """The comparison with what was measured, at every condition."""
 
     name, title, reads, pictured = "validate", "Validation", ("targets", "validation"), True
-    help = "Simulate every measured response at every diameter or other condition with the calibrated parameters."
+    help = "Simulate all measured conditions with the calibrated parameters."
 
     def needs(self, study: Study) -> str | None:
         """Return the last stage at the solution that the study asks for."""
