@@ -6,7 +6,6 @@ that does not match, or holds something else than a record, is set aside in ``ru
 Stage files are sealed in the same way.
 """
 
-import errno
 import json
 import logging
 import os
@@ -50,7 +49,6 @@ RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
 _RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
-_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 
 
 @dataclass(frozen=True)
@@ -116,29 +114,21 @@ class StudyFolder:
 
     def lock(self) -> None:
         """Take the folder for this process; raise `FolderLocked` if another one has it."""
-        _make_folder(self.runs)
-        refuse_link(self.path / ".lock")
         try:
+            make_folder(self.runs)
+            refuse_link(self.path / ".lock")
             self._lock.acquire()
         except Timeout:
             raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
-        except NotImplementedError:
-            raise self._without_locks(os.strerror(errno.ENOSYS)) from None
-        except OSError as error:
-            if error.errno not in _NO_LOCKS:
-                raise
-            raise self._without_locks(error.strerror or str(error)) from None
+        except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
+            place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error
+            raise StemcalError(
+                f"{place}: {why}; choose another place with --out, on a disk that can lock files"
+            ) from None
         if self._lock.lock_counter == 1:
             self._holds = Holder(os.getpid(), socket.gethostname(), now())
             self._sign()
             remove_leftovers(self.path, self.runs)
-
-    def _without_locks(self, reason: str) -> StemcalError:
-        return StemcalError(
-            f"{self.path}: the file system there cannot lock files ({reason}), so that two commands could spoil each "
-            "other's results; name a folder on a local disk with --out, or have it mounted with locks (NFS: without "
-            "nolock and with its lock service, Lustre: with flock)"
-        )
 
     def unlock(self) -> None:
         """Give the folder back."""
@@ -359,10 +349,3 @@ def provenance() -> dict[str, str]:
 def now() -> str:
     """Return the time, UTC, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _make_folder(runs: Path) -> None:
-    try:
-        make_folder(runs)
-    except OSError as error:
-        raise StemcalError(f"{error.filename or runs}: {error.strerror}; choose another place with --out") from error
