@@ -59,8 +59,8 @@ READERS: dict[str, Callable[[str], object]] = {
     "differences": lambda text: differences(text, 1, WRITTEN),
     "problems": problems,
     "deleted": lambda text: deleted_elements(text, text),
-    "table": lambda text: contact_force(text, 1),
-    "rcforc": lambda text: rcforc_force(text, 1, "z"),
+    "table": lambda text: contact_force(text),
+    "rcforc": lambda text: rcforc_force(text),
 }
 TEXTS: dict[str, Callable[[int], str]] = {
     "line ends": lambda n: "\n" * n,

@@ -165,16 +165,11 @@ class _Step(NamedTuple):
     check: Callable[[Ended], None]
 
 
-def prepare(options: DeckSolver, folder: Path) -> None:
-    """Refuse to begin if a program is not there; `folder` is that of the spec."""
-    installation(options, folder)
-
-
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
     """Run the deck in `folder` and return its answer, or why there is none."""
     given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
     there, started = installation(options, spec_folder), partial(_starter_ran, folder, deck)
-    return run_programs(folder, there, options, given, started, partial(_read, folder, options, peak))
+    return run_programs(folder, there, options, given, started, partial(_read, folder, peak))
 
 
 def run_programs(
@@ -215,9 +210,9 @@ def run_programs(
             path.unlink(missing_ok=True)
 
 
-def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], _ended: Ended) -> Answer:
+def _read(folder: Path, peak: Callable[..., Answer], _ended: Ended) -> Answer:
     """Return the peak force by what the programs have left."""
-    contact = contact_force(read_text(folder, TABLE), 1)
+    contact = contact_force(read_text(folder, TABLE))
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), _text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)

@@ -12,7 +12,7 @@ from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
 from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_text
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.program import Inputs, Program
+from stemcal.solvers.program import Inputs, Program, executable
 from stemcal.solvers.protocol import Answer, Request
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
@@ -38,7 +38,11 @@ class DeckProgram(Program):
 
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""
-        (lsdyna if self._is_lsdyna else openradioss).prepare(self.options, self.study.source.parent)
+        folder = self.study.source.parent
+        if self._is_lsdyna:
+            executable(self.options.command[0], folder)
+        else:
+            openradioss.installation(self.options, folder)
 
     def _inputs(self) -> Inputs:
         return Inputs.of([], self.options.files)

@@ -28,6 +28,7 @@ TITLES = "/TH/TITLE"
 
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
+BLADE_CONTACT, SUPPORTS_CONTACT = 1, 2
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
 # Of tools that are held: the density over the stem's, and what they never reach.
 _HEAVY, _NEVER = 100.0, 1e6
@@ -159,7 +160,7 @@ def _motion(deck: Deck, of: str) -> Iterator[str]:
 
 
 def _contacts(deck: Deck) -> Iterator[str]:
-    """Yield blade and stem, interface 1, then stem and supports, interface 2."""
+    """Yield the contact of blade and stem, then that of stem and supports."""
     study, c = deck.study, deck.study.contact
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * DAMPING:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
@@ -168,8 +169,8 @@ def _contacts(deck: Deck) -> Iterator[str]:
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
     for number, name, tool, title, cards in (
-        (1, "ERODING", BLADE, "blade and stem", blade),
-        (2, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
+        (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
+        (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
     ):
         heading = f"{number:10d}{title}"
         yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", _pair(tool), *cards, title=heading)
