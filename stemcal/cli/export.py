@@ -8,8 +8,7 @@ import typer
 
 from stemcal.cli import export_program
 from stemcal.cli.console import say, say_json, say_tables
-from stemcal.cli.options import AsJson, Out, Spec
-from stemcal.cli.session import finished_work
+from stemcal.cli.session import AsJson, Out, Spec, finished_work
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:

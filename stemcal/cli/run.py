@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_whole, warn
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import Session, finished_work, opened
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage

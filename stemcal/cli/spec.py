@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
-from stemcal.cli.options import AsJson, Out, Spec, Workers
-from stemcal.cli.session import folder_of
+from stemcal.cli.session import AsJson, Out, Spec, Workers, folder_of
 from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
