@@ -287,10 +287,8 @@ def _deck_of_card(study: Study, found: SizedStrains, row: SizedStrain, program: 
     """Return the shear test with the elements and the failure strain there, whose card is written."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
-    from stemcal.solvers.protocol import Request
     from stemcal.stages.refine.element_size import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
-    request = Request("material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
     form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
-    return Deck.of(meshed_as(without_lengths(study), request), levels, found.condition, form)
+    return Deck.of(meshed_as(without_lengths(study), row.element_size), levels, found.condition, form)
