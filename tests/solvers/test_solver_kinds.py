@@ -13,8 +13,10 @@ from stemcal.errors import SpecError
 from stemcal.runs.outcome import code_of, record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.model import SOLVERS, RefineOptions, Study, StudyForm, solver_kind
+from stemcal.study.model import SOLVERS, Study, StudyForm
+from stemcal.study.model.whole_study import FIELDS
 from stemcal.study.reading import json_schema, load_study, sections
+from stemcal.study.types import solver_kind
 
 PACKAGE = Path(__file__).parents[2] / "stemcal"
 NAMES = {kind.name for kind in SOLVERS.built_in}
@@ -134,7 +136,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 def forget() -> None:
     """Have the spec's form made anew."""
-    for model in (RefineOptions, StudyForm, Study):
+    for model in (*FIELDS, StudyForm, Study):
         model.model_rebuild(force=True)
     sections._adapter.cache_clear()
     json_schema.form.cache_clear()

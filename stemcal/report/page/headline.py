@@ -81,7 +81,7 @@ def kind_of(study: Study) -> str:
 
 
 def _fitted(study: Study) -> list[str]:
-    return [study.naming.named(name).long for name in study.invert.responses]
+    return [study.naming.named(name).long for name in study.fitted_responses]
 
 
 def question(study: Study) -> str:
@@ -106,7 +106,7 @@ def _question(study: Study) -> str:
         stem = f"a simulated stem of {names.conditions([target.condition])} diameter"
         force = naming.response.text(target.response, ".6g")
         return f"{which} {stem} need the measured maximum cutting force of {force}?"
-    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
+    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.fitted_responses]
     responses = series(named.long for named, mean in means if mean is not None)
     measured = series(f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None)
     return f"{which} the simulated {responses}{names.at(target.condition)} equal the measured {measured}?"

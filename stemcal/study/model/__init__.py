@@ -4,7 +4,6 @@ A key of a spec is a field, and what it means stands below it: the JSON schema, 
 `stemcal init` writes, `check` and `explain` all take it from there.
 """
 
-from stemcal.study.model.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.measured_targets import LaboratoryMeans, LaboratorySection, Mean, Target, TargetRow, Targets
 from stemcal.study.model.shear_test import (
@@ -18,19 +17,9 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of
-from stemcal.study.model.stage_options import (
-    ClimbOptions,
-    InvertOptions,
-    RefineOptions,
-    RsmOptions,
-    RunsOptions,
-    ScreenOptions,
-    ValidateOptions,
-    factors_taken,
-    strongest_asked,
-)
-from stemcal.study.model.whole_study import Study, StudyForm
+from stemcal.study.model.whole_study import RunsOptions, Study, StudyForm
+from stemcal.study.types.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
+from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of
 
 # fmt: off
 __all__ = [
@@ -44,12 +33,10 @@ __all__ = [
     "SOLVERS",
     "AnySolver",
     "BladeSection",
-    "ClimbOptions",
     "ContactSection",
     "Factor",
     "Grades",
     "Growth",
-    "InvertOptions",
     "LaboratoryMeans",
     "LaboratorySection",
     "LoadingSection",
@@ -59,10 +46,7 @@ __all__ = [
     "Mesh",
     "OwnQuantity",
     "Parameter",
-    "RefineOptions",
-    "RsmOptions",
     "RunsOptions",
-    "ScreenOptions",
     "SolverKind",
     "SolverOptions",
     "SpecimenSection",
@@ -72,10 +56,7 @@ __all__ = [
     "Target",
     "TargetRow",
     "Targets",
-    "ValidateOptions",
     "exponents_in",
-    "factors_taken",
     "kind_of",
-    "strongest_asked",
 ]
 # fmt: on

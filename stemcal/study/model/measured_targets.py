@@ -20,9 +20,8 @@ from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import FIRST, Named, Naming, capital
-from stemcal.study.model.factor import Frozen, Size
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.types.field_types import ColumnName, Length, Quantity, StemLength, Whole, complain
+from stemcal.study.types.field_types import ColumnName, Frozen, Length, Quantity, Size, StemLength, Whole, complain
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],

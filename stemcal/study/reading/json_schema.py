@@ -9,8 +9,8 @@ from typing import Any
 
 from stemcal.registry import stages
 from stemcal.study.model import StudyForm
-from stemcal.study.model.factor import Frozen
-from stemcal.study.model.solver_kind import known_kinds
+from stemcal.study.types.field_types import Frozen
+from stemcal.study.types.solver_kind import known_kinds
 from stemcal.study.types.strict_yaml import NodePath
 
 _DEFS = "#/$defs/"
@@ -44,7 +44,7 @@ def _form() -> dict[str, Any]:
         if (further := stage.section()) is not None:
             own = further.model_json_schema()
             schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
-            schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}", "description": stage.title}
+            schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}"}
     models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
     for model in models:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
@@ -55,6 +55,9 @@ def _form() -> dict[str, Any]:
                 node = section["properties"][key]
                 meaning = field.description or said.get(name) or node.get("description", "")
                 node["description"] = " ".join(meaning.split())
+    for stage in stages().all:
+        if stage.name in schema["properties"]:
+            schema["properties"][stage.name]["description"] = " ".join((stage.purpose or stage.title).split())
     return schema
 
 
@@ -69,7 +72,7 @@ def _said_by_fields(model: type) -> dict[str, str]:
     It is read where it is wanted: `use_attribute_docstrings` of pydantic would read it in every command.
     """
     said = {}
-    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)]
+    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen) and kind is not StudyForm]
     for section in (ast.parse(getsource(kind)).body[0] for kind in own):
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):

@@ -4,10 +4,9 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.model.solver_kind import known_kinds
 from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
-from stemcal.study.rules.draft import Finding
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.solver_kind import known_kinds
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import listed, nearest
 
 _KINDS = {

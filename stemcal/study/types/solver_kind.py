@@ -13,8 +13,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from stemcal.note import Remedy
 from stemcal.registry import Registry
-from stemcal.study.model.factor import Frozen, Parameter
-from stemcal.study.types.field_types import Length
+from stemcal.study.types.factor import Parameter
+from stemcal.study.types.field_types import Frozen, Length
 
 Answers = Literal["computes", "looks_up", "asks_people"]
 
