@@ -7,8 +7,7 @@ from stemcal.executors.code import code_version
 from stemcal.names import Names
 from stemcal.note import Remedy
 from stemcal.numbers import short, significant, unit_written
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.showing import cited_ranges
+from stemcal.report.showing import showing_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
@@ -45,9 +44,8 @@ class Card:
 
 def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
     """Return a card per calibrated parameter; without its range where the study is not calibrated."""
-    if (invert := results.of(InvertResult)) is None:
-        return []
-    head, ranges = cited_ranges(invert)
+    cited = (found for result in results.done if (found := showing_of(result).cited(result)) is not None)
+    head, ranges = next(cited, ("", {}))
     return [
         Card(
             study.factor(name).label or name,
@@ -56,8 +54,8 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
             head,
             f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
         )
-        for name, value in results.parameters.items()
-        if name in invert.point.solution
+        for name, value in (results.parameters if ranges else {}).items()
+        if name in ranges
     ]
 
 

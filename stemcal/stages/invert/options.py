@@ -124,11 +124,9 @@ def growth_is_seen(draft: Draft) -> Iterator[Finding]:
     joint: Sequence[float] | str = draft.study.of(InvertOptions).conditions or [draft.study.targets.calibrate_at]
     fitted = [target.condition for target in draft.study.targets.means] if isinstance(joint, str) else joint
     for name, growth in draft.growing.items():
-        exponent = getattr(growth, "exponent", None)
-        if exponent not in chosen or exponent in EMBEDDED:
-            continue
-        if all(abs(d - growth.at) < 1e-9 * growth.at for d in fitted):
-            message = f"at {growth.at:g} mm, the only diameter that is fitted, {exponent} changes nothing"
+        exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
+        if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
+            message = f"at {at:g} mm, the only diameter that is fitted, {exponent} changes nothing"
             remedy = "write diameters: all under invert, or another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)
 

@@ -137,11 +137,15 @@ class RsmOptions(Frozen):
 
     def reach(self, k: int) -> float:
         """Return how far the outermost runs of `k` factors lie from the centre along an axis, in coded units."""
-        return float(surface_designs().named(self.design).reach(k, self.chosen()))
+        from stemcal.doe.designs.catalogue import surface_design
 
-    def radius(self, k: int) -> float | None:
+        return surface_design(self.design).reach(k, self.chosen())
+
+    def radius(self, k: int) -> float:
         """Return how far from the centre a surface of `k` factors may be trusted, in coded units."""
-        return surface_designs().named(self.design).radius(k, self.chosen())
+        from stemcal.doe.designs.catalogue import surface_design
+
+        return surface_design(self.design).radius(k, self.chosen())
 
 
 MOST_CCD_FACTORS = 8
@@ -242,8 +246,8 @@ def doubts(study: Study) -> Iterator[Finding]:
     if study.of(ScreenOptions).design == "none" or not isinstance(study.of(RsmOptions).factors, str):
         return
     for name, growth in study.material.growing().items():
-        exponent = getattr(growth, "exponent", None)
-        if exponent in study.names and math.isclose(growth.at, at, rel_tol=1e-9):
+        exponent, seen_at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
+        if exponent in study.names and math.isclose(seen_at, at):
             message = f"the screening, at {at:g} mm, cannot see {exponent}: there it changes nothing"
             remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)

@@ -345,4 +345,6 @@ class Study(StudyForm):
 
     @property
     def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
-        return next(fitted for stage in stages().built_in if (fitted := stage.fits(self)) is not None)
+        found: tuple[tuple[Target, ...], tuple[str, ...]]
+        found = next(fitted for stage in stages().built_in if (fitted := stage.fits(self)) is not None)
+        return found

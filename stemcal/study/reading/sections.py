@@ -212,7 +212,8 @@ def _learn_kinds(data: dict[str, Any]) -> None:
     named = (data.get("solver"), *(section.get("in") for section in sections))
     learned = [learn(solver.get("kind")) for solver in named if isinstance(solver, dict)]
     if any(learned):
-        for model in (*FIELDS, StudyForm, Study):
+        models: list[type[BaseModel]] = [*FIELDS, StudyForm, Study]
+        for model in models:
             model.model_rebuild(force=True)
         _adapter.cache_clear()
         form.cache_clear()
