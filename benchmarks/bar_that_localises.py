@@ -34,6 +34,7 @@ from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import simulate
+from stemcal.processes import Ended
 from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.fixed_width import Card, fitted, keyword
 from stemcal.solvers.deck.form import DeckForm
@@ -44,7 +45,6 @@ from stemcal.solvers.deck.writer import STEM, stem_material
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.inputs import discard, run_folder
 from stemcal.solvers.protocol import Answer
-from stemcal.solvers.time_limited_program import Ended
 
 Array = NDArray[np.float64]
 

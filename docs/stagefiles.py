@@ -18,7 +18,7 @@ Row = tuple[str, ...]
 
 def stage_files() -> list[tuple[str, Row, list[Row]]]:
     """Return title, heading and rows of a table for each stage file, and one for the CSV files."""
-    from stemcal.executors.inline import InlineExecutor
+    from stemcal.executors.base import InlineExecutor
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.study.reading import load_study
     from stemcal.workflow import calibrate

@@ -10,11 +10,12 @@ import logging
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from stemcal.version import __version__
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
@@ -155,6 +156,16 @@ def _may_declare(group: str) -> bool:
 
 def _package(entry: EntryPoint) -> str:
     return entry.value if entry.dist is None else f"{entry.dist.name} {entry.dist.version}"
+
+
+@cache
+def code_version() -> str:
+    """Return which code stemcal is: version and hash of the sources, alike on every system.
+
+    >>> code_version().startswith(f"{__version__}+")
+    True
+    """
+    return f"{__version__}+{hash_of(Path(__file__).parent)}"
 
 
 def package_hash(module: str) -> str:

@@ -15,9 +15,8 @@ FLOORS = {
     "stemcal.version": 0,
     "stemcal.words": 0,
     "stemcal.files": 1,
-    "stemcal.outputs": 1,
     "stemcal.interrupts": 0,
-    "stemcal.child": 1,
+    "stemcal.processes": 1,
     "stemcal.naming": 0,
     "stemcal.names": 1,
     "stemcal.note": 0,
@@ -70,7 +69,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.child", "stemcal.executors.machine", "stemcal.solvers.time_limited_program"),
+    "psutil": ("stemcal.processes", "stemcal.executors.machine"),
     "openpyxl": ("stemcal.measured",),
 }
 INSIDE_FUNCTIONS = (

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.regression.terms import term_columns
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.invert.result import InvertResult

@@ -11,7 +11,7 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder

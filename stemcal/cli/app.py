@@ -3,7 +3,6 @@
 Modules of commands import nothing heavy until a command runs, so `stemcal --help` answers at once.
 """
 
-import sys
 from typing import Annotated, Any
 
 import typer
@@ -20,8 +19,7 @@ from stemcal.cli import (
     simulate,
     status,
 )
-from stemcal.cli.console import fail
-from stemcal.cli.guard import exit_codes, lost_data, stand_in
+from stemcal.cli.guard import exit_codes, flush_all, steady_streams
 from stemcal.stages.stage import STAGES
 from stemcal.version import __version__
 
@@ -96,14 +94,11 @@ def stemcal(
 
 def main() -> None:
     """Entry point of the console script."""
-    stand_in()
+    steady_streams()
     try:
         app()
-    except SystemExit as ending:
-        if (why := lost_data()) and not ending.code:
-            fail(f"standard output: {why}; what was to be printed is lost, files are written")
-            sys.exit(1)
-        raise
+    finally:
+        flush_all()
 
 
 if __name__ == "__main__":

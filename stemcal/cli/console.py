@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import re
-import sys
 import time
 from collections.abc import Iterable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -52,6 +52,12 @@ def say_whole(*lines: str) -> None:
         stdout().print(line, soft_wrap=True)
 
 
+def say_text(text: str) -> None:
+    """Print a text on stdout as it stands."""
+    with suppress(BrokenPipeError):  # its reader has gone
+        print(text, flush=True)
+
+
 def height(line: str) -> int:
     """Return how many lines of the terminal a sentence takes."""
     console = stdout()
@@ -80,7 +86,7 @@ class Envelope:
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]
         said = {"command": self.command, "status": status, "result": plain(self.result), "notes": self.notes}
         self.command = ""
-        sys.stdout.write(json.dumps(said, indent=2, ensure_ascii=True, allow_nan=False) + "\n")
+        say_text(json.dumps(said, indent=2, ensure_ascii=True, allow_nan=False))
 
 
 envelope = Envelope()
@@ -154,6 +160,12 @@ class _Waiting:
         return f"{self._what}, {duration(time.monotonic() - self._began)}"
 
 
+def drop(stream: IO[str]) -> None:
+    """Have all that is written to a stream from now on go nowhere."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
     console = stderr()
     console.print(Text.assemble((f"{label}: ", f"bold {colour}"), console.render_str(text)), soft_wrap=whole)
@@ -173,6 +185,10 @@ class Terminal(Console):
         super().__init__(stderr=stderr, highlight=False, markup=False, emoji=False)
         if self.width > self.WIDEST:
             self.width = self.WIDEST
+
+    def on_broken_pipe(self) -> None:
+        """Go on with the work where a reader has gone."""
+        drop(self.file)
 
     def render_str(self, text: str, **how: Any) -> Text:
         """Return a text whose codes stay whole."""

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from stemcal.cli.console import envelope, say, say_json
+from stemcal.cli.console import envelope, say, say_json, say_text
 from stemcal.cli.options import AsJson
 from stemcal.errors import UsageError
 from stemcal.words import near, series
@@ -138,11 +138,10 @@ def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) 
 def _say_schema() -> None:
     """Print the schema as it goes into a file; with --json it is the result of the envelope."""
     import json
-    import sys
 
     from stemcal.study.reading.json_schema import json_schema
 
     if envelope.command:
         say_json(json_schema())
     else:
-        sys.stdout.write(json.dumps(json_schema(), indent=2, ensure_ascii=True) + "\n")
+        say_text(json.dumps(json_schema(), indent=2, ensure_ascii=True))

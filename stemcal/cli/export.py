@@ -184,8 +184,8 @@ def films(records: Records) -> list[str]:
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
     """Write the animation `name` as a GIF; the bare word means the calibration diameter. Returns the file."""
     from stemcal.cutting.end_state import Shape
+    from stemcal.files.durable import make_folder
     from stemcal.numbers import short
-    from stemcal.outputs import make_folder
     from stemcal.report.figures.frames import write_animation
     from stemcal.solvers.film import frames_of
 

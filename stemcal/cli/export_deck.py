@@ -12,8 +12,8 @@ from stemcal.cli.options import AsJson, Out, Quiet, Spec
 from stemcal.cli.session import folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
+from stemcal.files.durable import write_atomic
 from stemcal.numbers import significant
-from stemcal.outputs import write_output
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -68,7 +68,7 @@ def export_deck(
     deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
-        write_output(file, text)
+        write_atomic(file, text)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(file) for file in texts]

@@ -12,8 +12,8 @@ from stemcal.cli.console import note, say_json, say_tables
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import opened
 from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.typed import to_json
-from stemcal.outputs import make_folder, write_output
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -117,7 +117,7 @@ def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, 
         "files": [*files, "material.json"],
     }
     for name, text in (files | {"material.json": json.dumps(content, indent=2) + "\n"}).items():
-        write_output(folder / name, text)
+        write_atomic(folder / name, text)
     return content
 
 

@@ -11,8 +11,7 @@ import typer
 from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.options import AsJson, Quiet
 from stemcal.errors import UsageError
-from stemcal.files.encodings import decode
-from stemcal.files.plain import read_plain
+from stemcal.files.reading import decode, read_plain
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
@@ -239,7 +238,7 @@ def _beyond_stroke(tests: ShearTests, study: Study) -> str:
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
     """Change the text of a spec; one that would then be wrong is left as it was."""
-    from stemcal.files.durable import write_durably
+    from stemcal.files.durable import write_atomic
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
 
@@ -251,7 +250,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
         raise UsageError(f"{spec} is not text; save it in UTF-8")
     text = change(before)
     study = read_study(text.encode("utf-8"), spec)
-    write_durably(spec, text)
+    write_atomic(spec, text)
     return study
 
 
@@ -267,7 +266,7 @@ def _leave_files(
     folder: Path, content: Mapping[str, Any], rows: Table, figures: dict[str, Figure], section: str = ""
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
-    from stemcal.files.durable import as_json, write_durably
+    from stemcal.files.durable import as_json, write_atomic
     from stemcal.report.figures.style import save_both
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -275,7 +274,7 @@ def _leave_files(
     texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
     for name, text in texts.items():
         if text:
-            write_durably(folder / name, text)
+            write_atomic(folder / name, text)
     for name, figure in figures.items():
         save_both(figure, folder / name)
 

@@ -14,11 +14,11 @@ from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
 from stemcal.cli.session import Session, existing_folder, opened, read_study
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.files.plain import read_plain
+from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:
-    from stemcal.by_hand.entering import Entered
+    from stemcal.by_hand import Entered
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study
 
@@ -223,11 +223,11 @@ def enter(
     """Enter results of runs done by hand, then continue the study.
 
     Each row is checked; right rows are recorded, the others are listed with what is wrong. For a run that could not be
-    done write [bold]failed: why[/bold]; with --replace, [bold]withdrawn[/bold] takes a result back.
+    done write [bold]failed: why[/bold], with --replace also in the place of an earlier result.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.by_hand.entering import Correction, enter, user_name
+    from stemcal.by_hand import Correction, enter, user_name
     from stemcal.cli.run import go_through
     from stemcal.solvers.sheet.reading import filled
 

@@ -12,7 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.plain import read_plain
+from stemcal.files.reading import read_plain
 
 if TYPE_CHECKING:
     from stemcal.executors.base import RunExecutor
@@ -126,7 +126,7 @@ def opened(
 
 def _enter_own(work: Session, other: Path | None) -> None:
     """Enter the results in the sheet of the study folder."""
-    from stemcal.by_hand.entering import Correction, enter, user_name
+    from stemcal.by_hand import Correction, enter, user_name
     from stemcal.overview.status import SHEET
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
@@ -138,7 +138,7 @@ def _enter_own(work: Session, other: Path | None) -> None:
 
 def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
     """Write the sheet with what a stage waits for; return what to do with it."""
-    from stemcal.by_hand.awaited import hand_out
+    from stemcal.by_hand import hand_out
 
     sheet, count = hand_out(work.study, work.folder, waiting)
     work.folder.remember_spec(work.study.source)

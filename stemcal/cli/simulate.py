@@ -13,9 +13,9 @@ from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.cli.options import AsJson, Quiet, Spec
 from stemcal.cli.session import read_study, require_sense
 from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.durable import write_atomic
 from stemcal.files.showing import csv_text
 from stemcal.files.typed import from_json, to_json
-from stemcal.outputs import refuse_link, write_output
 from stemcal.words import nearest
 
 if TYPE_CHECKING:
@@ -165,8 +165,6 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
-        if path:
-            refuse_link(path)
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
@@ -216,7 +214,7 @@ def write_history(result: CuttingResult, path: Path) -> None:
     """Write the history, a column per quantity (s, mm, N, mJ)."""
     columns = vars(result.history)
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    write_output(path, csv_text([columns, *rows], newline="\r\n"))
+    write_atomic(path, csv_text([columns, *rows], newline="\r\n"))
 
 
 def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
@@ -287,4 +285,4 @@ def _write_curve(answer: Answer, path: Path) -> None:
     if (curve := answer.details.get("curve")) is None:
         raise UsageError("--csv: the answer of this program is a number without a curve")
     rows = zip(curve["travel"], curve["force"], strict=True)
-    write_output(path, csv_text([["travel", "force"], *rows], newline="\r\n"))
+    write_atomic(path, csv_text([["travel", "force"], *rows], newline="\r\n"))

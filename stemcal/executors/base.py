@@ -1,10 +1,15 @@
-"""What an executor of runs must offer beyond `concurrent.futures.Executor`, and what may go wrong with it."""
+"""What an executor of runs must offer beyond `concurrent.futures.Executor`, what may go wrong, and the simplest one."""
 
 from abc import abstractmethod
-from concurrent.futures import Executor
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
 from math import inf
+from typing import ParamSpec, TypeVar
 
 from stemcal.errors import StemcalError
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class RunExecutor(Executor):
@@ -32,3 +37,29 @@ class RunTimedOut(StemcalError):
 
 class ClusterLost(StemcalError):
     """The connection to the cluster broke: no run failed, but none can be computed now."""
+
+
+class InlineExecutor(RunExecutor):
+    """Computes in the calling thread while `submit` runs; for tables, tests and debuggers.
+
+    >>> with InlineExecutor() as executor:
+    ...     executor.submit(pow, 2, 10).result()
+    1024
+    """
+
+    ahead = 1
+
+    @property
+    def workers(self) -> int:
+        """The caller alone."""
+        return 1
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Call `fn` now and return its finished future."""
+        future: Future[T] = Future()
+        future.set_running_or_notify_cancel()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future

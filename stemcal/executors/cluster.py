@@ -23,8 +23,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.executors.base import ClusterLost, RunExecutor, WorkerDied
-from stemcal.executors.code import code_version
 from stemcal.executors.local import LocalExecutor
+from stemcal.registry import code_version
 from stemcal.version import __version__
 
 logger = logging.getLogger(__name__)

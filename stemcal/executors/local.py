@@ -1,28 +1,31 @@
 """The executor of one machine: a fixed number of worker processes, each of them expendable.
 
-`ProcessPoolExecutor` gives up every pending run when one worker dies. Here a dead worker costs the run it was
-at, nothing else: its future gets `WorkerDied`, the next run a new process. A run that takes longer than its time
-limit, counted from its own start, is ended with all that it has started, and its future gets `RunTimedOut`. What a
-worker loads or compiles before does not count, nor does time while this process is stopped.
+`ProcessPoolExecutor` gives up every pending run when one worker dies. Here a thread feeds each worker: one that dies
+costs the run it was at, nothing else; its future gets `WorkerDied`, the next run a new process. A run that takes longer
+than its time limit, counted from its own start, is ended with all that it has started, and its future gets
+`RunTimedOut`. What a worker loads or compiles before does not count, nor does time while this process is stopped.
 """
 
-import contextlib
 import pickle
-import queue
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal.executors.base import RunExecutor, RunTimedOut, WorkerDied
 from stemcal.executors.machine import available_cores
-from stemcal.executors.time_limited_worker import Call, WorkerThread
+from stemcal.processes import Child, ChildDied, ChildLate
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 __all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
+
+# The runs share the cores.
+_ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
 
 
 class LocalExecutor(RunExecutor):
@@ -31,7 +34,7 @@ class LocalExecutor(RunExecutor):
     Parameters
     ----------
     workers : int, optional
-        How many; default, one per core. Processes start when there is work for them, by ``spawn``.
+        How many; default, one per core. Processes start when there is work for them.
     time_limit : float, optional
         How long a call may take, s, counted from the moment a worker begins it.
 
@@ -43,10 +46,10 @@ class LocalExecutor(RunExecutor):
     def __init__(self, workers: int | None = None, time_limit: float | None = None) -> None:
         self._workers = max(1, workers if workers is not None else available_cores())
         self.time_limit = time_limit
-        self._calls: queue.SimpleQueue[Call | None] = queue.SimpleQueue()
-        self._threads: list[WorkerThread] = []
-        self._closed = False
-        self._lock = threading.Lock()
+        self._threads = ThreadPoolExecutor(self._workers, "worker")
+        self._own = threading.local()  # of each thread: its `child`
+        self._children: set[Child] = set()
+        self._stopping = threading.Event()
 
     @property
     def workers(self) -> int:
@@ -59,35 +62,22 @@ class LocalExecutor(RunExecutor):
 
     def submit_pickled(self, blob: bytes, time_limit: float | None) -> Future[Any]:
         """Queue a pickled (function, args, kwargs) with a time limit of its own."""
-        future: Future[Any] = Future()
-        with self._lock:
-            if self._closed:
-                raise RuntimeError("cannot submit to an executor that is shut down")
-            self._calls.put(Call(future, blob, time_limit))
-            if len(self._threads) < self.workers:
-                self._threads.append(WorkerThread(self._calls, f"worker {len(self._threads) + 1}"))
-                self._threads[-1].start()
-        return future
+        return self._threads.submit(self._computed, blob, time_limit)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Take no more calls; finish what is queued, or cancel it; then end the workers."""
-        with self._lock:
-            self._closed = True
-        if cancel_futures:
-            self._cancel_queued()
-        for _ in self._threads:
-            self._calls.put(None)
-        if wait:
-            for thread in self._threads:
-                thread.join()
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        if wait and self._children:
+            with ThreadPoolExecutor(len(self._children)) as dismissing:
+                dismissing.map(Child.dismiss, self._children)
+            self._children.clear()
 
     def stop(self) -> None:
         """End the workers now, in the middle of their runs, and cancel everything queued."""
-        with self._lock:
-            self._closed = True
-        self._cancel_queued()
-        for thread in self._threads:
-            thread.stop()
+        self._stopping.set()
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for child in list(self._children):
+            child.kill()
         self.shutdown()
 
     def __exit__(
@@ -98,10 +88,31 @@ class LocalExecutor(RunExecutor):
         else:
             self.stop()
 
-    def _cancel_queued(self) -> None:
-        with contextlib.suppress(queue.Empty):
-            while True:
-                call = self._calls.get_nowait()
-                if call is not None:
-                    call.future.cancel()
-                    call.future.set_running_or_notify_cancel()
+    def _computed(self, blob: bytes, limit: float | None) -> Any:
+        """Let the thread's worker compute a call; one that dies over it, or is late, is replaced for the next."""
+        try:
+            result, error = self._child().call(blob, limit)
+        except (ChildDied, ChildLate) as problem:
+            self._lose_child()
+            if self._stopping.is_set():
+                raise WorkerDied("stopped before it was done") from None
+            if isinstance(problem, ChildLate):
+                raise RunTimedOut(limit or 0.0) from None
+            raise WorkerDied(f"the worker process ended: {problem}") from None
+        if error is not None:
+            raise error
+        return result
+
+    def _child(self) -> Child:
+        """Return the worker of this thread, started if there is none."""
+        if getattr(self._own, "child", None) is None:
+            self._own.child = Child(_ONE_THREAD)
+            self._children.add(self._own.child)
+        if self._stopping.is_set():  # which may have come while it started
+            raise ChildDied("stopped")
+        return self._own.child  # type: ignore[no-any-return]
+
+    def _lose_child(self) -> None:
+        self._own.child.kill()
+        self._children.discard(self._own.child)
+        self._own.child = None

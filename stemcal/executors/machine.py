@@ -1,10 +1,8 @@
 """The machine that this process runs on: its cores and its memory."""
 
-import contextlib
 import os
 import sys
 from pathlib import Path
-from typing import Any
 
 from stemcal.errors import UsageError
 
@@ -19,10 +17,11 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-def machine_memory() -> float | None:
-    """Return how many bytes of memory this process may use at most, None where the system does not tell."""
-    known = [memory for memory in (_installed(), *map(_limit, _LIMITS)) if memory]
-    return min(known, default=None)
+def machine_memory() -> float:
+    """Return how many bytes of memory this process may use at most: those of the machine, or of its container."""
+    import psutil
+
+    return min([float(psutil.virtual_memory().total), *(limit for place in _LIMITS if (limit := _limit(place)))])
 
 
 def free_memory() -> float:
@@ -48,26 +47,6 @@ def require_address_space() -> None:
             f"this process may use {had:.0f} MiB of address space, and {needed:.0f} MiB are needed: "
             "raise the limit (ulimit -v unlimited)"
         )
-
-
-def _installed() -> float | None:
-    if sys.platform == "win32":
-        return _installed_on_windows()
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
-    except (OSError, ValueError):
-        return None
-
-
-def _installed_on_windows() -> float | None:
-    import ctypes
-
-    kibibytes = ctypes.c_ulonglong(0)
-    with contextlib.suppress(AttributeError, KeyError, OSError):
-        kernel: Any = vars(ctypes)["windll"].kernel32
-        if kernel.GetPhysicallyInstalledSystemMemory(ctypes.byref(kibibytes)):
-            return 1024.0 * kibibytes.value
-    return None
 
 
 def _limit(place: str) -> float | None:

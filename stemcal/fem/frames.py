@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import PLASTIC_STRAIN, STRESS
 from stemcal.fem.state import State
-from stemcal.outputs import write_output
+from stemcal.files.durable import write_atomic
 
 Array = NDArray[np.float64]
 Values = NDArray[np.generic]
@@ -118,7 +118,7 @@ def write_pvd(path: Path, frames: Sequence[tuple[float, str]]) -> None:
 
 def _write(path: Path, kind: str, content: str) -> None:
     opening = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
-    write_output(path, f'<?xml version="1.0"?>\n{opening}\n{content}\n</VTKFile>\n')
+    write_atomic(path, f'<?xml version="1.0"?>\n{opening}\n{content}\n</VTKFile>\n')
 
 
 def _data_array(name: str, values: Values) -> str:

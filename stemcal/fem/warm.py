@@ -14,7 +14,6 @@ from pathlib import Path
 import llvmlite.binding
 from filelock import FileLock
 
-from stemcal.child import Child
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
@@ -23,6 +22,7 @@ from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 from stemcal.interrupts import put_off
+from stemcal.processes import Child
 
 logger = logging.getLogger(__name__)
 
@@ -148,8 +148,7 @@ def _compiled_elsewhere() -> bool:
     try:
         child = Child()
         try:
-            child.tell(pickle.dumps((compile_all, (), {})))
-            _, error = child.answer()
+            _, error = child.call(pickle.dumps((compile_all, (), {})))
             if error is not None:
                 raise error
             child.dismiss()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import StemcalError
-from stemcal.files.plain import MIB, read_plain
+from stemcal.files.reading import MIB, read_plain
 
 SEAL = "sha256"
 MAX_BYTES = 64 * MIB
@@ -23,8 +23,10 @@ _PREFIX = ".writing-"
 _counter = itertools.count()
 
 
-def write_durably(path: Path, text: str) -> None:
-    """Replace `path` by `text`: temporary file beside it, flush to disk, rename, flush the folder.
+def write_atomic(path: Path, content: str | bytes) -> None:
+    """Replace `path` by a content: temporary file beside it, flush to disk, rename, flush the folder.
+
+    A link in its place, which somebody else may have laid there, is replaced; what it leads to stays as it is.
 
     Raises
     ------
@@ -34,7 +36,8 @@ def write_durably(path: Path, text: str) -> None:
     temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_counter)}.tmp")
     try:
         with temporary.open("xb") as file:
-            file.write(text.encode("utf-8", "surrogateescape"))  # names of files that are not UTF-8
+            # names of files that are not UTF-8 come with surrogates
+            file.write(content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         _replace(temporary, path)
@@ -44,6 +47,25 @@ def write_durably(path: Path, text: str) -> None:
     finally:
         with suppress(OSError):
             temporary.unlink()  # gone already unless something failed
+
+
+def make_folder(path: Path) -> Path:
+    """Make a folder of stemcal's own, with those above it, unless it is there."""
+    refuse_link(path)
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def refuse_link(path: Path) -> None:
+    """Raise `StemcalError` if there is a link in the place of an output that is not replaced as a whole.
+
+    In a folder that several people can write, it could turn what is written onto any file of the user. The folder that
+    a user names with ``--out`` may be a link; what stemcal makes in it may not.
+    """
+    if path.is_symlink():
+        raise StemcalError(
+            f"{path} is a link, and outputs are not written through links; remove it, or name another place"
+        )
 
 
 _REMEDIES = {

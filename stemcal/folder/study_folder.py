@@ -24,12 +24,21 @@ from typing import Any, Self
 from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.files.durable import Broken, as_json, opened, plain, remove_leftovers, sealed, write_durably
-from stemcal.files.plain import read_plain
+from stemcal.files.durable import (
+    Broken,
+    as_json,
+    make_folder,
+    opened,
+    plain,
+    refuse_link,
+    remove_leftovers,
+    sealed,
+    write_atomic,
+)
+from stemcal.files.reading import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
 from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
-from stemcal.outputs import make_folder, open_output, refuse_link, write_output
 
 logger = logging.getLogger(__name__)
 
@@ -147,7 +156,7 @@ class StudyFolder:
 
     def _sign(self) -> None:
         with suppress(OSError, StemcalError):
-            write_output(self._holder_file, as_json(to_json(self._holds)))
+            write_atomic(self._holder_file, as_json(to_json(self._holds)))
 
     def holder(self) -> Holder | None:
         """Return what the process that works here tells of itself, None if there is none."""
@@ -189,7 +198,7 @@ class StudyFolder:
     def save(self, record: Mapping[str, Any]) -> None:
         """Write a record whole or not at all; `record["key"]` names it."""
         path = self.record_path(record["key"])
-        write_durably(path, sealed({"record_version": RECORD_VERSION, **record}))
+        write_atomic(path, sealed({"record_version": RECORD_VERSION, **record}))
 
     def load(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal; one that is damaged is set aside. None if there is none."""
@@ -225,7 +234,7 @@ class StudyFolder:
 
     def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
         """Write a stage's JSON and its seal, whole or not at all; the same content gives the same bytes."""
-        write_durably(self.path / f"{stage}.json", sealed(content))
+        write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
         """Return a stage's JSON without its seal, to be believed; one that never had a seal is told of, once.
@@ -266,13 +275,13 @@ class StudyFolder:
 
     def write_csv(self, name: str, table: Table) -> None:
         """Write a table as ``name.csv``."""
-        write_durably(self.path / f"{name}.csv", table.csv())
+        write_atomic(self.path / f"{name}.csv", table.csv())
 
     # ---- the spec
 
     def remember_spec(self, spec: Path) -> None:
         """Keep the place of the spec, so that results can be opened by their folder alone."""
-        write_durably(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
+        write_atomic(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
 
     def remembered_spec(self) -> Path | None:
         """Return the place of the spec, None if it is unknown."""
@@ -288,7 +297,8 @@ class StudyFolder:
         entry = {"time": now(), "event": event, **plain(facts)}
         line = json.dumps(entry, ensure_ascii=False, allow_nan=False)
         try:
-            with open_output(self.path / "log.jsonl", append=True) as file:
+            refuse_link(self.path / "log.jsonl")
+            with (self.path / "log.jsonl").open("ab") as file:
                 file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
         except (OSError, StemcalError) as error:
             logger.warning("log.jsonl: %s", error)

@@ -3,13 +3,12 @@
 import io
 import re
 import zipfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files import encodings
+from stemcal.files import reading
 from stemcal.measured.headings import familiarity, shown
 from stemcal.measured.lines import Line
 
@@ -30,7 +29,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
     ('Сила, Н', 'cp1251')
     """
     try:
-        found = encodings.decoded(content, [encoding] if encoding else _guesses(content))
+        found = reading.decoded(content, [encoding] if encoding else _guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {shown(encoding or '')[1:-1]}: unknown; take utf-8, utf-16, gbk or another of Python's"
@@ -43,7 +42,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
 
 def _guesses(content: bytes) -> Iterator[str]:
     """Yield Unicode, then, unless it is UTF-16, the encodings of one or two bytes a letter, the likeliest first."""
-    yield from (unicode := list(encodings.unicodes(content)))
+    yield from (unicode := list(reading.unicodes(content)))
     if unicode != ["utf-8"]:
         return
     begin = content[:_BEGINNING]
@@ -76,9 +75,8 @@ def is_foreign(content: bytes) -> bool:
     return content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(OTHERS)
 
 
-@contextmanager
-def opening(content: bytes, source: str) -> Iterator[Callable[..., Any]]:
-    """Yield `load`, which opens the workbook with options of openpyxl's; what goes wrong meanwhile is named.
+def sheets(content: bytes, source: str) -> list[tuple[str, list[Line]]]:
+    """Return title and lines of every sheet that is not empty.
 
     Raises
     ------
@@ -92,7 +90,8 @@ def opening(content: bytes, source: str) -> Iterator[Callable[..., Any]]:
             unpacked = sum(entry.file_size for entry in archive.infolist())
         if unpacked > MAX_UNPACKED:
             raise UsageError(f"{source} unpacks to more than {MAX_UNPACKED // 2**20} MiB; save its sheet as CSV")
-        yield lambda **options: openpyxl.load_workbook(io.BytesIO(content), keep_links=False, **options)
+        book = openpyxl.load_workbook(io.BytesIO(content), keep_links=False, read_only=True, data_only=True)
+        return [(sheet.title, lines) for sheet in book.worksheets if (lines := list(_lines(sheet, source)))]
     except UsageError:
         raise
     except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
@@ -100,13 +99,6 @@ def opening(content: bytes, source: str) -> Iterator[Callable[..., Any]]:
         raise UsageError(
             f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
         ) from None
-
-
-def sheets(content: bytes, source: str) -> list[tuple[str, list[Line]]]:
-    """Return title and lines of every sheet that is not empty; `UsageError` as of `opening`."""
-    with opening(content, source) as load:
-        book = load(read_only=True, data_only=True)
-        return [(sheet.title, lines) for sheet in book.worksheets if (lines := list(_lines(sheet, source)))]
 
 
 def _lines(sheet: Any, source: str) -> Iterator[Line]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import MIB, open_plain
+from stemcal.files.reading import MIB, open_plain
 from stemcal.measured import sheets
 from stemcal.measured.headings import NOT_MEANT, as_number, is_called, shown
 from stemcal.measured.lines import Line, broken_line, data_rows, data_run, heading_of, like_data, split

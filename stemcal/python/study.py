@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from stemcal import workflow
-from stemcal.by_hand.awaited import awaited_runs, gone_on
-from stemcal.by_hand.entering import Correction, enter, require_sheet, user_name
+from stemcal.by_hand import Correction, awaited_runs, enter, gone_on, require_sheet, user_name
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor

@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.executors.code import code_version
 from stemcal.files.durable import MAX_BYTES, digest
-from stemcal.files.plain import open_plain, read_plain
+from stemcal.files.reading import open_plain, read_plain
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.registry import code_version
 from stemcal.report.records import spec_hash
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from functools import partial
 from pathlib import Path
 
 from stemcal.cutting.end_state import Shape
+from stemcal.files.durable import make_folder
 from stemcal.numbers import short
-from stemcal.outputs import make_folder
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.frames import fields, fracture_frames, mesh

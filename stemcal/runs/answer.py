@@ -12,8 +12,7 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
-from stemcal.executors.base import RunExecutor
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor, RunExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.runs.outcome import TRIES, counted, identity_of, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed

@@ -7,6 +7,7 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import fmean
 from typing import Any
 
 from stemcal.files.typed import absent
@@ -15,7 +16,7 @@ from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.registry import package_hash
 from stemcal.solvers.measures import measures
-from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import RunsOptions
 from stemcal.words import series
 
@@ -62,7 +63,7 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.
     """
-    if record["reason"] in ACCIDENTS or record["reason"] == WITHDRAWN:
+    if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
     return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)
@@ -195,3 +196,39 @@ def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
         message=answer.message,
         key=record_key(solver, request),
     )
+
+
+# ---- programs with chance in them: each point simulated several times over, each time a run of its own
+
+
+def repeated(requests: Sequence[Request], times: int) -> list[Request]:
+    """Return every request so many times over, numbered from 1; as it is for 0, which no chance is in."""
+    if not times:
+        return list(requests)
+    return [replace(request, replicate=number) for request in requests for number in range(1, times + 1)]
+
+
+def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
+    """Return one outcome for so many replicates of each point: the mean of those that succeeded."""
+    if not times:
+        return list(outcomes)
+    return [_mean(outcomes[i : i + times]) for i in range(0, len(outcomes), times)]
+
+
+def _mean(replicates: Sequence[Outcome]) -> Outcome:
+    done = [outcome for outcome in replicates if outcome.ok and outcome.response is not None]
+    first, keys = done[0] if done else replicates[0], tuple(outcome.key for outcome in replicates)
+    if not done:
+        return replace(first, replicates=Replicates((), keys))
+    further = {name: _values(done, name) for name in first.responses or {}}
+    values = _values(done, FIRST)
+    return replace(
+        first,
+        response=fmean(values),
+        responses={name: fmean(each) for name, each in further.items()} or None,
+        replicates=Replicates(values, keys, further or None),
+    )
+
+
+def _values(done: Sequence[Outcome], response: str) -> tuple[float, ...]:
+    return tuple(value for outcome in done if (value := outcome.of(response)) is not None)

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.naming import FIRST
+from stemcal.processes import Ended
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.programs.program_base import Program, executable, run_command
 from stemcal.solvers.programs.readers import read_curve, read_number
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
-from stemcal.solvers.time_limited_program import Ended
 
 
 @dataclass(frozen=True)

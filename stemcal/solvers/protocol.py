@@ -52,7 +52,6 @@ class Request:
 
 
 NOT_RUN = "not_run"  # the reason of a run that could not be done by hand
-WITHDRAWN = "withdrawn"  # the reason of a result that was taken back: the word on the sheet, too
 RESPONSES = "responses"  # among the details of an answer: further responses by name
 
 

@@ -13,11 +13,11 @@ from typing import Any, TypeGuard
 
 from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
-from stemcal.executors.code import code_version
 from stemcal.files.durable import digest
-from stemcal.files.plain import holds
+from stemcal.files.reading import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
+from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.outcome import counted, identity_of, stands
 from stemcal.solvers import make_solver

@@ -5,8 +5,7 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.by_hand.awaited import awaited_runs, gone_on
-from stemcal.by_hand.entering import Correction, Entered, enter
+from stemcal.by_hand import Correction, Entered, awaited_runs, enter, gone_on
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.sheet.columns import sheet_text
 from stemcal.solvers.sheet.reading import filled

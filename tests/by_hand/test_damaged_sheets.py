@@ -12,7 +12,7 @@ import openpyxl
 import pytest
 from sheets import Cells, awaited, entered, text_of
 
-from stemcal.by_hand.entering import Correction
+from stemcal.by_hand import Correction
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
@@ -267,9 +267,8 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "failed, nobody says why": (failed(REMARK, "failed"), {"no_reason": 1}),
     "failed with a result": (failed(REMARK, "failed: too wet", empty=False), {"failed_with_value": 1}),
     "a decimal point slipped": (put(ANGLE, "305"), {"far_off": 1}),
-    "withdrawn before it was there": (failed(ANGLE, "withdrawn"), {"nothing_to_withdraw": 1}),
-    "merged cells": (workbook(merged), {"unreadable": 2}),
-    "a formula that was not calculated": (cell("=A1*2"), {"unreadable": 1}),
+    "merged cells": (workbook(merged), {"incomplete": 1}),
+    "a formula that was not calculated": (cell("=A1*2"), {"incomplete": 1}),
     "a date that Excel made": (cell(datetime(2026, 2, 28)), {"unreadable": 1}),
     "a tick": (cell(True), {"unreadable": 1}),
 }  # fmt: skip

@@ -9,9 +9,9 @@ import pytest
 from sheets import ROOT, Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
 from stemcal import workflow
-from stemcal.by_hand.entering import Correction
+from stemcal.by_hand import Correction
 from stemcal.errors import Waiting
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
@@ -89,15 +89,6 @@ def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Pa
     assert record["details"]["replaced"][0]["because"] == "wrong column"
     awaited(study, folder)
     assert folder.read_stage("screen")["design"]["runs"][2]["response"] == 150.0
-
-
-def test_a_withdrawn_result_is_asked_for_again(tmp_path: Path) -> None:
-    study, folder, sheet = screened(tmp_path)
-    how = Correction("the blade was loose")
-    assert entered(study, folder, changed(sheet, "screen 5", "withdrawn"), how).replaced == ("screen 5",)
-    assert [row[0] for row in awaited(study, folder)] == ["run", "screen 5"]
-    assert entered(study, folder, text_of(sheet)).taken == ("screen 5",)
-    assert len(awaited(study, folder)) == 21
 
 
 def test_a_run_that_failed_counts_as_one(tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ import pytest
 from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
-from stemcal.executors.code import code_version
 from stemcal.files.durable import sealed
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.registry import code_version
 from stemcal.study.model import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")

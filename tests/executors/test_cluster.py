@@ -20,10 +20,9 @@ from test_local import Prepared
 import stemcal
 from stemcal import workflow
 from stemcal.errors import UsageError
-from stemcal.executors.base import ClusterLost, RunTimedOut, WorkerDied
-from stemcal.executors.code import code_version
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
 from stemcal.folder.study_folder import StudyFolder
+from stemcal.registry import code_version
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 
@@ -232,7 +231,7 @@ def test_another_version_is_refused(cluster: Cluster, monkeypatch: pytest.Monkey
 def test_code_that_differs_has_another_version_whatever_its_number(tmp_path: Path) -> None:
     copy = tmp_path / "stemcal"
     shutil.copytree(Path(stemcal.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    code = "from stemcal.executors.code import code_version; print(code_version())"
+    code = "from stemcal.registry import code_version; print(code_version())"
 
     def told() -> str:
         done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -20,7 +20,7 @@ from trying import CONFIGS, POSIX, results, trials
 
 from stemcal import workflow
 from stemcal.errors import StemcalError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 
 REPLAY = CONFIGS / "paper-replay.yaml"

@@ -15,7 +15,7 @@ from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 
 from stemcal import workflow
 from stemcal.errors import StemcalError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.durable import sealed
 from stemcal.folder import study_folder
 from stemcal.folder.study_folder import StudyFolder

@@ -18,7 +18,7 @@ from trying import CONFIGS, POSIX, command, trials
 
 from stemcal import workflow
 from stemcal.errors import SimulationFailed, SpecError, UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear

@@ -13,7 +13,7 @@ from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from trying import POINTS, POSIX, results
 
 from stemcal import workflow
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 
 pytestmark = POSIX

@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 
 from stemcal import workflow
 from stemcal.cli.app import app
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -14,11 +14,11 @@ import psutil
 import pytest
 
 import stemcal.fem.warm as module
-from stemcal.child import Child
 from stemcal.fem.kernels.cache import SPARE, cache_folder
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.warm import is_compiled, sweep, warm
 from stemcal.interrupts import heard
+from stemcal.processes import Child
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
 

@@ -8,7 +8,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal import workflow
 from stemcal.errors import UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, key, to_json
 from stemcal.folder.study_folder import StudyFolder

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names

@@ -7,7 +7,7 @@ import pytest
 from fakes import SpecSolver, make_study
 
 from stemcal import workflow
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.page.render import render, shown
 from stemcal.solvers.protocol import Answer, Request

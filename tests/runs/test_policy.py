@@ -9,7 +9,7 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 

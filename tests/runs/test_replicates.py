@@ -1,7 +1,6 @@
 """Points simulated several times over: their means, their scatter, their records."""
 
-from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.runs.replicates import merged, repeated
+from stemcal.runs.outcome import Outcome, Replicates, merged, repeated
 from stemcal.solvers.protocol import Request
 
 

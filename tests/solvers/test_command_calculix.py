@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stemcal import workflow
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request

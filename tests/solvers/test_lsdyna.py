@@ -11,7 +11,7 @@ import pytest
 from stemcal import workflow
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SimulationFailed, SpecError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.curve_modes import CurveModes, modes_of
 from stemcal.solvers import make_solver

@@ -7,7 +7,7 @@ from fakes import make_study
 
 from stemcal import workflow
 from stemcal.errors import UsageError, Waiting
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.solvers.protocol import Request

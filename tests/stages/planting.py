@@ -7,7 +7,7 @@ import pytest
 
 from stemcal import workflow
 from stemcal.errors import TargetUnreachable
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.results import Results, fresh_results

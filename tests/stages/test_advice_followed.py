@@ -18,7 +18,7 @@ from fakes import TWO_FACTORS, SpecSolver
 
 from stemcal import workflow
 from stemcal.errors import StemcalError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request

@@ -11,7 +11,7 @@ from fakes import FakeSolver, make_study
 from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names

@@ -9,7 +9,7 @@ from fakes import FakeSolver, lines, make_study
 from stemcal import workflow
 from stemcal.doe.regression.coding import Coding
 from stemcal.errors import SpecError, UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import judged, plan

@@ -14,7 +14,7 @@ import stemcal
 from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.progress import describe

@@ -9,7 +9,7 @@ import pytest
 
 from stemcal import workflow
 from stemcal.errors import UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.verify import inspect
 from stemcal.runs.answer import Progress, Watch, ignore

@@ -7,7 +7,7 @@ import pytest
 from fakes import FakeSolver
 
 from stemcal import workflow
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.solvers.protocol import Answer, Request

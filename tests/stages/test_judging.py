@@ -13,7 +13,7 @@ from fakes import TWO_FACTORS, SpecSolver, make_study
 from stemcal import workflow
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Remedy
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver

@@ -6,7 +6,7 @@ import pytest
 from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal import workflow
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.report.notes import shown_notes

@@ -10,7 +10,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, Waiting
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study

@@ -12,7 +12,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal import workflow
 from stemcal.doe.calibration.approach import JointTrial, missed
 from stemcal.errors import RunsFailed
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request

@@ -15,7 +15,7 @@ import stemcal
 from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError, UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.options import CommandSolver, EmbeddedSolver
 from stemcal.stages.stage import stage_called

@@ -9,7 +9,7 @@ from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal import workflow
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.measures import measures, work_until

@@ -11,7 +11,7 @@ import pytest
 
 from stemcal import workflow
 from stemcal.errors import SpecError, TargetUnreachable
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import Naming

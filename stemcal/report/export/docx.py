@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from stemcal.outputs import open_output
+from stemcal.files.durable import write_atomic
 from stemcal.report.figures.plot import Plot
 from stemcal.report.tables.columns import starred
 from stemcal.report.tables.printed import PaperTable
@@ -37,8 +37,9 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
         _add(document, table, begin=place == 0 or table.number != tables[place - 1].number + 1)
     for number, plot in enumerate(plots, 1):
         _add_figure(document, number, plot)
-    with open_output(path) as file:
-        document.save(file)
+    file = io.BytesIO()
+    document.save(file)
+    write_atomic(path, file.getvalue())
 
 
 def _add_figure(document: Any, number: int, plot: Plot) -> None:

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stemcal.files.durable import write_durably
+from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.showing import csv_text, in_a_line
-from stemcal.outputs import make_folder
 from stemcal.report.export.docx import write_word
 from stemcal.report.figures.plot import Plot
 from stemcal.report.tables.columns import starred
@@ -27,7 +26,7 @@ def export_tables(tables: Tables, kind: str, folder: Path, plots: Sequence[Plot]
     if kind == "docx":
         write_word(plain, plots, path)
     else:
-        write_durably(path, document(plain) if kind == "tex" else "\n".join(map(markdown, plain)))
+        write_atomic(path, document(plain) if kind == "tex" else "\n".join(map(markdown, plain)))
     return [path]
 
 
@@ -38,7 +37,7 @@ def _csv_files(tables: Tables, folder: Path) -> list[Path]:
         # a minus that spreadsheets take for one
         text = csv_text([(cell.replace("−", "-") for cell in row) for row in (table.heads, *table.cells)])
         paths.append(folder / f"table{table.number:02d}-{table.name}.csv")
-        write_durably(paths[-1], "\ufeff" + text)
+        write_atomic(paths[-1], "\ufeff" + text)
     return paths
 
 

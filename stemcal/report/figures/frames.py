@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
+from stemcal.files.durable import refuse_link
 from stemcal.numbers import fixed
-from stemcal.outputs import refuse_link
 from stemcal.report.figures.fracture import (
     EDGE,
     WHOLE,

@@ -13,8 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from stemcal.files.durable import write_atomic
 from stemcal.numbers import unit_written
-from stemcal.outputs import open_output, write_output
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
@@ -169,11 +169,13 @@ def save(figure: Figure, path: Path, dpi: float = 200) -> None:
     """Write a figure for use outside the page, on white; the suffix says the format."""
     kind = path.suffix.lower().removeprefix(".")
     logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)  # EPS has no transparency: known
-    with styled(), open_output(path) as file:
+    file = io.BytesIO()
+    with styled():
         if kind in _PACKED:
             _save_pixels(kind, figure, file, dpi)
         else:
             figure.savefig(file, format=kind, dpi=dpi, facecolor="white", metadata=_anonymous(kind))
+    write_atomic(path, file.getvalue())
 
 
 def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None:
@@ -223,8 +225,8 @@ def write_both(document: str, pixels: bytes, path: Path) -> list[Path]:
     """Write the `svg` and the `png` of a figure as ``path.svg``, on white, and ``path.png``; returns both."""
     files = [path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png")]
     # what lies below everything is the first thing drawn
-    write_output(files[0], document.replace("fill: none", "fill: #ffffff", 1))
-    write_output(files[1], pixels)
+    write_atomic(files[0], document.replace("fill: none", "fill: #ffffff", 1))
+    write_atomic(files[1], pixels)
     return files
 
 

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from stemcal.executors.code import code_version
 from stemcal.names import Names
 from stemcal.note import Remedy
 from stemcal.numbers import short, significant, unit_written
+from stemcal.registry import code_version
 from stemcal.report.showing import showing_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results

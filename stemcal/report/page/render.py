@@ -11,7 +11,7 @@ from pathlib import Path
 from markupsafe import Markup, escape
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import write_durably
+from stemcal.files.durable import write_atomic
 from stemcal.files.rows import Table, visible
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
@@ -100,7 +100,7 @@ def shown(study: Study, folder: StudyFolder, results: Results | None = None, ver
 def write_page(study: Study, folder: StudyFolder, what: Shown | None = None, last_line: str = "") -> Path:
     """Write ``report.html`` from the stages that are done; returns its path."""
     path = folder.path / "report.html"
-    write_durably(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
+    write_atomic(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
     return path
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
+from stemcal.processes import run_program
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.program_base import executable
-from stemcal.solvers.time_limited_program import run_program
 
 HOME = "OPENRADIOSS_PATH"
 # What the starter says of itself when asked, within so many seconds.

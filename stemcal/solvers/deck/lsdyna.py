@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.encodings import lenient
-from stemcal.files.plain import open_plain
+from stemcal.files.reading import lenient, open_plain
+from stemcal.processes import Ended
 from stemcal.solvers.deck.peak import Array, ContactForce
 from stemcal.solvers.deck.radioss_files import DECK
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.program_base import executable, run_command
 from stemcal.solvers.programs.readers import NUMBER, number_of, read_text
 from stemcal.solvers.protocol import Answer
-from stemcal.solvers.time_limited_program import Ended
 
 FORCES = "rcforc"
 # Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import SimulationFailed
-from stemcal.outputs import write_output
+from stemcal.files.durable import write_atomic
+from stemcal.processes import Ended
 from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck.installation import Installation, installation, program_version
 from stemcal.solvers.deck.listing import (
@@ -37,7 +38,6 @@ from stemcal.solvers.programs.inputs import OUTPUT
 from stemcal.solvers.programs.program_base import code_is_zero, run_in
 from stemcal.solvers.programs.readers import read_text
 from stemcal.solvers.protocol import Answer
-from stemcal.solvers.time_limited_program import Ended
 
 _LEAST_SECONDS = 2.0  # for each program, also after one that took all of the time
 
@@ -143,7 +143,7 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
     engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
     if TITLES not in engine:
         engine = f"{engine.rstrip()}\n{TITLES}\n"
-    write_output(folder / ENGINE_INPUT, engine)
+    write_atomic(folder / ENGINE_INPUT, engine)
 
 
 def _engine_ran(folder: Path, ended: Ended) -> None:

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stemcal.outputs import write_output
+from stemcal.files.durable import write_atomic
 from stemcal.solvers.deck import lsdyna, openradioss
 from stemcal.solvers.deck.form import form_of
 from stemcal.solvers.deck.model import Deck
@@ -58,9 +58,9 @@ class DeckProgram(Program):
         """Write the deck of a request."""
         self.inputs.write(folder, {})
         deck = self._deck(request)
-        write_output(folder / DECK, deck_text(deck))
+        write_atomic(folder / DECK, deck_text(deck))
         if not self._is_lsdyna and deck.nonlocal_length > 0.0:
-            write_output(folder / STARTER_INPUT, starter_text(deck, DECK))
+            write_atomic(folder / STARTER_INPUT, starter_text(deck, DECK))
 
     def _deck(self, request: Request) -> Deck:
         """Return the deck in the form that the program reads; for OpenRadioss without pictures, 50 files for a run."""

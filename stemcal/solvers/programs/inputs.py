@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.durable import digest
-from stemcal.files.plain import open_plain
+from stemcal.files.durable import digest, make_folder
+from stemcal.files.reading import open_plain
 from stemcal.naming import CUTTING, Naming
-from stemcal.outputs import make_folder
 from stemcal.solvers.protocol import Request
 from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
 

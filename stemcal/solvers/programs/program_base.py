@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.files.durable import write_atomic
 from stemcal.naming import Naming
-from stemcal.outputs import write_output
+from stemcal.processes import Ended, run_program
 from stemcal.solvers.options import ProgramOptions
 from stemcal.solvers.programs.inputs import OUTPUT, Inputs, discard, run_folder
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.solvers.time_limited_program import Ended, run_program
 from stemcal.study.model import Study
 from stemcal.study.types.placeholders import fill
 
@@ -154,7 +154,7 @@ def run_in(
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
         return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
-    write_output(folder / OUTPUT, ended.output)
+    write_atomic(folder / OUTPUT, ended.output)
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:

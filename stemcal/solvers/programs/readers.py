@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.encodings import lenient
-from stemcal.files.plain import MIB, read_plain
+from stemcal.files.reading import MIB, lenient, read_plain
 from stemcal.solvers.options import ResultReader
 
 Array = NDArray[np.float64]

@@ -2,15 +2,17 @@
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import MIB
-from stemcal.measured.sheets import MAX_CELLS, decoded, is_foreign, is_workbook, opening, text_of_cell
+from stemcal.files.reading import MIB
+from stemcal.measured.lines import Line
+from stemcal.measured.sheets import decoded, is_foreign, is_workbook, text_of_cell
+from stemcal.measured.sheets import sheets as tables_of
 from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
@@ -117,11 +119,18 @@ Lines = Sequence[tuple[int, Sequence[str]]]
 
 def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> list[Filled]:
     """Return the one sheet of a workbook that has a heading."""
-    sheets = [(title, lines) for title, lines in workbook_tables(content, source) if _head(lines) is not None]
+    tables = [(title, _filled_up(rows)) for title, rows in tables_of(content, source)]
+    sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
         raise UsageError(f"{source}: several of its sheets have a heading `{RUN}` ({titles}); leave one of them in it")
     return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
+
+
+def _filled_up(rows: Sequence[Line]) -> Lines:
+    """Return the rows of a sheet by number, all of one width."""
+    width = max(len(row.cells) for row in rows)
+    return [(number, [*row.cells, *[""] * (width - len(row.cells))]) for number, row in enumerate(rows, 1)]
 
 
 def _split(text: str, source: str) -> Lines:
@@ -217,33 +226,3 @@ def _of(cells: Sequence[str], columns: Mapping[Field, int], name: str) -> str:
 
 def _at(cells: Sequence[str], place: int) -> str:
     return narrow(cells[place]) if place < len(cells) else ""
-
-
-MERGED = "[merged cells]"
-
-
-def workbook_tables(content: bytes, source: str) -> list[tuple[str, list[tuple[int, list[str]]]]]:
-    """Return title and (row number, cells) of every sheet of a workbook.
-
-    A formula that was never calculated appears as it is written, a cell merged with one of another row as `MERGED`, an
-    error as its sign: none of them passes for a value. `UsageError` as of `opening`.
-    """
-    with opening(content, source) as load:
-        pairs = zip(load(data_only=True).worksheets, load(data_only=False).worksheets, strict=True)
-        return [(sheet.title, list(_rows(sheet, formulas, source))) for sheet, formulas in pairs]
-
-
-def _rows(sheet: Any, formulas: Any, source: str) -> Iterator[tuple[int, list[str]]]:
-    if sheet.max_row * sheet.max_column > MAX_CELLS:
-        raise UsageError(f"{source}: sheet {sheet.title!r} has more than {MAX_CELLS:,} cells; save the sheet alone")
-    merged = {cell for area in sheet.merged_cells.ranges if area.min_row != area.max_row for cell in area.cells}
-    for row in range(1, sheet.max_row + 1):
-        found = [
-            MERGED if (row, column) in merged else _text(sheet.cell(row, column), formulas.cell(row, column))
-            for column in range(1, sheet.max_column + 1)
-        ]
-        yield row, found
-
-
-def _text(cell: Any, formula: Any) -> str:
-    return text_of_cell(formula.value if cell.value is None else cell.value)

@@ -1,17 +1,32 @@
 """Judge one row of a sheet: which run it means, and its result, or why it is refused."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from stemcal.errors import UsageError
+from stemcal.measured.headings import as_number
 from stemcal.naming import Named
-from stemcal.solvers.protocol import NOT_RUN, RESPONSES, WITHDRAWN, Answer, Request
+from stemcal.solvers.protocol import NOT_RUN, RESPONSES, Answer, Request
 from stemcal.solvers.sheet.columns import FAILED, REPLICATE, entered_responses, run_name
-from stemcal.solvers.sheet.numbers import Unread, number_in, readings
 from stemcal.solvers.sheet.reading import Filled
 from stemcal.study.model import Study
+from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
 
 _MOST_TOLD = 20
+MOST = 1e30  # numbers whose powers are still numbers
+_WITH_UNIT = re.compile(r"([-+−]?(?:\d[\d.,'’]*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.,].*)")
+_OTHER = {".": ",", ",": "."}
 _LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
+
+
+@dataclass(frozen=True)
+class Unread:
+    """Why a cell holds no number: it is ``no_number``, ``ambiguous``, ``too_large`` or of an ``other_unit``."""
+
+    why: str
+    unit: str = ""
+    readings: tuple[float, ...] = ()
 
 
 class RowRefused(UsageError):
@@ -84,8 +99,6 @@ def result_in(study: Study, row: Filled) -> Answer:
     """Return the result of a row: a value of every response, or why the run gave none."""
     said = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
     given = {name: text for name, text in row.values.items() if text and text not in said}
-    if any(text.casefold() == WITHDRAWN for text in given.values()):
-        return Answer("failed", reason=WITHDRAWN)
     if said and given:
         message = f"{row.run} has a value and is marked as failed; delete one of the two"
         raise RowRefused(row, "failed_with_value", message)
@@ -121,3 +134,51 @@ def unreadable(found: Unread, text: str, unit: str) -> str:
         "too_large": f"{text!r} is beyond 1e30; correct it",
         "other_unit": f"{text!r} is in {found.unit}, not in {unit}; convert it",
     }[found.why]
+
+
+# ---- a cell as a number in the unit that is wanted
+
+
+def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float | Unread:
+    """Return the number of a cell in the unit `wanted`; one without a unit has that of its column's `heading`.
+
+    >>> number_in("12,5", ".", "N", "N"), number_in("0.0125 kN", ".", "N", "N"), number_in("12.5", ".", "kN", "N")
+    (12.5, 12.5, 12500.0)
+    >>> number_in("1,234", ".", "N", "N").why, number_in("1,234", ",", "N", "N"), number_in("12 mm", ".", "N", "N").why
+    ('ambiguous', 1.234, 'other_unit')
+    """
+    found, unit = _number(cell, decimal), heading
+    if isinstance(found, Unread) and found.why == "no_number" and (match := _WITH_UNIT.fullmatch(cell)):
+        found, unit = _number(match[1], decimal), match[2].strip()
+    if isinstance(found, Unread):
+        return found
+    value = _converted(found, unit, wanted)
+    if value is None:
+        return Unread("other_unit", unit)
+    return value if abs(value) <= MOST else Unread("too_large")
+
+
+def readings(cell: str) -> list[float]:
+    """Return what a cell without a unit may mean, by either decimal mark."""
+    return [value for mark in _OTHER if (value := as_number(cell, mark)) is not None]
+
+
+def _number(cell: str, decimal: str) -> float | Unread:
+    """Read a number; a single mark before three digits, 1,234, means two things where the sheet does not tell."""
+    first, second = as_number(cell, decimal), as_number(cell, _OTHER[decimal])
+    if first is None or _OTHER[decimal] not in cell:
+        first, second = (second, None) if first is None else (first, None)
+    if first is None:
+        return Unread("no_number")
+    return first if second is None or second == first else Unread("ambiguous", readings=(first, second))
+
+
+def _converted(value: float, unit: str, wanted: str) -> float | None:
+    """Return a value in another unit, None if that is not known or measures something else."""
+    if unit == wanted or (not unit and wanted == "1"):
+        return value
+    try:
+        known, into = parse_unit(unit), parse_unit(wanted)
+        return value if known == into else from_internal(convert(value, unit, into.dimension), wanted)
+    except UnitError:
+        return None

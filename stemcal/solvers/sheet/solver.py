@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.plain import read_plain
-from stemcal.outputs import make_folder
+from stemcal.files.durable import make_folder
+from stemcal.files.reading import read_plain
 from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.sheet.columns import run_name
-from stemcal.solvers.sheet.numbers import Unread, number_in
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled
-from stemcal.solvers.sheet.rows import RowRefused, first_of, other_level, result_in, unreadable
+from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in, unreadable
 from stemcal.study.model import Study
 
 SHEET_VERSION = 1

@@ -11,8 +11,8 @@ from math import ceil, sqrt
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.errors import UsageError
-from stemcal.executors.code import code_version
 from stemcal.files.rows import Rows
+from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
 from stemcal.runs.outcome import Outcome, outcome_of
 from stemcal.solvers.protocol import Request

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.files.plain import open_plain
+from stemcal.files.reading import open_plain
 from stemcal.registry import stages
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections

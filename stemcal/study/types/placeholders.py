@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from stemcal.files.plain import MIB, read_plain
+from stemcal.files.reading import MIB, read_plain
 
 DIAMETER = "diameter"
 SEED, REPLICATE = CHANCE = ("seed", "replicate")

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from stemcal.files.encodings import decode
+from stemcal.files.reading import decode
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32

@@ -9,7 +9,7 @@ import pytest
 
 from stemcal import workflow
 from stemcal.errors import SpecError
-from stemcal.executors.inline import InlineExecutor
+from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import Study

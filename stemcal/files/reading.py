@@ -1,7 +1,55 @@
-"""Text in files that others wrote: which encoding it is in."""
+"""Files that others wrote: only plain ones are opened, so much is read of them, and their encoding is found out."""
 
 import codecs
+import errno
+import stat
 from collections.abc import Iterable, Iterator
+from io import BufferedReader
+from pathlib import Path
+
+MIB = 2**20
+
+
+def open_plain(path: Path) -> BufferedReader:
+    """Open a plain file for reading; a link to one is one.
+
+    Raises
+    ------
+    OSError
+        If there is none, or it is a folder, a device, a pipe or a socket.
+    """
+    mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is not a plain file but a device, a pipe or a socket", str(path))
+    return path.open("rb")
+
+
+def read_plain(path: Path, most: int) -> bytes:
+    """Return the content of a plain file of at most `most` bytes.
+
+    Raises
+    ------
+    OSError
+        As `open_plain` does, or if the file is larger.
+    """
+    with open_plain(path) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
+    return content
+
+
+def holds(path: Path, content: bytes) -> bool:
+    """Tell whether a plain file is there that holds just this."""
+    try:
+        return read_plain(path, len(content)) == content
+    except OSError:
+        return False
+
+
+# ---- text
 
 
 def decode(content: bytes) -> str | None:

@@ -1,32 +1,143 @@
-"""Enter the results of a sheet: every row is checked, the right ones are recorded, the others refused with a reason.
+"""Runs done by hand: which a study waits for, the sheet of them in its folder, and the results entered from a sheet.
 
-A result is recorded like that of any other run, with who entered it and when. One that is there already is never
-overwritten by another without a reason; the record then keeps the earlier one.
+Every row is checked; the right ones are recorded like any other run, with who entered them and when, the others refused
+with a reason. A result that is there already is never overwritten by another without a reason; the record then keeps
+the earlier one.
 """
 
 import getpass
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
-from stemcal.by_hand.awaited import gone_on, known_runs
-from stemcal.errors import StemcalError, UsageError
+from stemcal.errors import StemcalError, UsageError, Waiting
+from stemcal.executors.base import InlineExecutor
+from stemcal.files.durable import make_folder, write_atomic
 from stemcal.folder.study_folder import StudyFolder, now, provenance
 from stemcal.measured.statistics import grubbs
-from stemcal.runs.answer import keep
+from stemcal.naming import FIRST
+from stemcal.overview.plan import asked, missing
+from stemcal.overview.status import SHEET, ledger
+from stemcal.runs.answer import Watch, ignore, keep
 from stemcal.runs.outcome import answer_of, record_key, stands
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import RESPONSES, WITHDRAWN, Answer, Request, Solver
-from stemcal.solvers.sheet.columns import FAILED, entered_responses, run_name
+from stemcal.solvers.programs.inputs import seed_of
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
 from stemcal.solvers.sheet.reading import Filled, narrow
 from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run, result_in
+from stemcal.stages.fresh import make
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
 
 _SAME = 1e-9  # of a value: what writing and reading may change
 _DOUBTED = 1e-3  # chance that a value as far from the others comes of a normal sample
 _FEWEST = 4  # values that make a sample
+OLD, INPUTS = "sheets", "inputs"
+
+
+def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting | None:
+    """Take a study through its stages as far as its results allow; return what it waits for, None at the end.
+
+    Raises
+    ------
+    StemcalError
+        Whatever a stage raises for which results are no remedy.
+    """
+    try:
+        for stage in stages_of(study):
+            make(stage, study, folder, InlineExecutor(), watch)
+    except Waiting as waiting:
+        return waiting
+    return None
+
+
+def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
+    """Return the runs without results: all that the waiting stage will ask for, if that is known already.
+
+    Where equal runs may differ they are in random order, so that no drift is taken for an effect.
+    """
+    study = stage_called(waiting.stage).seen(study)
+    solver = make_solver(study)
+    wanted = {record_key(solver, request): request for request in waiting.requests}
+    for part in asked(study, solver, folder):
+        left = {record_key(solver, request): request for request in missing(part, study, solver, folder)}
+        if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
+            wanted = left
+    rows = list(wanted.values())
+    if study.replicates:
+        rows.sort(key=lambda row: seed_of(row))
+    return rows
+
+
+def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
+    """Return the runs whose results may be entered: those that are awaited, and those that have some."""
+    elsewhere = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
+    there = study.by_hand is not study
+    solver = make_solver(study.by_hand)
+    awaited = [] if waiting is None else list(waiting.requests)
+    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage in elsewhere) is there]
+    return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())
+
+
+def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path, int]:
+    """Write the sheet of the study folder; return its place and the number of runs without results.
+
+    It has the results that were entered, then a row for each run that is awaited. A sheet that differs is put aside.
+    """
+    runs = awaited_runs(study, folder, waiting)
+    rows: list[SheetRow] = [*_entered(study, folder, runs), *((run, {}) for run in runs)]
+    sheet, text = folder.path / SHEET, sheet_text(study.by_hand, rows)
+    if sheet.exists() and sheet.read_bytes() != text.encode():
+        stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
+        sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
+    write_atomic(sheet, text)
+    _write_inputs(study.by_hand, folder, runs)
+    return sheet, len(runs)
+
+
+def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
+    """Yield the runs whose results were entered, with these."""
+    solver = make_solver(study.by_hand)
+    left = {record_key(solver, run) for run in awaited}
+    for run in known_runs(study, folder, None):
+        record = folder.peek(key) if (key := record_key(solver, run)) not in left else None
+        if record is not None and "entered" in record["details"]:
+            yield run, _known(study.by_hand, record)
+
+
+def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
+    """Return what a record has for the columns of the sheet."""
+    details, first = record["details"], entered_responses(study)[0].name
+    said = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
+    if record["status"] != "ok":
+        return said | {REMARK: f"{FAILED}: {record['message']}"}
+    return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
+
+
+def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> None:
+    solver = make_solver(study)
+    for name, request in _named(study, runs):
+        solver.write_inputs(folder.path / INPUTS, name, request)
+
+
+def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
+    """Yield the folder of each run's input files, called by its run, its condition and its replicate.
+
+    No name has a space: decks include files by their paths, and not all programs read a path with spaces.
+    """
+    several = len({run.condition for run in runs}) > 1
+    for run in runs:
+        at = f"-at-{run.condition:g}" if several else ""
+        replicate = f"-replicate-{run.replicate}" if study.replicates > 1 else ""
+        yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run
+
+
+# ---- entering
 
 
 @dataclass(frozen=True)
@@ -180,9 +291,6 @@ def _against_record(
     """Sort a result into new, known and replacing; refuse one that is known otherwise."""
     filled = result.filled
     before = None if record is None or not stands(record, study.runs) else answer_of(record)
-    if before is None and result.answer.reason == WITHDRAWN:
-        message = f"{filled.run} has no result that could be withdrawn; delete the word"
-        raise RowRefused(filled, "nothing_to_withdraw", message)
     if before is None:
         found.new.append(result)
     elif _agree(before, result.answer) or (not how.replace and _was_replaced(record, result.answer)):
@@ -222,33 +330,29 @@ def _values(answer: Answer) -> list[float]:
 
 def _said(answer: Answer) -> str:
     """Return a result as a message has it."""
-    if answer.ok:
-        return ", ".join(f"{value:g}" for value in _values(answer))
-    return WITHDRAWN if answer.reason == WITHDRAWN else f"{FAILED}: {answer.message}"
+    return ", ".join(f"{value:g}" for value in _values(answer)) if answer.ok else f"{FAILED}: {answer.message}"
 
 
 def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sorted:
     """Refuse new values that are far from all others at their condition, by Grubbs' test, one after the other."""
+    fresh = {result.key: result for result in (*found.new, *found.others) if result.answer.ok}
+    records = [record for key in folder.keys() if key not in fresh and (record := folder.peek(key))]  # noqa: SIM118
+    there = [record for record in records if record["status"] == "ok" and stands(record, study.runs)]
+    before = [(record["request"]["condition"], _values(answer_of(record))) for record in there]
     doubted: dict[str, RowRefused] = {}
-    fresh = [result for result in (*found.new, *found.others) if result.answer.ok]
-    for condition in {result.request.condition for result in fresh}:
-        at = {result.key: result for result in fresh if result.request.condition == condition}
-        before = _recorded(folder, condition, {result.key for result in fresh}, study)
+    for condition in {result.request.condition for result in fresh.values()}:
         for i, response in enumerate(entered_responses(study)):
-            values = {key: _values(result.answer)[i] for key, result in at.items()}
-            for key, value, others in _suspects(values, [_values(answer)[i] for answer in before]):
-                filled = at[key].filled
+            own = {key: one.answer for key, one in fresh.items() if one.request.condition == condition}
+            values = {key: _values(answer)[i] for key, answer in own.items()}
+            known = [each[i] for at, each in before if at == condition and i < len(each)]
+            for key, value, others in _suspects(values, known):
                 message = (
-                    f"{filled.run} has {response.name} = {value:.6g}, the {len(others)} others are between "
+                    f"{fresh[key].filled.run} has {response.name} = {value:.6g}, the {len(others)} others are between "
                     f"{min(others):.4g} and {max(others):.4g}; correct it, or if it is right enter the sheet with --yes"
                 )
-                doubted.setdefault(key, RowRefused(filled, "far_off", message))
-    return replace(
-        found,
-        new=[result for result in found.new if result.key not in doubted],
-        others=[result for result in found.others if result.key not in doubted],
-        refused=[*found.refused, *doubted.values()],
-    )
+                doubted.setdefault(key, RowRefused(fresh[key].filled, "far_off", message))
+    kept = {name: [one for one in getattr(found, name) if one.key not in doubted] for name in ("new", "others")}
+    return replace(found, **kept, refused=[*found.refused, *doubted.values()])
 
 
 def _suspects(values: Mapping[str, float], before: Sequence[float]) -> Iterator[tuple[str, float, list[float]]]:
@@ -262,14 +366,6 @@ def _suspects(values: Mapping[str, float], before: Sequence[float]) -> Iterator[
         yield key, value, list(left)
 
 
-def _recorded(folder: StudyFolder, condition: float, besides: Iterable[str], study: Study) -> list[Answer]:
-    """Return the results at a condition that stand, without those that are to be replaced."""
-    records = [folder.peek(key) for key in folder.keys() if key not in besides]  # noqa: SIM118
-    there = [r for r in records if r is not None and r["request"]["condition"] == condition and stands(r, study.runs)]
-    count = len(entered_responses(study))
-    return [answer for r in there if (answer := answer_of(r)).ok and len(_values(answer)) == count]
-
-
 # ---- recorded
 
 
@@ -278,7 +374,6 @@ def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correctio
     before, filled, time = folder.peek(result.key), result.filled, now()
     told: dict[str, Any] = {"entered": time, "entered_by": filled.who or how.who}
     told |= {name: text for name, text in (("done", filled.when), ("remark", filled.remark)) if text}
-    message = result.answer.message
     if before is not None:
         old = {name: before[name] for name in ("status", "response", "reason", "message")}
         further = before["details"].get(RESPONSES)
@@ -287,7 +382,5 @@ def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correctio
         told["replaced"] = [*before["details"].get("replaced", []), entry]
         values = {"before": before["response"], "now": result.answer.response}
         folder.log("result_replaced", key=result.key, run=filled.run, reason=how.replace, **values)
-    if result.answer.reason == WITHDRAWN:
-        message = how.replace
-    answer = replace(result.answer, message=message, details={**result.answer.details, **told})
+    answer = replace(result.answer, details={**result.answer.details, **told})
     keep(result.key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)

@@ -1,8 +1,12 @@
-"""Python processes of our own that are told what to call: through standard input, answered through standard output.
+"""Processes: Python ones of our own that are told what to call, and programs within a time limit.
 
-A child finds modules where this process does, but does not import the script that runs here: so a script, or a
-notebook, needs no ``if __name__ == "__main__"``; what a child calls lies in modules. It ends when its input closes:
-with its parent, in whatever way that ended.
+A `Child` is called through standard input and answers through standard output. It finds modules where this process
+does, but does not import the script that runs here: so a script, or a notebook, needs no ``if __name__ ==
+"__main__"``; what a child calls lies in modules. It ends when its input closes: with its parent, in whatever way that
+ended.
+
+Nothing is left behind. A child leads a session, a program a group in it, and each is ended with these and with all
+that it has started. Only a process that has left the session, and whose parent is gone, is out of reach.
 """
 
 import gc
@@ -14,20 +18,26 @@ import struct
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import IO, Any
 
 import psutil
 
-from stemcal.interrupts import next_of
+from stemcal.interrupts import next_of, wait_until
 
-GRACE_S = 2.0  # for a child to end by itself
+GRACE_S = 2.0  # for a process to end by itself
 LOADING_S = 3600.0  # to import what a call needs and to compile
+_POLL_S = 0.01
+KEPT_BYTES = 64 * 1024  # the last of what a program prints
 _LENGTH = struct.Struct("<Q")
 _BEGUN = b"begun"
-_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+# On Windows Ctrl-C reaches all processes of a console but those of other groups.
+_APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 class ChildDied(Exception):
@@ -53,12 +63,13 @@ class Child:
     """
 
     def __init__(self, environment: Mapping[str, str] = {}) -> None:
-        code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve({os.getpid()})"
         self._process = subprocess.Popen(
-            [sys.executable or "python", "-P", "-c", code],
+            [sys.executable or "python", "-P", "-c", f"import sys; sys.path[:] = {sys.path!r}; {_SERVE}"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, **environment},
+            start_new_session=True,
+            creationflags=_APART,
         )
         self.pid = self._process.pid
         self._messages: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
@@ -74,16 +85,8 @@ class Child:
         ChildDied, ChildLate
             The child is gone, or not to be asked again.
         """
-        self.tell(blob)
-        return self.answer(limit)
-
-    def tell(self, blob: bytes) -> None:
-        """Have a call computed; its `answer` is to be asked for."""
         with suppress(OSError):  # it is gone, as the answer will tell
             _put(self._process.stdin, blob)
-
-    def answer(self, limit: float | None = None) -> tuple[Any, BaseException | None]:
-        """Return what `call` does, of the call that it has been told."""
         try:
             self._receive(LOADING_S)
         except ChildLate:
@@ -91,15 +94,9 @@ class Child:
         result, error = pickle.loads(self._receive(limit))
         return result, error
 
-    @property
-    def is_alive(self) -> bool:
-        """Whether the process is there to be asked."""
-        return self._process.poll() is None
-
     def kill(self) -> None:
         """End the process, and all that it has started, now."""
-        if self.is_alive:
-            end_tree(self.pid)
+        end_family(self.pid)
         self._process.wait()
 
     def dismiss(self) -> None:
@@ -144,32 +141,130 @@ def _ending(code: int | None) -> str:
     return f"exit code {code}"
 
 
-def end_tree(pid: int) -> None:
-    """Kill a process, its descendants and the process groups that these lead; what is gone already is no error.
+# ---- programs
 
-    A worker that runs an external program has children, often in groups of their own: killed alone, it would leave
-    them computing.
+
+@dataclass(frozen=True)
+class Ended:
+    """How a program ended: its exit code, whether it was stopped at its time limit, the last it printed."""
+
+    code: int
+    timed_out: bool
+    output: str
+    seconds: float
+
+
+def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, str], time_limit: float) -> Ended:
+    """Run a program in `folder` until it ends or `time_limit` seconds have passed.
+
+    Raises
+    ------
+    OSError
+        If it cannot be started.
     """
-    with suppress(psutil.Error):
-        root = psutil.Process(pid)
-        descendants = root.children(recursive=True)
-        root.kill()
-        for process in descendants:
-            if sys.platform != "win32":
-                with suppress(OSError):
-                    if os.getpgid(process.pid) == process.pid:
-                        os.killpg(process.pid, signal.SIGKILL)
+    started = time.monotonic()
+    process = subprocess.Popen(
+        list(command),
+        cwd=folder,
+        env={**os.environ, **environment},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        process_group=None if os.name == "nt" else 0,
+        creationflags=_APART,
+    )
+    tail = _Tail(process.stdout)
+    try:
+        timed_out = not wait_until(time_limit, partial(_has_ended, process))  # not while stopped itself
+        if timed_out:
+            end_family(process.pid, politely=True)
+    finally:
+        end_family(process.pid)
+        process.wait()
+    return Ended(process.returncode, timed_out, tail.text(), time.monotonic() - started)
+
+
+def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    return process.returncode is not None
+
+
+class _Tail:
+    """Reads a pipe to its end in a thread and keeps the last of it."""
+
+    def __init__(self, pipe: IO[bytes] | None) -> None:
+        self._kept = bytearray()
+        self._dropped = False
+        self._thread = threading.Thread(target=self._read, args=(pipe,), name="output", daemon=True)
+        self._thread.start()
+
+    def _read(self, pipe: IO[bytes]) -> None:
+        with pipe, suppress(OSError, ValueError):
+            while chunk := pipe.read1(65536):  # type: ignore[attr-defined]
+                self._kept += chunk
+                if len(self._kept) > KEPT_BYTES:
+                    self._dropped = True
+                    del self._kept[:-KEPT_BYTES]
+
+    def text(self) -> str:
+        """Return what was kept; a process that left its group may still hold the pipe, so the wait is short."""
+        self._thread.join(GRACE_S)
+        text = self._kept.decode("utf-8", "replace").removeprefix("\ufeff").replace("\0", "\N{REPLACEMENT CHARACTER}")
+        return f"[…]{text}" if self._dropped else text
+
+
+# ---- ending
+
+
+def end_family(pid: int, politely: bool = False) -> None:
+    """Kill a process, its descendants, and the group or session that it leads; what is gone already is no error.
+
+    Asked `politely`, they may end by themselves for a while. If the process itself is gone, group and session are left,
+    on Windows its children.
+    """
+    told: set[psutil.Process] = set()
+    deadline = time.monotonic() + GRACE_S
+    while (left := {one for one in told | _family(pid) if _runs(one)}) and time.monotonic() < deadline:
+        for process in left - told:
             with suppress(psutil.Error):
-                process.kill()
+                process.terminate() if politely else process.kill()
+        told |= left
+        time.sleep(_POLL_S)
+
+
+def _family(pid: int) -> set[psutil.Process]:
+    found = {process for process in psutil.process_iter() if _belongs(process, pid)}
+    for process in list(found):
+        with suppress(psutil.Error):
+            found.update(process.children(recursive=True))
+    return found
+
+
+def _belongs(process: psutil.Process, leader: int) -> bool:
+    """Whether a process, other than this one, is the leader or belongs to it."""
+    with suppress(OSError, psutil.Error):
+        leaders = process.ppid(), process.pid
+        if sys.platform != "win32":
+            leaders = os.getpgid(process.pid), os.getsid(process.pid)
+        return leader in leaders and process.pid != os.getpid()
+    return False
+
+
+def _runs(process: psutil.Process) -> bool:
+    with suppress(psutil.Error):
+        return process.status() != psutil.STATUS_ZOMBIE
+    return False
 
 
 # ---- in the child
 
 
-def serve(parent: int) -> None:
+_SERVE = f"from {__name__} import serve; serve()"
+
+
+def serve() -> None:
     """Answer calls from standard input until it closes. Runs in the child."""
-    _leave_signals_to_parent()
-    _end_with_thread_of(parent)
     source, target = _own_pipes()
     calls: queue.Queue[bytes | None] = queue.Queue()
     threading.Thread(target=_read, args=(source, calls), name="calls", daemon=True).start()
@@ -183,13 +278,6 @@ def serve(parent: int) -> None:
     gc.freeze()  # the interpreter would search all that is loaded for garbage before it ends
 
 
-def _leave_signals_to_parent() -> None:
-    """Ctrl-C reaches every process of a terminal; the parent decides what it means."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
 def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
     """Take the pipes of standard input and output for the calls; what a call prints goes to standard error."""
     source, target = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
@@ -201,25 +289,12 @@ def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
     return source, target
 
 
-def _end_with_thread_of(parent: int) -> None:
-    """Ask Linux to kill this process when the thread that started it ends.
-
-    `_read` ends it everywhere, but has to wait while compiled code holds the interpreter's lock.
-    """
-    if sys.platform == "linux":
-        import ctypes
-
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-        if os.getppid() != parent:  # it died before we asked
-            os._exit(1)
-
-
 def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
-    """Take calls until the pipe closes; then no answer is wanted, and the process ends, be it at work or not."""
+    """Take calls until the pipe closes; then no answer is wanted, and all ends that is still at work."""
     while (blob := _taken(source)) is not None:
         calls.put(blob)
     if calls.unfinished_tasks:
+        end_family(os.getpid())
         os._exit(1)
     calls.put(None)
 

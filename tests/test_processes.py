@@ -1,7 +1,8 @@
-"""A child computes calls, ends with its parent's wish, and is ended with all that it has started."""
+"""A child computes calls and ends with its parent's wish; it and a program are ended with all they have started."""
 
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import time
@@ -12,9 +13,10 @@ from typing import Any
 import psutil
 import pytest
 
-from stemcal import child as module
-from stemcal.child import Child, ChildDied, ChildLate, end_tree
+from stemcal import processes as module
+from stemcal.processes import Child, ChildDied, ChildLate, Ended, end_family, run_program
 
+posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals and sessions")
 TREE = """
 import subprocess, sys, time
 depth = int(sys.argv[1])
@@ -50,7 +52,7 @@ def test_it_finds_modules_where_this_process_does_and_not_this_script(
     script = tmp_path / "script.py"
     script.write_text(
         "X = 1; import pickle, sys; sys.path.append(sys.argv[1]); import elsewhere\n"
-        "from stemcal.child import Child; child = Child()\n"
+        "from stemcal.processes import Child; child = Child()\n"
         "print(child.call(pickle.dumps((elsewhere.main, (), {})))); child.dismiss()\n"
     )
     monkeypatch.chdir(tmp_path)
@@ -80,17 +82,16 @@ def test_one_that_is_late_or_gone_is_told(child: Child) -> None:
     with pytest.raises(ChildLate):
         child.call(blob_of(time.sleep, 60.0), 0.3)
     child.kill()
-    with pytest.raises(ChildDied, match="SIGKILL" if os.name != "nt" else "code"):
-        child.answer()
-    with pytest.raises(ChildDied):
-        child.call(blob_of(int))
+    for _ in range(2):
+        with pytest.raises(ChildDied, match="SIGKILL" if os.name != "nt" else "code"):
+            child.call(blob_of(int))
     assert time.monotonic() - begun < 20.0
 
 
 def test_a_process_is_ended_with_its_descendants_in_any_session_and_nobody_else(tmp_path: Path) -> None:
     script, mark = tmp_path / "tree.py", tmp_path / "up"
     script.write_text(TREE, encoding="utf-8")
-    root = subprocess.Popen([sys.executable, str(script), "2", str(mark)])
+    root = subprocess.Popen([sys.executable, str(script), "2", str(mark)], start_new_session=True)
     bystander = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
     try:
         end = time.monotonic() + 20.0
@@ -98,7 +99,7 @@ def test_a_process_is_ended_with_its_descendants_in_any_session_and_nobody_else(
             time.sleep(0.05)
         family = psutil.Process(root.pid).children(recursive=True)
         assert len(family) == 2
-        end_tree(root.pid)
+        end_family(root.pid)
         root.wait(timeout=5.0)
         assert psutil.wait_procs(family, timeout=10.0)[1] == []
         assert bystander.poll() is None
@@ -110,5 +111,52 @@ def test_a_process_is_ended_with_its_descendants_in_any_session_and_nobody_else(
 def test_what_is_gone_is_no_error() -> None:
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    end_tree(gone.pid)
+    end_family(gone.pid)
     assert gone.returncode == 0 and not psutil.pid_exists(gone.pid)
+
+
+def left_running(word: str) -> int:
+    """Start a program in a group of its own, as runs do, and die over it; return only if that fails."""
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], process_group=0)
+    Path(word).write_text(str(process.pid))
+    os.kill(os.getpid(), signal.SIGKILL)
+    return process.pid
+
+
+@posix
+def test_what_a_killed_child_had_started_is_ended_with_it(child: Child, tmp_path: Path) -> None:
+    with pytest.raises(ChildDied):
+        child.call(blob_of(left_running, str(tmp_path / "pid")))
+    child.kill()
+    assert ended(int((tmp_path / "pid").read_text()))
+
+
+# ---- programs
+
+
+def run(folder: Path, program: str, limit: float = 0.5) -> Ended:
+    return run_program([sys.executable, "-c", program], folder, {}, limit)
+
+
+def ended(pid: int) -> bool:
+    return not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+
+
+@posix
+def test_program_that_stops_itself_is_ended_at_its_limit(tmp_path: Path) -> None:
+    found = run(tmp_path, "import os, signal\nos.kill(os.getpid(), signal.SIGSTOP)")
+    assert found.timed_out
+    assert found.code < 0
+
+
+@posix
+def test_what_leaves_the_group_is_ended_too(tmp_path: Path) -> None:
+    program = (
+        "import subprocess, sys, time\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'], start_new_session=True)\n"
+        "print(child.pid, flush=True)\n"
+        "time.sleep(600)"
+    )
+    found = run(tmp_path, program, limit=3.0)
+    assert found.timed_out
+    assert ended(int(found.output))
