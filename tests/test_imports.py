@@ -70,7 +70,6 @@ PLACES = {
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
     "psutil": ("stemcal.processes", "stemcal.executors.machine"),
-    "openpyxl": ("stemcal.measured",),
 }
 INSIDE_FUNCTIONS = (
     "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",

@@ -71,7 +71,7 @@ def diameters(
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
     from stemcal.measured.diameters import measure_diameters
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
 
@@ -128,10 +128,9 @@ def shear(
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
     from stemcal.measured.channels import CurveOptions
-    from stemcal.measured.shear import find_files, measure_shear, read_index
+    from stemcal.measured.shear import find_files, measure_shear, read_index, target_rows
     from stemcal.measured.shear_curves import speed_of
-    from stemcal.measured.target_entries import target_rows
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     known = speed_of(speed) if speed is not None else None
@@ -175,7 +174,7 @@ def tests(
     from stemcal.cli.session import read_study
     from stemcal.measured.channels import CurveOptions
     from stemcal.measured.shear_curves import speed_of
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
     from stemcal.study.reading.amend import with_rows
@@ -198,8 +197,7 @@ def _finish_shear(
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.files.rows import Column, Rows, Table
-    from stemcal.measured.shear import SpecimenRow
-    from stemcal.measured.target_entries import section_of
+    from stemcal.measured.shear import SpecimenRow, section_of
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.study.reading.amend import with_rows

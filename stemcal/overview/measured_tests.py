@@ -14,9 +14,8 @@ from stemcal.files.typed import Spread, inline
 from stemcal.laboratory import curve_responses, secant
 from stemcal.measured.channels import CurveOptions
 from stemcal.measured.headings import shown
-from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on
+from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
 from stemcal.measured.statistics import Summary, summarise
-from stemcal.measured.target_entries import row_of
 from stemcal.note import Note
 from stemcal.solvers.options import BREAK_DROP
 from stemcal.study.model import LaboratorySection, Study

@@ -19,8 +19,7 @@ from stemcal.executors.base import InlineExecutor
 from stemcal.files.durable import sealed
 from stemcal.folder import study_folder
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.status import status
-from stemcal.overview.verify import inspect
+from stemcal.overview.status import inspect, status
 from stemcal.report.export.paper import paper_tables
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results

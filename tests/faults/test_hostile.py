@@ -195,7 +195,7 @@ def test_a_damaged_laboratory_file(folder: Path, _number: int, rng: random.Rando
             case _:
                 content[place:place] = content[place : place + rng.randint(1, 30)]
     found = measured(folder, bytes(content))
-    assert found is None or all(0.0 < specimen.curve.max_force <= 1e7 for specimen in found.specimens)
+    assert found is None or all(0.0 < specimen.curve.max_force < math.inf for specimen in found.specimens)
 
 
 # ---- results of programs
