@@ -111,7 +111,7 @@ def test_opened_again(results: stemcal.StudyResults) -> None:
 def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="run `stemcal refine SPEC` first"):
         _ = results.refinement
-    with pytest.raises(UsageError, match="is not there"):
+    with pytest.raises(UsageError, match="does not exist"):
         stemcal.open_results(tmp_path / "nowhere")
     with pytest.raises(UsageError, match="does not contain its spec"):
         stemcal.open_results(tmp_path)

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """Report every mistake in a spec; without mistakes list runs, time and memory.
+    """Report all mistakes in a spec; if it has none, its runs and their cost.
 
-    Nothing is computed and nothing is written. Runs already in the study folder are not counted again.
+    It computes no run and writes no file. Time and memory exclude runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
@@ -46,7 +46,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         *(str(one) for one in before if one.severity == "warning"),
     ]
     found = None
-    if not too_much:  # else its mesh would be built to be timed
+    if not too_much:  # the plan builds a mesh to time it
         path = folder_of(study, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
@@ -94,7 +94,7 @@ def not_ready(study: Study) -> list[str]:
     try:
         make_solver(study).prepare()
     except UsageError as error:
-        return [f"no run can begin on this machine: {line}" for line in str(error).splitlines()]
+        return [f"no run can start on this machine: {line}" for line in str(error).splitlines()]
     return []
 
 

@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 _COARSEST = 0.5  # of the diameter
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the files are written.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
 Program = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Whose cards: lsdyna *MAT_003, openradioss *MAT_024.", show_default=False),
+    typer.Option("--for", help="Card: *MAT_003 of LS-DYNA or *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],
     typer.Option(
         "--element-size",
         metavar="LENGTH",
-        help="Of your elements; repeat it for a curve over sizes.",
+        help="Element size of your model; repeatable.",
         show_default=False,
     ),
 ]
@@ -49,11 +49,11 @@ def export_material(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the material card for your own model, with the failure strain for its element size.
+    """Write the material card for your own model and its element size.
 
-    Where each element fails by itself, the force depends on the element size and on the position of the mesh. The
-    failure strain is sought with which the mean force over several positions is the calibrated one. The first
-    --element-size is that of the card; with several there is also a curve. Run `stemcal run SPEC` first.
+    If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
+    strain is adjusted until the mean force over several positions is the calibrated force. The card has the first
+    --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

@@ -16,7 +16,7 @@ def _spec_meant(given: Path) -> Path:
 
 Spec = Annotated[
     Path,
-    typer.Argument(metavar="SPEC", help="The study, a YAML file.", show_default=False, callback=_spec_meant),
+    typer.Argument(metavar="SPEC", help="Spec of the study, a YAML file.", show_default=False, callback=_spec_meant),
 ]
 
 Out = Annotated[
@@ -26,7 +26,7 @@ Out = Annotated[
 
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", "-j", metavar="N", min=1, help="Simulations at a time.", show_default="all cores"),
+    typer.Option("--workers", "-j", metavar="N", min=1, help="Parallel simulations.", show_default="all cores"),
 ]
 
 ExecutorName = Annotated[
@@ -34,7 +34,7 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="local|dask://HOST:PORT",
-        help="Where simulations are computed: here, or by the workers of your Dask scheduler.",
+        help="Run here or on a Dask cluster.",
     ),
 ]
 
@@ -46,7 +46,7 @@ def _name_envelope(ctx: typer.Context, value: bool) -> bool:
 
 
 AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.", callback=_name_envelope)
+    bool, typer.Option("--json", help="Print one JSON object and nothing else.", callback=_name_envelope)
 ]
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no notes on stderr.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress and no notes.")]

@@ -75,7 +75,7 @@ def check_executor(name: str, workers: int | None) -> None:
         if not host or not port.isdigit():
             raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
         if workers is not None:
-            raise UsageError("--workers is for --executor local; a cluster has the workers you start there")
+            raise UsageError("--workers applies to --executor local; a cluster has the workers you start there")
     elif name != "local":
         raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
 
@@ -161,5 +161,5 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
     path = folder_of(study, out)
     if not path.is_dir():
-        raise UsageError(f"{path} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+        raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or name the folder with --out")
     return StudyFolder(path)

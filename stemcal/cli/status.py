@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 MOST_NAMES = 20
 
-Runs = Annotated[bool, typer.Option("--runs", help="List every run: levels, result, or why there is none.")]
+Runs = Annotated[bool, typer.Option("--runs", help="List all runs with levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check every file; exit code 1 if one was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if one was changed.")]
 
 
 def status(
@@ -35,9 +35,10 @@ def status(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show progress, failures and the verdict; also while the study runs.
+    """Show progress, failures and the verdict of a study.
 
-    `stemcal run SPEC --retry` computes failed runs again; damaged records are computed again in any case.
+    It can be used while the study runs. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records are
+    repeated in any case.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
@@ -82,12 +83,12 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
 
 
 def state(found: Status, names: Names) -> list[str]:
-    """Return who works on a study, what failed, what is stale, and the verdict with all its reasons."""
+    """Return the process at work, failures, stale stages, and the verdict with all its reasons."""
     from stemcal.stages.verdict.words import in_full
 
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
-        stages.append(f"Results are awaited: fill in {found.sheet}, then `stemcal run SPEC`.")
+        stages.append(f"Waiting for results: fill in {found.sheet}, then `stemcal run SPEC`.")
     return [_worker(found.working), *stages, *in_full(found.verdict, names)]
 
 

@@ -116,7 +116,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     """
     place = checked_path(folder, "folder")
     if not place.is_dir():
-        raise UsageError(f"{place} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+        raise UsageError(f"{place} does not exist; run `stemcal run SPEC` first, or pass another folder")
     found = StudyFolder(place)
     if study is None:
         spec = found.remembered_spec()

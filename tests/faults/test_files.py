@@ -20,7 +20,7 @@ from stemcal.files.durable import sealed
 from stemcal.folder import study_folder
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.status import inspect, status
-from stemcal.report.export.paper import paper_tables
+from stemcal.report.export import paper_tables
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study

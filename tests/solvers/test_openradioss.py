@@ -202,7 +202,7 @@ def test_rate_law_none_needs_no_constants(tmp_path: Path) -> None:
 def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
     study_of(tmp_path)
     spec, levels = tmp_path / "radioss.yaml", ("--set", "yield_stress=18.07", "--set", "failure_strain=0.03484")
-    assert "no run can begin" not in command("check", spec).stderr
+    assert "no run can start" not in command("check", spec).stderr
     run = command("simulate", spec, *levels, "--csv", tmp_path / "curve.csv")
     assert "Maximum force: 125.9 N" in run.stdout
     assert "at 0.459 mm of travel" in run.stdout
