@@ -169,7 +169,7 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
-    from stemcal.laboratory import LaboratoryResult
+    from stemcal.laboratory.result import LaboratoryResult
     from stemcal.solvers.measures import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}

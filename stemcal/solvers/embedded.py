@@ -19,7 +19,8 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
-from stemcal.laboratory import LaboratoryResult, LaboratoryTest
+from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.result import LaboratoryResult
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
@@ -39,7 +40,7 @@ from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_u
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import DAMPING, GAP, LaboratorySection, Study
+from stemcal.study.model import DAMPING, GAP, LaboratorySection, PieceSection, Study
 from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
@@ -157,7 +158,7 @@ class Embedded(Solver):
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = measured_at(self.study, request.condition)
-        each = [(one, _test_of(self.study, one, request.levels, request.condition)) for one in wanted]
+        each = [(one, test_of(self.study, one, request.levels, request.condition)) for one in wanted]
         return [
             (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
         ]
@@ -235,17 +236,17 @@ def simulate_test(
     """
     warm()
     section = next(section for section in study.tests if section.name == name)
-    test = _test_of(study, section, levels, diameter)
+    test = test_of(study, section, levels, diameter)
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
     result = perform(test, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
-def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
+def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
-    if section.is_further_cut:
-        return shear_test(study.cut_as(section, diameter), levels, diameter)
-    return laboratory_test(section, shear_test(study, levels, diameter))
+    if isinstance(section, PieceSection):
+        return laboratory_test(section, shear_test(study, levels, diameter))
+    return shear_test(study.cut_as(section, diameter), levels, diameter)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:

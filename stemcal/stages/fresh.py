@@ -25,7 +25,7 @@ from stemcal.solvers.programs.inputs import file_hash
 from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, calibrating, stage_called, stages_of
-from stemcal.study.model import Study
+from stemcal.study.model import TESTS, Study
 from stemcal.version import __version__
 
 logger = logging.getLogger(__name__)
@@ -54,6 +54,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     parts |= {name: dump[name] for name in of.reads}
     if study.tests:
         parts["tests"] = dump["tests"]
+        parts |= {f"package of {one.kind}": package for one in study.tests if (package := TESTS.version_of(one.kind))}
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     if not study.naming.is_cutting:

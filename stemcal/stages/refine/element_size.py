@@ -52,7 +52,8 @@ class SizedStrain:
     @property
     def positions_needed(self) -> int:
         """The number of positions with which the standard error of the mean is at most 5 %."""
-        return ceil(((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2)
+        positions = ((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2
+        return ceil(round(positions, 6))  # 20 % needs 16, also where round-off makes it a little more
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class Validating(Stage["ValidateResult"]):
     """The comparison with what was measured, at every condition."""
 
-    name, title, reads, pictured = "validate", "Validation", ("targets", "validation"), True
+    name, title, reads, pictured = "validate", "Validation", ("targets", "validate"), True
     help = "Simulate all measured conditions with the calibrated parameters."
     purpose = "Stage 5: the comparison at every measured diameter."
 
