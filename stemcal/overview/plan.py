@@ -94,6 +94,7 @@ def plan(
     seconds = [stage.seconds for stage in stages]
     later = [found for stage in stages_of(study) if (found := stage.later(study)) is not None]
     rounds = [part for found in later for part in found.rounds] if not wanted[-1].settled else []
+    spent = [] if costs.of is None else [list(map(costs.of, runs)) for runs in (*left, *rounds)]
     left_there, seconds_there = _there(study, folder)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [found.note for found in later]
@@ -111,14 +112,8 @@ def plan(
         costs.source,
         costs.recorded,
         workers,
-        None
-        if costs.of is None
-        else overhead(solver) + elapsed([*_timed([*left, *rounds], costs.of), [seconds_there or 0.0]], workers),
+        None if costs.of is None else overhead(solver) + elapsed([*spent, [seconds_there or 0.0]], workers),
     )
-
-
-def _timed(stages: Sequence[Sequence[Request]], cost: Callable[[Request], float]) -> list[list[float]]:
-    return [[cost(request) for request in runs] for runs in stages]
 
 
 def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]:
