@@ -11,18 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_whole, warn
-from stemcal.cli.session import (
-    AsJson,
-    ExecutorName,
-    Out,
-    Quiet,
-    Session,
-    Spec,
-    Workers,
-    existing_folder,
-    opened,
-    read_study,
-)
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
@@ -194,15 +183,9 @@ def report(
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
     from stemcal.report.drawing import draw
-    from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
-    study = read_study(spec)
-    folder = existing_folder(study, out)
-    results = fresh_results(study, folder)
-    if not quiet:
-        for sentence in results.stale:
-            warn(sentence)
+    study, folder, results = finished_work(spec, out, quiet)
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
@@ -237,7 +220,6 @@ def enter(
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
     from stemcal.by_hand import Correction, enter, user_name
-    from stemcal.cli.run import go_through
     from stemcal.solvers.sheet.reading import filled
 
     content, how = _content(sheet), Correction(replace.strip(), who or user_name())
