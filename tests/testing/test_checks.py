@@ -133,7 +133,7 @@ LEAVES = {"every_response_is_answered", "interrupted_runs_equal_uninterrupted_on
     [
         (Known, set()),
         (Unpicklable, {"solver_is_picklable"}),
-        (Random, {"solver_is_picklable", "identity_is_json", "interrupted_runs_equal_uninterrupted_ones"}),
+        (Random, {"solver_is_picklable"}),
         (Forgetful, {"identity_changes_with_each_factor"}),
         (Counting, {"interrupted_runs_equal_uninterrupted_ones", "nan_is_a_failed_run"}),
         (Deaf, {"nan_is_a_failed_run"}),
@@ -148,7 +148,7 @@ def test_the_fault_of_a_solver_is_found(solver: type[Solver], found: set[str]) -
 
 def test_one_error_names_all_that_failed() -> None:
     kind = type("Kind", (Python,), {"name": "other", "make": lambda self, study: Deaf()})
-    with pytest.raises(ChecksFailed, match=r"(?s)other: 2 of 7 .*kind_is_declared: .*'python'.*nan_is_a_failed_run: "):
+    with pytest.raises(ChecksFailed, match=r"(?s)other: 2 of 6 .*kind_is_declared: .*'python'.*nan_is_a_failed_run: "):
         check_solver(kind(), SPECS / "python.yaml")
     check_design(SURFACES.built_in[1])
     with pytest.raises(UsageError, match="give an object, not its class"):
