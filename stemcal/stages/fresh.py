@@ -60,7 +60,9 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
         parts["named"] = [dump["responses"], dump["conditions"]]
     parts |= of.inputs(study)
     if package := STAGES.version_of(stage):
-        parts |= {"package": package, stage: whole.further[stage].model_dump()}
+        parts["package"] = package
+    if stage in whole.further:
+        parts[stage] = whole.further[stage].model_dump()
     if of.simulates:
         parts |= _solver_parts(study, solver, stage)
         parts["solver.replicates"] = study.replicates

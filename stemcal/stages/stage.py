@@ -55,8 +55,8 @@ class Stage(Checked, Generic[R]):
         return None
 
     def asked_for(self, study: Study) -> bool:
-        """Whether the whole study has it."""
-        return True
+        """Whether the whole study has it: by default, if the spec has its section."""
+        return self.section() is None or self.name in study.further
 
     def seen(self, study: Study) -> Study:
         """Return the study as the stage simulates it."""
@@ -67,7 +67,7 @@ class Stage(Checked, Generic[R]):
         return {}
 
     def section(self) -> type[Frozen] | None:
-        """Return the model of a section of the spec with the stage's name; of another package's stage only."""
+        """Return the model of a section of the spec with the stage's name, where that is no field of `StudyForm`."""
         return None
 
     def result(self) -> type[R]:
@@ -118,7 +118,7 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
     Another package's stage is one of them where the spec has its section.
     """
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
-    left += [stage_called(name) for name in study.further]
+    left += [stage for name in study.further if (stage := stage_called(name)) not in left]
     ordered: list[Stage[Any]] = []
     while left:
         waiting = {stage.name for stage in left}

@@ -41,7 +41,7 @@ def _form() -> dict[str, Any]:
     results["anyOf"] = [several["additionalProperties"], several]
     factor = schema["$defs"]["Factor"]
     factor["required"] = ["name", "low", "high"]
-    for stage in stages().external:
+    for stage in stages().all:
         if (further := stage.section()) is not None:
             own = further.model_json_schema()
             schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
