@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting
-from stemcal.cli.options import AsJson
+from stemcal.cli.session import AsJson
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -118,7 +118,7 @@ def _cache() -> Iterator[Finding]:
     from stemcal.fem.kernels.cache import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
-    hint = f"not used, {reason}: each command compiles the kernels again; set STEMCAL_CACHE_DIR to a folder of yours"
+    hint = f"not used, {reason}: kernels are kept among the temporary files; set STEMCAL_CACHE_DIR to a folder of yours"
     yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 

@@ -87,7 +87,7 @@ class Deck(SolverKind):
         return DeckProgram(study)
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
-        from stemcal.solvers.deck.installation import HOME, installation
+        from stemcal.solvers.deck.openradioss import HOME, installation
 
         try:
             yield "OpenRadioss", installation(DeckSolver(program="openradioss"), Path.cwd()).starter, True
