@@ -28,11 +28,10 @@ from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.columns import fields_of
 from stemcal.solvers.sheet.reading import told
 from stemcal.study.model import Study
-from stemcal.study.model.factor import Size
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels
-from stemcal.study.types.field_types import Whole
+from stemcal.study.types.field_types import Size, Whole
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
