@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE, PLUGINS = ROOT / "stemcal", ROOT / "examples" / "plugins"
 
 MENTIONS = {
-    "stemcal.stages": {"screen": 3, "climb": 4, "rsm": 13, "invert": 15, "refine": 16, "validate": 6},
+    "stemcal.stages": {"screen": 3, "climb": 2, "rsm": 3, "invert": 1, "validate": 3},
     "stemcal.solvers": {"embedded": 1, "command": 1, "python": 4, "deck": 1},
     "stemcal.designs": {"central-composite": 2, "box-behnken": 1, "full-factorial": 1, "latin-hypercube": 1},
     "stemcal.tests": {"cutting": 5},
