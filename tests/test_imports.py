@@ -17,8 +17,7 @@ FLOORS = {
     "stemcal.files": 1,
     "stemcal.interrupts": 0,
     "stemcal.processes": 1,
-    "stemcal.naming": 0,
-    "stemcal.names": 1,
+    "stemcal.naming": 0.5,
     "stemcal.note": 0,
     "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,
@@ -38,7 +37,6 @@ FLOORS = {
     "stemcal.stages": 9,
     "stemcal.overview": 10,
     "stemcal.by_hand": 11,
-    "stemcal.workflow": 11,
     "stemcal.report": 13,
     "stemcal.python": 14,
     "stemcal.testing": 14,
@@ -48,17 +46,14 @@ FLOORS = {
 WORKFLOW = 11  # every other module at the top
 SLICES = {path.parent.name for path in (PACKAGE / "stages").glob("*/__init__.py")} - {"verdict"}
 """The folders of `stemcal.stages`, one for each stage; the verdict is no stage, it judges all of them."""
-SHOWN, SHELL = ("showing", "figures", "contour"), 13.5
+SHOWN, SHELL = ("showing", "figures", "contour", "profiler"), 13.5
 """The files of a slice that show it, and their floor: above the report, which they use and which knows none of them."""
 OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
 LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 KNOWN = {
-    ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
-    ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
-    ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
-    ("stemcal.report.page.render", "stemcal.stages.invert.words"),
-    ("stemcal.report.terminal", "stemcal.stages.invert.showing"),
+    ("stemcal.cli.export_program", "stemcal.stages.refine.element_size"),
+    ("stemcal.cli.export_program", "stemcal.stages.refine.showing"),
 }
 """Imports of something else of a slice. This list may only shrink."""
 

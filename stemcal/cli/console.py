@@ -58,12 +58,6 @@ def say_text(text: str) -> None:
         print(text, flush=True)
 
 
-def height(line: str) -> int:
-    """Return how many lines of the terminal a sentence takes."""
-    console = stdout()
-    return len(console.render_str(line).wrap(console, console.width))
-
-
 @dataclass
 class Envelope:
     """The JSON that a command prints at its end: `{command, status, result, notes}`."""

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Generic
 
 from stemcal.files.rows import MOST_ROWS, Table
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import unit_written
 from stemcal.registry import Checked
 from stemcal.report.figures.plot import Plot
@@ -77,7 +77,7 @@ class Showing(Checked, Generic[R]):
         return []
 
     def findings(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints at its end, besides parameters and validation."""
+        """Return the tables that `stemcal run` prints before its end."""
         return []
 
     def spoken(self, result: R, names: Names) -> list[str]:
@@ -87,6 +87,22 @@ class Showing(Checked, Generic[R]):
     def figures(self, result: R, setting: Setting) -> list[Plot]:
         """Return its figures, none of them drawn yet."""
         return []
+
+    def cited(self, result: R) -> tuple[str, Mapping[str, str]] | None:
+        """Return what the range of each parameter to cite is called, and the ranges; None where it sets none."""
+        return None
+
+    def beside(self, result: R, holds: bool) -> list[str]:
+        """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
+        return []
+
+    def closing(self, result: R, setting: Setting) -> list[Table]:
+        """Return the tables of the last screen of a whole study."""
+        return []
+
+    def profiler(self, result: R, setting: Setting) -> dict[str, Any] | None:
+        """Return what the profiler of the page computes from, for JSON."""
+        return None
 
     def printed(self, result: R, setting: Setting) -> list[PaperTable]:
         """Return its tables as papers print them."""
@@ -113,10 +129,10 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels), judged)]
 
 
-def shortened(stage: StageResult, table: Table, most: int = MOST_ROWS) -> Table:
-    """Return a table of a stage with at most so many rows, and the file that has all of them."""
-    if len(table.rows) <= most:
+def shortened(stage: StageResult, table: Table) -> Table:
+    """Return a table of a stage with at most `MOST_ROWS` rows, and the file that has all of them."""
+    if len(table.rows) <= MOST_ROWS:
         return table
     files, keys = stage.tables(), {column.key for column in table.headed(stage.naming.headings).columns}
     file = max(files, key=lambda name: len(keys & {column.key for column in files[name].columns}))
-    return table.shortened(f"`{file}.csv`", most)
+    return table.shortened(f"`{file}.csv`")

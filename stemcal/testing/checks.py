@@ -92,7 +92,7 @@ class DesignAtWork(AtWork):
 
     def points(self, k: int, centre_points: int = 3) -> Array:
         """Return the points for k factors."""
-        return np.asarray(self.thing.points(k, SurfaceOptions(self.thing.name, centre_points)))
+        return self.thing.runs(k, SurfaceOptions(self.thing.name, centre_points))
 
     @cached_property
     def each(self) -> dict[int, Array]:
@@ -107,7 +107,7 @@ class DesignAtWork(AtWork):
 
 
 def points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
-    """A design takes the numbers of factors that it declares; others, from 1 to 10, work or raise `UsageError`."""
+    """A design has points for the numbers of factors that it declares; others, from 1 to 10, raise `UsageError`."""
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             found = at.each[k] if k in at.each else at.points(k)

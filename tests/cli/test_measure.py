@@ -335,7 +335,6 @@ def test_where_there_is_a_displacement_the_speed_is_not_needed(tmp_path: Path) -
         (("--force-column", "9" * 5000, "--displacement-column", "1"), "no column '9"),
         (("--preload", "nan"), "--preload"),
         (("--preload", "inf"), "--preload"),
-        (("--alpha", "nan"), "--alpha"),
         (("--pattern", ""), "--pattern"),
         (("--pattern", "/etc/*"), "--pattern"),
         (("--pattern", "**x"), "--pattern"),

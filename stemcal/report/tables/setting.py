@@ -4,14 +4,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import MOST_LISTED, Names
-from stemcal.naming import Named
+from stemcal.naming import MOST_LISTED, Named, Names
 from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.model.shear_test import LoadingSection
-from stemcal.study.model.solver_kind import Explicit
+from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below

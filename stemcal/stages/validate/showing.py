@@ -7,8 +7,7 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.names import Names
-from stemcal.naming import FORCE, Named
+from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
@@ -35,6 +34,10 @@ class ValidateShowing(Showing[ValidateResult]):
 
     def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
         return validation_tables(result, names)
+
+    def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
+        first, *others = validation_tables(result, Names(setting.study.naming))
+        return [replace(first, foot=first.foot[:1]), *(others if setting.study.naming.others else [])]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)

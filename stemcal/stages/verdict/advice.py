@@ -7,16 +7,16 @@ from math import floor, log10
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.names import Names
-from stemcal.naming import DIAMETER, FIRST
+from stemcal.naming import DIAMETER, FIRST, Names
 from stemcal.note import Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
+from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import Certainty, JointFitted
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of
 from stemcal.study.model import PARAMETERS, Factor, Study
-from stemcal.study.model.solver_kind import Explicit
+from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
 # A range is widened by at most so many times its width, and past the target by this part of what was missing.
@@ -132,7 +132,7 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
     measure = f"measure another response or another kind of test, or give {widest} a prior from the literature."
-    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
+    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return fit_all(study, "responses", f"If that is not enough, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
@@ -188,7 +188,7 @@ def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
-    key = "responses" if over == "responses" else study.naming.fitted_at.partition(".")[2]
+    key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
     return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
@@ -196,7 +196,7 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
 
 def chose_conditions(study: Study) -> bool:
     """Whether the spec lists the conditions to fit: no advice undoes that choice."""
-    return study.invert.conditions not in (None, "all")
+    return study.of(InvertOptions).conditions not in (None, "all")
 
 
 def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
@@ -247,7 +247,7 @@ def measure_more(study: Study) -> Remedy:
     if naming.condition is None:
         return Remedy("Measure under another condition, or a further response that `invert.responses` leaves out.")
     other = f"Measure at another {naming.condition.long}"
-    fewer = f", or leave one out of `{naming.fitted_at}`" if len(study.joint_targets) > 1 else ""
+    fewer = ", or leave one out of `invert.diameters`" if len(study.joint_targets) > 1 else ""
     return Remedy(f"{other}{fewer}.")
 
 

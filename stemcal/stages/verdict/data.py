@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.regression.least_squares import Array
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import FIRST
+from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
@@ -23,6 +22,7 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Physics
@@ -80,7 +80,7 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.validation.tolerance_percent)
+        return float(self.study.of(ValidateOptions).tolerance_percent)
 
     @property
     def is_given(self) -> bool:
@@ -103,7 +103,7 @@ class Evidence:
             found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
             for further in row.further:
                 if further.judged:
-                    own = fitted and further.response in self.study.invert.responses
+                    own = fitted and further.response in self.study.fitted_responses
                     found.append(Judged(further.response, at.condition, further.error_percent, own))
         return found
 
@@ -288,7 +288,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     rest = [target.condition for target in evidence.study.joint_targets if target.condition not in none_left]
     remedy = Remedy("Correct the cause (`stemcal status SPEC --failed`), then `stemcal run SPEC --retry`.")
     if none_left and rest and evidence.names.placed:
-        key, unit = evidence.study.naming.fitted_at.partition(".")[2], evidence.names.condition.unit_suffix
+        key, unit = "diameters", evidence.names.condition.unit_suffix
         edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
         remedy = Remedy(f"{remedy.text} Until then fit the others: `{edit}`.", edit)
     yield Note("failed_runs", "error", text, remedy)
