@@ -38,7 +38,6 @@ FLOORS = {
     "stemcal.stages": 9,
     "stemcal.overview": 10,
     "stemcal.by_hand": 11,
-    "stemcal.workflow": 11,
     "stemcal.report": 13,
     "stemcal.python": 14,
     "stemcal.cli": 14,
@@ -52,10 +51,7 @@ SHOWN, SHELL = ("showing", "figures", "contour", "profiler"), 13.5
 OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
 LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
-KNOWN = {
-    ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
-    ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
-}
+KNOWN = {}
 """Imports of something else of a slice. This list may only shrink."""
 
 PLACES = {

@@ -17,7 +17,7 @@ from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
-    from stemcal.stages.refine.element_size import SizedStrain, SizedStrains
+    from stemcal.stages.element_size import SizedStrain, SizedStrains
     from stemcal.study.model import Study
 
 _COARSEST = 0.5  # of the diameter
@@ -58,8 +58,7 @@ def export_material(
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
     from stemcal.solvers import make_solver
-    from stemcal.stages.refine.element_size import strains_of
-    from stemcal.stages.refine.showing import strain_table
+    from stemcal.stages.element_size import strain_table, strains_of
     from stemcal.stages.work import Work
     from stemcal.study.reading.checked import typed_size
 
@@ -91,7 +90,7 @@ def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, 
     """Write the files; return what material.json holds."""
     from stemcal.report.records import spec_hash
     from stemcal.solvers.deck.writer import curve_text, material_text
-    from stemcal.stages.refine.element_size import curve_lines, material_lines, not_valid
+    from stemcal.stages.element_size import curve_lines, material_lines, not_valid
     from stemcal.version import __version__
 
     if not row.valid:
@@ -126,7 +125,7 @@ def _deck(study: Study, found: SizedStrains, row: SizedStrain, program: str) -> 
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
     from stemcal.solvers.protocol import Request
-    from stemcal.stages.refine.element_size import without_lengths
+    from stemcal.stages.element_size import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
     request = Request("material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from workflow import calibrate
 
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Table
@@ -35,7 +36,6 @@ from stemcal.stages.surface.showing import equation
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
 OF_STEMS = re.compile(r"\b((?i:forces?|diameters?|stems?|blades?|cut|cutting)|N|N²|mm|mJ)\b|\bF =|Shear Force")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
 from stemcal.executors.base import InlineExecutor

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 from typer.testing import CliRunner
 
 import stemcal
-from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.executors.base import InlineExecutor
@@ -22,7 +22,7 @@ from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.writer import curve_text
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
+from stemcal.stages.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth

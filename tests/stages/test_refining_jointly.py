@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal import workflow
 from stemcal.doe.calibration.approach import JointTrial, missed
 from stemcal.errors import RunsFailed
 from stemcal.executors.base import InlineExecutor
@@ -17,8 +17,8 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.loop import SurfaceSteps
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.result import read_result
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
