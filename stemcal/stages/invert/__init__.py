@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.note import Note
     from stemcal.stages.invert.options import InvertOptions
     from stemcal.stages.invert.result import InvertResult
+    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study, Target
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.strict_yaml import Finding
@@ -57,6 +59,11 @@ class Calibration(Stage["InvertResult"]):
         from stemcal.stages.invert.analysis import invert
 
         return invert
+
+    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+        from stemcal.stages.invert.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.invert.showing import InvertShowing

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.note import Note
     from stemcal.stages.design import Later
     from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
+    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.strict_yaml import Finding
@@ -76,6 +78,11 @@ class Refinement(Stage["RefineResult"]):
         from stemcal.stages.refine.analysis import later
 
         return later(study)
+
+    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+        from stemcal.stages.refine.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.refine.showing import RefineShowing

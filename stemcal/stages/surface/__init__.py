@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
+    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.strict_yaml import Finding
@@ -73,6 +74,11 @@ class ResponseSurface(Stage["SurfaceResult"]):
         from stemcal.stages.surface.analysis import foresee
 
         return foresee(study, solver, folder)
+
+    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+        from stemcal.stages.surface.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.surface.showing import SurfaceShowing
