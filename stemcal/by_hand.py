@@ -25,7 +25,7 @@ from stemcal.runs.answer import Watch, ignore, keep
 from stemcal.runs.outcome import answer_of, record_key, stands
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
-from stemcal.solvers.programs.inputs import seed_of
+from stemcal.solvers.program import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
 from stemcal.solvers.sheet.reading import Filled, narrow
@@ -159,10 +159,10 @@ class Entered:
     refused: tuple[RowRefused, ...] = ()
 
     def summary(self) -> str:
-        """Say how many results were taken."""
-        said = [f"{_results(len(self.taken))} taken."]
+        """Return how many results were accepted."""
+        said = [f"{_results(len(self.taken))} accepted."]
         if self.known:
-            said.append(f"{len(self.known)} known already.")
+            said.append(f"{len(self.known)} already known.")
         if self.replaced:
             said.append(f"{len(self.replaced)} replaced: {', '.join(self.replaced)}.")
         return " ".join(said)
@@ -171,7 +171,9 @@ class Entered:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
         if self.refused:
             count = len(self.refused)
-            head = f"{count} {'row is' if count == 1 else 'rows are'} not taken; correct the sheet and enter it again."
+            head = (
+                f"{count} {'row is' if count == 1 else 'rows are'} not accepted; correct the sheet and enter it again."
+            )
             raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
 
 
@@ -213,7 +215,7 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Corre
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
     for row in rows:
         if row.study and row.study != narrow(study.name):
-            raise UsageError(f"{row.place}: the sheet is of the study {row.study!r}, not of {study.name!r}")
+            raise UsageError(f"{row.place}: the sheet is for study {row.study!r}, not for {study.name!r}")
     try:
         waiting = gone_on(study, folder) if rows else None
     except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
@@ -231,7 +233,7 @@ def require_sheet(study: Study) -> None:
     """Raise `UsageError` if the solver answers by itself."""
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
-        raise UsageError(f"solver.kind is {kind}, which does its runs itself; write solver: {{kind: sheet}}")
+        raise UsageError(f"solver.kind is {kind}, which computes its runs itself; write solver: {{kind: sheet}}")
 
 
 def user_name() -> str:
@@ -279,7 +281,7 @@ def _result(study: Study, solver: Solver, runs: Mapping[str, Sequence[Request]],
 
 
 def _told_twice(row: Filled, other: Filled) -> RowRefused:
-    return RowRefused(row, "told_twice", f"{row.run} has another result at {other.place}; delete the wrong row")
+    return RowRefused(row, "told_twice", f"{row.run} has a different result at {other.place}; delete the wrong row")
 
 
 # ---- against what is known
@@ -301,8 +303,8 @@ def _against_record(
         assert record is not None
         told = [str(record["details"].get(name, ""))[:16] for name in ("entered", "entered_by")]
         message = (
-            f"{filled.run} has the result {_said(before)} already ({' '.join(told).strip()}), not "
-            f'{_said(result.answer)}; if that was wrong, enter the sheet with --replace "why"'
+            f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), not "
+            f'{_said(result.answer)}; to replace it, enter the sheet with --replace "why"'
         )
         raise RowRefused(filled, "known_otherwise", message)
 
@@ -347,8 +349,8 @@ def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sort
             known = [each[i] for at, each in before if at == condition and i < len(each)]
             for key, value, others in _suspects(values, known):
                 message = (
-                    f"{fresh[key].filled.run} has {response.name} = {value:.6g}, the {len(others)} others are between "
-                    f"{min(others):.4g} and {max(others):.4g}; correct it, or if it is right enter the sheet with --yes"
+                    f"{fresh[key].filled.run} has {response.name} = {value:.6g}, but the {len(others)} others are "
+                    f"between {min(others):.4g} and {max(others):.4g}; correct it, or confirm it with --yes"
                 )
                 doubted.setdefault(key, RowRefused(fresh[key].filled, "far_off", message))
     kept = {name: [one for one in getattr(found, name) if one.key not in doubted] for name in ("new", "others")}

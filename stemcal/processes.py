@@ -127,17 +127,17 @@ class Child:
 
 
 def _ending(code: int | None) -> str:
-    """Say how a process ended.
+    """Return how a process ended.
 
     >>> _ending(3), _ending(-9)
-    ('exit code 3', 'signal SIGKILL, as where memory runs out')
+    ('exit code 3', 'signal SIGKILL, usually for lack of memory')
     """
     if code is None:
         return "no exit code"
     if code < 0:
         with suppress(ValueError):
             name = signal.Signals(-code).name
-            return f"signal {name}, as where memory runs out" if name == "SIGKILL" else f"signal {name}"
+            return f"signal {name}, usually for lack of memory" if name == "SIGKILL" else f"signal {name}"
     return f"exit code {code}"
 
 

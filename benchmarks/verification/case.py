@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Numbers below this are round-off: only their power of ten is shown.
-ROUND_OFF = 1e-10
+# Strains and stresses are in single precision: relative errors of sums of them, and the numbers below which only the
+# power of ten is shown.
+SINGLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def number(value: float, digits: int = 5, sign: str = "") -> str:
     """
     if value == 0.0:
         return "0"
-    if abs(value) < ROUND_OFF:
+    if abs(value) < SINGLE:
         return f"< 1e-{-ceil(log10(abs(value))):d}"
     return f"{value:{sign}.{digits}g}".replace("e-0", "e-").replace("e+0", "e")
 

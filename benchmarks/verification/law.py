@@ -29,14 +29,14 @@ def tension() -> Topic:
         corners = dict(zip(("first yield", "at 5 %", "yield in compression", "at −3 %"),
                            range(PER_LEG - 1, 4 * PER_LEG, PER_LEG), strict=True))  # fmt: skip
         cases += [
-            Case(f"β = {beta:g}: {name}", found[step], exact[step], 3e-5, source, "MPa", relative=False)
+            Case(f"β = {beta:g}: {name}", found[step], exact[step], 1e-4, source, "MPa", relative=False)
             for name, step in corners.items()
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
         "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. It is strained to 5 % and "
         "back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The hardening "
-        "parameter of the paper is between the two."
+        "parameter of the paper is between the two. Stresses are summed over 1,200 steps in single precision."
     )
     caption = "Stress over a cycle of strain: computed, and the corners and legs of the closed form."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))

@@ -113,8 +113,8 @@ def _provenance() -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return (
         f"Made by `python benchmarks/verification_page.py` with stemcal {__version__}, Python "
-        f"{platform.python_version()}, {packages}. Values below 1e-10 are rounding errors; only their "
-        "power of ten is shown."
+        f"{platform.python_version()}, {packages}. Values below 1e-6 are rounding errors of single "
+        "precision; only their power of ten is shown."
     )
 
 

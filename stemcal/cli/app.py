@@ -3,6 +3,8 @@
 Modules of commands import nothing heavy until a command runs, so `stemcal --help` answers at once.
 """
 
+import re
+from inspect import cleandoc
 from typing import Annotated, Any
 
 import typer
@@ -55,22 +57,24 @@ app = typer.Typer(
 )
 
 STAGE_PANEL = "Stages of a study (each resumes where it stopped)"
-AROUND, PUBLISH = "Around a study", "Results to publish"
+STUDY_PANEL = "Prepare, follow and publish a study"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     STAGE_PANEL: (
         *(run.run, *(run.command_of(stage) for stage in STAGES.built_in)),
         *(run.enter, run.report),
     ),
-    AROUND: (init.init, check.check, simulate.simulate),
-    "The study folder": (status.status,),
-    "First steps and help": (doctor.doctor, explain.explain),
+    STUDY_PANEL: (init.init, check.check, simulate.simulate, status.status),
+    "Help": (doctor.doctor, explain.explain),
 }
-"""The commands by the panel of the help that they stand in."""
+"""The commands by their panel in the help."""
 for _panel, _commands in COMMANDS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
-app.add_typer(measure.app, name="measure", rich_help_panel=AROUND)
-app.add_typer(export.app, name="export", rich_help_panel=PUBLISH)
+for _typer in (app, measure.app, export.app):
+    for _info in _typer.registered_commands:  # rich breaks the lines of a paragraph where the docstring does
+        _info.help = re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(_info.callback.__doc__ or ""))
+app.add_typer(measure.app, name="measure", rich_help_panel=STUDY_PANEL)
+app.add_typer(export.app, name="export", rich_help_panel=STUDY_PANEL)
 
 
 def _version(wanted: bool) -> None:
@@ -85,10 +89,10 @@ def stemcal(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Calibrate finite element models of plant stems against measured cutting force.
+    """Calibrate FE models of plant stems against measured cutting force.
 
-    A study is one YAML file: [bold]stemcal init[/bold] writes one to start from,
-    [bold]stemcal run[/bold] takes it through screening, response surface, inversion and validation.
+    A study is one YAML file. [bold]stemcal init[/bold] writes a first one, [bold]stemcal run[/bold] calibrates it:
+    screening, response surface, inversion and validation.
     """
 
 

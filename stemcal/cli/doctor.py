@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting
-from stemcal.cli.options import AsJson
+from stemcal.cli.session import AsJson
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from stemcal.registry import Registry
 
 
 EXTRAS = {"dask": "distributed", "docs": "sphinx"}
@@ -29,7 +31,7 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Check versions, cores, the kernel cache, optional parts and two known answers.
+    """Check the installation, with two self-tests.
 
     Example: [bold]stemcal doctor[/bold]
     """
@@ -72,7 +74,7 @@ def _versions() -> Iterator[Finding]:
         try:
             yield Finding(name, version(name))
         except PackageNotFoundError:
-            yield Finding(name, "missing; install stemcal again: pip install --force-reinstall stemcal", False)
+            yield Finding(name, "missing; install stemcal again: pip install --force-reinstall . in the clone", False)
 
 
 def _extras() -> Iterator[Finding]:
@@ -80,17 +82,26 @@ def _extras() -> Iterator[Finding]:
 
     for extra, module in EXTRAS.items():
         there = find_spec(module) is not None
-        hint = "there" if there else f'not there; if needed, pip install "stemcal[{extra}]"'
+        hint = "installed" if there else f'not installed; if needed, pip install ".[{extra}]" in the clone'
         yield Finding(f"extra {extra}", hint, True if there else None)
 
 
 def _plugins() -> Iterator[Finding]:
+    from stemcal.doe.designs.catalogue import SURFACES
     from stemcal.stages.stage import STAGES
+    from stemcal.study.model import SOLVERS, TESTS
 
-    for stage in STAGES.external:
-        yield Finding(f"stage {stage.name}", STAGES.version_of(stage.name))
-    for name, reason in STAGES.broken.items():
-        yield Finding(f"stage {name}", f"left out: {reason}", None)
+    registries: dict[str, Registry[Any]] = {
+        "stage": STAGES,
+        "solver": SOLVERS,
+        "design": SURFACES,
+        "laboratory test": TESTS,
+    }
+    for noun, found in registries.items():
+        for one in found.external:
+            yield Finding(f"{noun} {one.name}", found.version_of(one.name))
+        for name, reason in found.broken.items():
+            yield Finding(f"{noun} {name}", f"skipped: {reason}", None)
 
 
 def _machine() -> Iterator[Finding]:
@@ -107,7 +118,7 @@ def _cache() -> Iterator[Finding]:
     from stemcal.fem.kernels.cache import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
-    hint = f"not used, {reason}: each command compiles the kernels again; set STEMCAL_CACHE_DIR to your folder"
+    hint = f"not used, {reason}: kernels are kept among the temporary files; set STEMCAL_CACHE_DIR to a folder of yours"
     yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 
@@ -116,20 +127,18 @@ def _fonts() -> Iterator[Finding]:
 
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
     found = ", ".join(chinese) or (
-        "none of those looked for: Chinese names come out as boxes in PNG and PDF figures; install one, such as "
-        "fonts-noto-cjk of Debian and Ubuntu or google-noto-sans-cjk-fonts of Fedora"
+        "none found: Chinese names appear as boxes in PNG and PDF figures; install one, such as fonts-noto-cjk "
+        "(Debian, Ubuntu) or google-noto-sans-cjk-fonts (Fedora)"
     )
-    yield Finding("fonts with Chinese", found, True if chinese else None)
+    yield Finding("Chinese fonts", found, True if chinese else None)
 
 
 def _solvers() -> Iterator[Finding]:
-    """Look at what the kinds of solvers need, and at kinds of other packages that cannot be used."""
+    """Look at what the kinds of solvers need."""
     from stemcal.study.model import SOLVERS
 
     for kind in SOLVERS.all:
         yield from (Finding(*part) for part in kind.ready())
-    for name, reason in SOLVERS.broken.items():
-        yield Finding(f"solver {name}", reason, False)
 
 
 def _statistics() -> Iterator[Finding]:
@@ -144,7 +153,7 @@ def _statistics() -> Iterator[Finding]:
     worst = max(
         abs(found.value - known) for found, known in zip(surface.coefficients, (100, 30, 10, -5, 2, 0), strict=True)
     )
-    yield Finding("known answer: surface", f"coefficients right to {worst:.0e}", bool(worst < 1e-8))
+    yield Finding("self-test: surface", f"largest error of a coefficient {worst:.0e}", bool(worst < 1e-8))
 
 
 def _solver() -> Iterator[Finding]:
@@ -159,7 +168,7 @@ def _solver() -> Iterator[Finding]:
     error = abs(strain / known - 1.0)
     took = time.perf_counter() - began
     text = f"plastic strain {strain:.5f}, exact {known:.5f}, {100 * error:.2f} % off, {took:.1f} s"
-    yield Finding("known answer: solver", text, bool(error < 0.01))
+    yield Finding("self-test: solver", text, bool(error < 0.01))
 
 
 def stretched_bar() -> tuple[float, float]:

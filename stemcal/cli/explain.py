@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from stemcal.cli.console import envelope, say, say_json, say_text
-from stemcal.cli.options import AsJson
+from stemcal.cli.session import AsJson
 from stemcal.errors import UsageError
 from stemcal.words import near, series
 
@@ -86,7 +86,7 @@ def _keys_of_a_spec() -> Iterator[Entry]:
 
 
 def _plain(text: str) -> str:
-    """Return a term without what people type differently: case, dashes, underscores, superscripts, possessives."""
+    """Return a term without case, dashes, underscores, superscripts and possessives, which people type differently."""
     table = str.maketrans({"–": "-", "_": " ", "²": "2", "’": "'"})
     return text.strip().lower().translate(table).replace("'s", "").replace("'", "").replace("-", " ")
 
@@ -95,23 +95,23 @@ def _plain(text: str) -> str:
 
 
 def _beginning(typed: str) -> list[str]:
-    """Return the terms that begin as what was typed, for the shell to complete."""
+    """Return the terms that begin with the typed text, for shell completion."""
     names = {name for entry in glossary() for name in entry.names}
     return sorted(name for name in names if name.lower().startswith(typed.lower()))
 
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term of tables or report, or a key of a spec.", autocompletion=_beginning),
+    typer.Argument(metavar="TERM", help="A term, or a key of a spec.", autocompletion=_beginning),
 ]
-Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of a spec, for editors.")]
+Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of a spec for editors.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term in English or Chinese; without a term list all terms.
+    """Explain a term or a key of a spec; without a term list all terms.
 
-    With the schema in a file, [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] at the top of a spec
-    enables an editor to complete and check it.
+    Terms can be English or Chinese. Editors complete and check a spec whose first line is
+    [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold], with the schema in that file.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 
@@ -136,7 +136,7 @@ def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) 
 
 
 def _say_schema() -> None:
-    """Print the schema as it goes into a file; with --json it is the result of the envelope."""
+    """Print the schema; with --json it is the result of the envelope."""
     import json
 
     from stemcal.study.reading.json_schema import json_schema

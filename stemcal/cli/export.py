@@ -8,8 +8,7 @@ import typer
 
 from stemcal.cli import export_deck, export_material
 from stemcal.cli.console import say, say_json, say_tables, warn
-from stemcal.cli.options import AsJson, Out, Spec
-from stemcal.cli.session import existing_folder, read_study
+from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,29 +23,28 @@ TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
     typer.Option("--format", "-f", help="CSV (a file per table), Markdown, LaTeX or Word."),
 ]
-PaperNumbers = Annotated[
-    bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13 as the published study.")
-]
-Apart = Annotated[bool, typer.Option("--stars-apart", help="Write the stars of p-values into separate cells.")]
+PaperNumbers = Annotated[bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13, as in the paper.")]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Figures, the beginning of their names, or list.", show_default="all"),
+    typer.Argument(metavar="NAME", help="Figure names or their beginnings; list shows all.", show_default="all"),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
     typer.Option("--format", "-f", help="Format of the figures.", show_default="svg and png"),
 ]
-Dpi = Annotated[float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Dots per inch of PNG and TIFF.")]
+Dpi = Annotated[
+    float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF, dots per inch.")
+]
 Width = Annotated[
     str | None,
-    typer.Option("--width", metavar="one|two|MM", help="One or two journal columns (90, 190 mm) or a width in mm."),
+    typer.Option("--width", metavar="one|two|MM", help="Journal columns (90 or 190 mm) or mm."),
 ]
 COLUMNS = {"one": 90.0, "two": 190.0}  # mm
 ANIMATION = "animation"
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Write tables, figures, decks or the material of a study as files.\n\n"
+    help="Write tables, figures, decks or material cards of a study.\n\n"
     "Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]",
 )
 
@@ -56,19 +54,17 @@ def tables(
     spec: Spec,
     kind: TableFormat = "csv",
     paper_numbers: PaperNumbers = False,
-    apart: Apart = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write the tables of a study as papers print them, into the folder tables of the study folder.
+    """Write the tables of a study for a publication.
 
-    Factors, screening design and analysis, coding, response surface design, ANOVA, calibration, parameters and
-    validation. Tables are numbered from 1; a Word file contains the figures of the page as well.
+    They are written to the folder tables of the study folder: factors, screening, response surface, ANOVA,
+    calibration, parameters and validation. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
-    from stemcal.report.export.formats import export_tables
-    from stemcal.report.export.paper import numbered, paper_tables, stars_apart
+    from stemcal.report.export import export_tables, numbered, paper_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
@@ -81,7 +77,6 @@ def tables(
         warn(sentence)
     holds = verdict_of(study, folder, results).holds
     printed = numbered(paper_tables(study, results, holds), paper_numbers)
-    printed = [stars_apart(table) for table in printed] if apart else printed
     plots = _told(gallery(study, results, read_records(results, folder)), holds) if kind == "docx" else []
     _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)
 
@@ -96,10 +91,11 @@ def figures(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Draw figures of a study into the folder figures of the study folder.
+    """Draw the figures of a study.
 
-    NAME can be the beginning of several names: contour draws all contour plots. list shows the names. animation writes
-    the cut at the calibration diameter as a GIF, animation-7mm the one at 7 mm.
+    They are written to the folder figures of the study folder. NAME selects all figures whose names begin with it:
+    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm
+    that at 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
     """
@@ -130,7 +126,7 @@ app.command("material")(export_material.export_material)
 
 
 def _told(plots: list[Plot], holds: bool) -> list[Plot]:
-    """Return the figures that tell the story; without those of intervals where nothing is calibrated."""
+    """Return the main figures, without those of intervals if the study is not calibrated."""
     return [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
 
 
@@ -142,7 +138,7 @@ def _tell(paths: list[str], as_json: bool) -> None:
 
 
 def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
-    """Show the names of the figures and what they show."""
+    """Show the names and the content of the figures."""
     from stemcal.files.rows import Column, Table
 
     named = {plot.name: plot.caption for plot in plots}
@@ -150,7 +146,7 @@ def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
     if as_json:
         say_json({"figures": named})
     else:
-        say_tables(Table((Column("name", "Figure"), Column("caption", "What it shows")), tuple(named.items())))
+        say_tables(Table((Column("name", "Figure"), Column("caption", "Content")), tuple(named.items())))
 
 
 def _width(given: str | None) -> float | None:
@@ -171,7 +167,7 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
     found = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
     if not found:
         known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"
-        raise UsageError(f"no figure {name!r}; there are {known}")
+        raise UsageError(f"no figure {name!r}; figures: {known}")
     return found
 
 
@@ -190,12 +186,12 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.solvers.film import frames_of
 
     if not study.naming.is_cutting:
-        raise UsageError(f"no figure {name!r}: only runs of the embedded solver keep the frames")
+        raise UsageError(f"no figure {name!r}: only runs of the embedded solver store frames")
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
-        remedy = "the stages refine and validate keep the frames; run `stemcal run SPEC` first"
-        raise UsageError(f"no figure {wanted!r}; there are {', '.join(known)}" if known else f"{wanted}: {remedy}")
+        remedy = "the stages refine and validate store the frames; run `stemcal run SPEC` first"
+        raise UsageError(f"no figure {wanted!r}; figures: {', '.join(known)}" if known else f"{wanted}: {remedy}")
     label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
     details = records[label].details
     curve = None if details.curve is None else (details.curve.travel, details.curve.force)

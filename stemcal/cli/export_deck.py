@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Out, Quiet, Spec
-from stemcal.cli.session import folder_of, read_study
+from stemcal.cli.session import AsJson, Out, Quiet, Spec, folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_atomic
@@ -20,16 +19,16 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
-_NEAR_PERCENT = 10.0  # a deck so near the force of its study needs no remedy
+_NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="The deck to write, .k or .rad (OpenRadioss).", show_default=False)
+    Path, typer.Argument(metavar="PATH", help="File of the deck, .k or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="The program that reads it.", show_default="that of the study, or by the name"),
+    typer.Option("--for", help="Program that reads the deck.", show_default="of the study or file name"),
 ]
-NoForce = Annotated[bool, typer.Option("--no-force", help="Do not compute the force that the deck should give.")]
+NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the expected force of the deck.")]
 
 
 def export_deck(
@@ -43,16 +42,16 @@ def export_deck(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the shear test as a keyword deck for LS-DYNA or OpenRadioss: mesh, contact, motion, output.
+    """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have the calibrated values of the study, or mid-levels without a calibration. Cards of the program replace
-    the lengths of the study. A name that ends in .rad also writes the starter and engine files of OpenRadioss. Units
-    are mm, tonne, s, N and MPa.
+    Factors have their calibrated values, or mid-range values without a calibration. Cards of the program replace the
+    averaging lengths of the study. A name that ends in .rad also writes the starter and engine files of OpenRadioss.
+    Units are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
-    from stemcal.solvers.deck.form import form_of
+    from stemcal.solvers.deck.cards import form_of
 
     study = read_study(spec)
     chosen = _program_of(study, path, program)
@@ -113,7 +112,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
             return there, {**study.midlevels(), **refined.parameters}
         if results.calibrated:
             return study, {**study.midlevels(), **results.parameters}
-    warn("The study has no calibrated values: factors that are not set have the middle of their ranges.")
+    warn("The study has no calibrated values: factors without --set have the middle of their ranges.")
     return study, dict(study.midlevels())
 
 
@@ -131,7 +130,7 @@ def _diameter(study: Study, given: str | None) -> float:
 
 def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     """Return the deck's text, and OpenRadioss's starter and engine files where these are needed, by their paths."""
-    from stemcal.solvers.deck.radioss_files import engine_text, starter_text
+    from stemcal.solvers.deck.writer import engine_text, starter_text
 
     is_radioss = path.suffix == RADIOSS
     name = path.stem.removesuffix("_0000") if is_radioss else path.stem
@@ -146,30 +145,31 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
 
 
 def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
-    """Return the force that the deck is to give, and the study's where its own solver is the embedded one; N.
+    """Return the expected force of the deck, and that of the study if its solver is the embedded one; N.
 
-    None where they would take more than this machine's memory or days, which is warned of.
+    None, with a warning, if they need too much memory or time.
     """
-    from stemcal.overview.foresight import demand_of_one, objections
-    from stemcal.solvers.deck.as_embedded import as_embedded
+    from stemcal.executors.machine import machine_memory
+    from stemcal.overview.foresight import demand_of_one, excess
+    from stemcal.solvers.deck.model import as_embedded
     from stemcal.solvers.embedded import simulate
 
     of_deck, own = as_embedded(deck), deck.study.kind.force_history
     for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := objections(demand_of_one(study, [deck.diameter]), 1):
-            warn(f"The force that this deck should give was not computed. {' '.join(map(str, too_much))}")
+        if too_much := excess(demand_of_one(study, [deck.diameter]), 1, machine_memory()):
+            warn(f"The expected force of the deck was not computed. {' '.join(map(str, too_much))}")
             return None
-    with waiting("the force that this deck should give", quiet):
+    with waiting("expected force of the deck", quiet):
         force = simulate(of_deck, {}, deck.diameter).peak_force
         return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
 
 
 def _told(of_deck: float, of_study: float | None) -> list[str]:
-    """State the force of a deck (N) beside that of its study, and what to do where they differ."""
-    computed = f"This deck should give {significant(of_deck)} N"
+    """Return the force of a deck and of its study (N), and what to do if they differ."""
+    computed = f"Expected force: {significant(of_deck)} N with this deck"
     if of_study is None:
-        return [f"{computed} (computed by the embedded solver)."]
-    told = [f"{computed}, the study {significant(of_study)} N (both computed by the embedded solver)."]
+        return [f"{computed} (computed with the embedded solver)."]
+    told = [f"{computed}, {significant(of_study)} N in the study (both computed with the embedded solver)."]
     off = 100.0 * (of_deck / of_study - 1.0)
     if abs(off) > _NEAR_PERCENT:
         told.append(f"The deck differs by {off:+.0f} %. Correct the parameters in the program: docs/howto/transfer.md.")

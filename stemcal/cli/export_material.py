@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import opened
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.typed import to_json
@@ -22,17 +21,17 @@ if TYPE_CHECKING:
 
 _COARSEST = 0.5  # of the diameter
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the files are written.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
 Program = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Whose cards: lsdyna *MAT_003, openradioss *MAT_024.", show_default=False),
+    typer.Option("--for", help="Card: *MAT_003 of LS-DYNA or *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],
     typer.Option(
         "--element-size",
         metavar="LENGTH",
-        help="Of your elements; repeat it for a curve over sizes.",
+        help="Element size of your model; repeatable.",
         show_default=False,
     ),
 ]
@@ -49,11 +48,11 @@ def export_material(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the material card for your own model, with the failure strain for its element size.
+    """Write the material card for your own model and its element size.
 
-    Where each element fails by itself, the force depends on the element size and on the position of the mesh. The
-    failure strain is sought with which the mean force over several positions is the calibrated one. The first
-    --element-size is that of the card; with several there is also a curve. Run `stemcal run SPEC` first.
+    If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
+    strain is adjusted until the mean force over several positions is the calibrated force. The card has the first
+    --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
@@ -124,10 +123,8 @@ def _deck(study: Study, found: SizedStrains, row: SizedStrain, program: str) -> 
     """Return the shear test with the elements and the failure strain there, whose card is written."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
-    from stemcal.solvers.protocol import Request
     from stemcal.stages.element_size import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
-    request = Request("material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
     form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
-    return Deck.of(meshed_as(without_lengths(study), request), levels, found.condition, form)
+    return Deck.of(meshed_as(without_lengths(study), row.element_size), levels, found.condition, form)

@@ -19,7 +19,7 @@ from stemcal.cli.console import drop, envelope, fail, new_envelope
 from stemcal.errors import SpecError, StemcalError
 from stemcal.interrupts import Terminated, check, heard
 
-GO_ON = "finished runs are kept; the same command resumes"
+RESUMES = "finished runs are kept; the same command resumes"
 
 
 @contextmanager
@@ -49,8 +49,8 @@ def exit_codes() -> Iterator[None]:
 
 def _leave_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
     if isinstance(interrupt, Terminated):
-        _leave(f"terminated; {GO_ON}", 143)
-    _leave(f"interrupted; {GO_ON}", 130)
+        _leave(f"terminated; {RESUMES}", 143)
+    _leave(f"interrupted; {RESUMES}", 130)
 
 
 def _leave(message: str, code: int) -> NoReturn:
@@ -73,7 +73,7 @@ def _is_typers_own(error: Exception) -> bool:
 def _unexpected(error: Exception) -> str:
     """Return one line on an unforeseen error; its traceback goes to a file, for developers to stderr."""
     if isinstance(error, MemoryError):
-        return f"memory has run out; take fewer workers (--workers) or coarser elements; {GO_ON}"
+        return f"out of memory; use fewer workers (--workers) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
         from stemcal.files.durable import what_happened
@@ -87,7 +87,7 @@ def _unexpected(error: Exception) -> str:
 
 
 def _file_traceback(error: Exception) -> str:
-    """Write the traceback to a new file and tell where."""
+    """Write the traceback to a new file; return a hint where it is."""
     text = "".join(traceback.format_exception(error))
     try:
         with tempfile.NamedTemporaryFile(
@@ -100,8 +100,8 @@ def _file_traceback(error: Exception) -> str:
 
 
 def steady_streams() -> None:
-    """Open outputs that are closed to nothing, and let none refuse a character."""
-    for descriptor in (0, 1, 2):  # in order: else the next file to be opened would be taken for an output
+    """Open closed outputs as the null device, and replace characters that an output cannot encode."""
+    for descriptor in (0, 1, 2):  # in order: otherwise the next opened file would become an output
         with suppress(OSError):
             os.fstat(descriptor)
             continue
@@ -112,7 +112,7 @@ def steady_streams() -> None:
 
 
 def flush_all() -> None:
-    """Write what is left to be printed; what cannot be is dropped, so that Python does not try it again."""
+    """Flush the outputs; drop text that cannot be written, so that Python does not try again."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()

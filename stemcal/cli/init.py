@@ -15,9 +15,11 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Write the keys that have a default as well.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Include the keys that have a default.")] = False,
 ) -> None:
-    """Write NAME.yaml, a commented spec to start from. An existing file is never overwritten.
+    """Write a commented spec to start from.
+
+    The file is NAME.yaml; an existing file is not overwritten.
 
     Example: [bold]stemcal init my-stems[/bold]
     """
@@ -54,6 +56,6 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise UsageError(f"{path} exists already; choose another name or remove it first") from None
+        raise UsageError(f"{path} already exists; choose another name or remove it first") from None
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; choose another folder") from None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
-from stemcal.cli.options import AsJson, Quiet
+from stemcal.cli.session import AsJson, Quiet
 from stemcal.errors import UsageError
 from stemcal.files.reading import decode, read_plain
 from stemcal.files.typed import to_json
@@ -24,40 +24,40 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Read laboratory files: stem diameters, shear tests, other tests of a spec.\n\n"
+    help="Convert laboratory files to stem grades and targets.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
-Folder = Annotated[
-    Path | None, typer.Option("--out", "-o", metavar="DIR", help="Write tables and figures here (csv, json, svg, png).")
+Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
+Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
+Separator = Annotated[str | None, typer.Option(metavar="NAME", help="tab, semicolon …", show_default="detected")]
+Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="point or comma.", show_default="detected")]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Sheet of a workbook.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which a curve starts.")]
+ForceColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
+DisplacementColumn = Annotated[
+    str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")
 ]
-Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="utf-8, utf-16, gbk ...", show_default="found out")]
-Separator = Annotated[
-    str | None, typer.Option(metavar="tab|semicolon|comma|space", help="Between columns.", show_default="found out")
-]
-Decimal = Annotated[str | None, typer.Option(metavar="point|comma", help="Decimal mark.", show_default="found out")]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Which of a workbook.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force before which the tool only settles.")]
-ForceColumn = Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")]
-DisplacementColumn = Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")]
-TimeColumn = Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")]
+TimeColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
 Speed = Annotated[
     str | None,
-    typer.Option(metavar="SPEED", help="Of the tool, as 20mm/min, where files hold time and force alone."),
+    typer.Option(metavar="SPEED", help="Blade speed, for files without displacement."),
 ]
-ForceUnit = Annotated[str | None, typer.Option(metavar="N|kN|kgf|...", show_default="the header's, else N")]
-DisplacementUnit = Annotated[str | None, typer.Option(metavar="mm|cm|...", show_default="the header's, else mm")]
-TimeUnit = Annotated[str | None, typer.Option(metavar="s|ms|min", show_default="the header's, else s")]
+ForceUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="N, kN, kgf …", show_default="heading, else N")]
+DisplacementUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="mm, cm …", show_default="heading, else mm")]
+TimeUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="s, ms or min.", show_default="heading, else s")]
 
 
 @app.command()
 def diameters(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="One row per stem, repeats in columns or rows.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table with one row per stem, or per reading.")],
     grades: Annotated[
-        str | None, typer.Option(metavar="MM,MM,...", help="Diameters of the grades.", show_default="proposed")
+        str | None, typer.Option(metavar="MM,...", help="Diameters of the grades.", show_default="proposed")
     ] = None,
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
-    diameter_column: Annotated[str | None, typer.Option(metavar="NAME|NUMBER,...", show_default="by name")] = None,
+    diameter_column: Annotated[
+        str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")
+    ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
@@ -66,12 +66,12 @@ def diameters(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a normal distribution to stem diameters and assign the stems to grades.
+    """Fit a normal distribution to stem diameters and form grades.
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
     from stemcal.measured.diameters import measure_diameters
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
 
@@ -85,26 +85,18 @@ def diameters(
 
 @app.command()
 def shear(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Force-displacement files, or one of them.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of force–displacement files, or one file.")],
     pattern: Annotated[
         str | None,
-        typer.Option(metavar="GLOB", help="Which files.", show_default="*.csv, .txt, .dat, .tsv, .asc, .tra, .xls(x)"),
+        typer.Option(metavar="GLOB", help="Names of the files.", show_default="all readable"),
     ] = None,
-    index: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Table with columns file, diameter and perhaps grade.")
-    ] = None,
+    index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table of file, diameter and grade.")] = None,
     preload: Preload = 5.0,
-    exclude: Annotated[
-        list[str] | None, typer.Option(metavar="SPECIMEN", help="Leave a specimen out; repeatable.")
-    ] = None,
-    alpha: Annotated[
-        float, typer.Option(metavar="P", min=0.0001, max=0.5, help="Level of Grubbs' test for outliers.")
-    ] = 0.05,
-    spec: Annotated[
-        Path | None, typer.Option(metavar="SPEC", help="Replace the rows of the cutting test in this spec.")
-    ] = None,
+    exclude: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; repeatable.")] = None,
+    alpha: Annotated[float, typer.Option(metavar="P", min=0.0001, max=0.5, help="Level of Grubbs' test.")] = 0.05,
+    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Targets for travel to the maximum and work done by then, too.")
+        bool, typer.Option("--travel-and-work", help="Add travel and work to the targets.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -121,17 +113,16 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find the peak shear force of every specimen and convert the means of the grades to targets.
+    """Convert shear tests to peak forces, their means by grade and targets.
 
-    The diameter of a specimen is read from the file name (7mm-1.csv), above its data, or from an index.
+    The diameter of a specimen is in its file name (7mm-1.csv), above its data or in an index.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
     from stemcal.measured.channels import CurveOptions
-    from stemcal.measured.shear import find_files, measure_shear, read_index
+    from stemcal.measured.shear import find_files, measure_shear, read_index, target_rows
     from stemcal.measured.shear_curves import speed_of
-    from stemcal.measured.target_entries import target_rows
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     known = speed_of(speed) if speed is not None else None
@@ -145,13 +136,13 @@ def shear(
 
 @app.command()
 def tests(
-    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="The study whose tests they are.")],
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder of sheets for each test, by its name.")],
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study with these tests.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with a subfolder of files for each test.")],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/SPECIMEN", help="Leave a specimen out; repeatable.")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; repeatable.")
     ] = None,
-    write: Annotated[bool, typer.Option("--write", help="Write the rows of the tests into the spec.")] = False,
+    write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
     time_column: TimeColumn = None,
@@ -166,16 +157,16 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find slope, peak force and work of every specimen and convert the means to targets.
+    """Convert other laboratory tests to slopes, peak forces, work and targets.
 
-    Means are computed for the responses in the targets of each test, otherwise for the usual ones.
+    The responses are those in the targets of each test; without targets, those usual for its kind.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """
     from stemcal.cli.session import read_study
     from stemcal.measured.channels import CurveOptions
     from stemcal.measured.shear_curves import speed_of
-    from stemcal.measured.text_tables import Form
+    from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
     from stemcal.study.reading.amend import with_rows
@@ -190,7 +181,7 @@ def tests(
         _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote rows of tests into the targets of {spec}; see what is right and wrong: stemcal check {spec}")
+        note(f"wrote the targets of the tests into {spec}; check it with: stemcal check {spec}")
 
 
 def _finish_shear(
@@ -198,8 +189,7 @@ def _finish_shear(
 ) -> None:
     """Write what was asked for, show the rest."""
     from stemcal.files.rows import Column, Rows, Table
-    from stemcal.measured.shear import SpecimenRow
-    from stemcal.measured.target_entries import section_of
+    from stemcal.measured.shear import SpecimenRow, section_of
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.study.reading.amend import with_rows
@@ -217,11 +207,11 @@ def _finish_shear(
     if study is not None and not quiet:
         if further := _beyond_stroke(tests, study):
             note(further)
-        note(f"wrote targets into {spec}; see what is right and wrong: stemcal check {spec}")
+        note(f"wrote the targets into {spec}; check it with: stemcal check {spec}")
 
 
 def _beyond_stroke(tests: ShearTests, study: Study) -> str:
-    """Say that curves are longer than what the simulated blade travels, mm; nothing if they are not."""
+    """Return a note if measured peaks are beyond the stroke of the simulation, otherwise an empty text."""
     from stemcal.overview.foresight import lasting
 
     longest, diameter = max((grade.travel.mean, grade.diameter) for grade in tests.grades)
@@ -230,14 +220,14 @@ def _beyond_stroke(tests: ShearTests, study: Study) -> str:
         return ""
     longer = lasting(study, longest, diameter).text
     return (
-        f"note: the measured force has its maximum at up to {longest:.3g} mm of the machine's travel, which has the "
-        f"give of frame and clamps in it; the simulated blade travels {stroke:.3g} mm in all. {longer} "
-        "Forces are compared, not travel, unless --travel-and-work writes it too"
+        f"note: the measured force peaks at up to {longest:.3g} mm of travel, including the compliance of the testing "
+        f"machine; the stroke of the simulation is {stroke:.3g} mm. {longer} Only forces are compared; with "
+        "--travel-and-work also travel and work"
     )
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
-    """Change the text of a spec; one that would then be wrong is left as it was."""
+    """Change the text of a spec unless the result is invalid."""
     from stemcal.files.durable import write_atomic
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
@@ -259,7 +249,7 @@ def _numbers(text: str | None) -> list[float]:
     try:
         return [float(part) for part in text.split(",")] if text else []
     except ValueError:
-        raise UsageError(f"--grades {text}: give diameters in mm separated by commas, as in 7,8,9,10,11") from None
+        raise UsageError(f"--grades {text}: write diameters in mm separated by commas, such as 7,8,9,10,11") from None
 
 
 def _leave_files(

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_whole, warn
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import Session, existing_folder, opened, read_study
+from stemcal.cli.session import (
+    AsJson,
+    ExecutorName,
+    Out,
+    Quiet,
+    Session,
+    Spec,
+    Workers,
+    existing_folder,
+    opened,
+    read_study,
+)
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
@@ -33,7 +43,7 @@ Until = Annotated[
         autocompletion=lambda: [stage.name for stage in STAGES.built_in],
     ),
 ]
-Retry = Annotated[bool, typer.Option("--retry", help="First compute the failed runs again.")]
+Retry = Annotated[bool, typer.Option("--retry", help="Repeat failed runs first.")]
 
 
 def run(
@@ -46,9 +56,10 @@ def run(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run all stages of a study: screen, rsm, invert, validate; climb and refine if the spec has them.
+    """Run all stages of a study and write the report.
 
-    Interrupt it at any time: the same command resumes with the finished runs. The report is written after each stage.
+    The stages are screen, rsm, invert and validate, with climb and refine if the spec has these sections. Interrupt it
+    at any time: the same command resumes with the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -78,7 +89,7 @@ def compute_again(work: Session) -> None:
 
     entries = retry(work.study, work.folder, work.executor, work.watch)
     failed = sum(entry.status == "failed" for entry in entries)
-    note(f"{len(entries)} failed runs computed again")
+    note(f"{len(entries)} failed runs repeated")
     if failed:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists them")
 
@@ -153,7 +164,7 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
 
 
 def _run(stage: Stage[Any], spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
-    """Run one stage of a study and show what it came to."""
+    """Run one stage of a study and show its result."""
     from stemcal.cli.show import show_stage
     from stemcal.report.showing import showing_of
     from stemcal.stages.fresh import make
@@ -176,9 +187,9 @@ def report(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write report.html, one self-contained page, from the stages that are done.
+    """Write the report, one self-contained page, from the finished stages.
 
-    It may be written while the study still runs.
+    It can also be written while the study runs.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
@@ -196,18 +207,18 @@ def report(
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
     if show and not webbrowser.open(page.resolve().as_uri()):
-        warn(f"No browser was found; open {page} yourself.")
+        warn(f"No browser was found; open {page} by hand.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="The sheet that is filled in, .csv or .xlsx.")]
-_REPLACE = "Replace earlier results, with this reason."
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with results, .csv or .xlsx.")]
+_REPLACE = "Reason for replacing earlier results."
 Replace = Annotated[str, typer.Option("--replace", metavar="WHY", help=_REPLACE, show_default=False)]
-Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Who enters rows without a name.", show_default="you")]
-Sure = Annotated[bool, typer.Option("--yes", "-y", help="Accept values that are far from all others.")]
+Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Operator of rows without a name.", show_default="you")]
+Sure = Annotated[bool, typer.Option("--yes", "-y", help="Accept outlying values.")]
 
 
 def enter(
@@ -222,8 +233,8 @@ def enter(
 ) -> None:
     """Enter results of runs done by hand, then continue the study.
 
-    Each row is checked; right rows are recorded, the others are listed with what is wrong. For a run that could not be
-    done write [bold]failed: why[/bold], with --replace also in the place of an earlier result.
+    Correct rows are recorded, the others are listed with their errors. For a run that was not possible write
+    [bold]failed: why[/bold]; with --replace this also removes an earlier result.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
@@ -250,7 +261,7 @@ def _content(file: Path) -> bytes:
     try:
         return read_plain(file, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{file}: {error.strerror}; name the sheet that is filled in") from None
+        raise UsageError(f"{file}: {error.strerror}; name the sheet with the results") from None
 
 
 def _entered_json(found: Entered) -> dict[str, object]:

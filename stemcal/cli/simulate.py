@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Quiet, Spec
-from stemcal.cli.session import read_study, require_sense
+from stemcal.cli.session import AsJson, Quiet, Spec, read_study, require_sense
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.showing import csv_text
@@ -29,17 +27,17 @@ CUTTING = "cutting"  # the test that the sections of a spec describe
 Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="FACTOR=VALUE", help="A factor's value in the spec's unit; repeatable."),
+    typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; repeatable."),
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the history over time here.")]
+CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="File for the history over time.")]
 FigureFile = Annotated[
-    Path | None, typer.Option("--figure", metavar="FILE", help="Draw force over travel here (png, svg or pdf).")
+    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force over travel (.png, .svg, .pdf).")
 ]
 FramesFolder = Annotated[
-    Path | None, typer.Option("--frames", metavar="DIR", help="Write about 50 frames for ParaView here.")
+    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames (ParaView).")
 ]
 TestName = Annotated[
-    str | None, typer.Option("--test", metavar="NAME", help="A test of the spec's tests.", show_default="cutting")
+    str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
 ]
 
 
@@ -54,9 +52,9 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate one virtual shear test or another test of the spec, or make one run of the program that it names.
+    """Simulate one virtual shear test, or another test of the spec.
 
-    Factors have their mid-level unless set.
+    If the spec names a program, it makes one run of that program. Factors without --set have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -75,7 +73,6 @@ def simulate(
         one_run(study, levels, at, as_json, quiet, csv_file)
         return
     section = test_called(study, test)
-    stroke = stroke_of(study, section, at)
 
     from stemcal.overview.foresight import demand_of_one
     from stemcal.report.progress import compiling
@@ -87,12 +84,11 @@ def simulate(
     require_sense(demand_of_one(alone, [at]), 1)
     if (seconds := seconds_to_prepare()) != 0.0 and not quiet:
         note(compiling(seconds))
-    with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
-        watch = live(status, stroke)
+    with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet):
         if test is None or test == CUTTING:
-            result = shear_test(study, levels, at, watch=watch, frames=frames)
+            result = shear_test(study, levels, at, frames=frames)
         else:
-            result = simulate_test(study, test, levels, at, watch=watch, frames=frames)
+            result = simulate_test(study, test, levels, at, frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -100,32 +96,15 @@ def simulate(
     if as_json:
         say_json(summary(result, test or CUTTING))
     else:
-        _show(result, section, at)
+        from stemcal.report.terminal import simulation_table
+
+        say(simulation_table(result, section, at))
     for warning in result.warnings:
         warn(str(warning))
     if not quiet:
         for path in (csv_file, figure, frames):
             if path:
                 note(f"wrote {path}")
-
-
-def live(
-    status: object, stroke: float, clock: Callable[[], float] = time.monotonic
-) -> Callable[[float, float], None] | None:
-    """Return what shows travel (of the stroke, mm), force and time left during a test; None without a terminal."""
-    from stemcal.numbers import duration
-
-    if not hasattr(status, "update"):
-        return None
-    began: list[float] = []  # with the first report: compiling and meshing before it say nothing of the time left
-
-    def watch(travel: float, force: float) -> None:
-        began[:] = began or [clock()]
-        done = max(0.0, travel / stroke)
-        left = duration((clock() - began[0]) * max(0.0, 1.0 / done - 1.0)) if done > 0.02 else "…"
-        status.update(f"{travel:.2f} of {stroke:.2f} mm, {left} left, {force:.0f} N")
-
-    return watch
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
@@ -161,7 +140,7 @@ def _suggestion(name: str, known: Iterable[str], what: str) -> str:
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     if not study.kind.force_history:
-        _for_embedded_alone({**others, "--figure": figure})
+        _require_embedded({**others, "--figure": figure})
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
@@ -169,20 +148,14 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
 
-def _for_embedded_alone(options: Mapping[str, object]) -> None:
-    """Refuse what a program that the spec names cannot do."""
+def _require_embedded(options: Mapping[str, object]) -> None:
+    """Refuse options that only the embedded solver supports."""
     if given := [name for name, value in options.items() if value is not None]:
-        raise UsageError(f"{', '.join(given)}: for the embedded solver alone; here a program answers")
-
-
-def stroke_of(study: Study, section: LaboratorySection | None, diameter: float) -> float:
-    """Return how far the tool of a test moves, mm."""
-    own = 0.0 if section is None else section.stroke_at(diameter)
-    return own or study.loading.stroke_at(diameter)
+        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:
-    """Return the section of a test, None for cutting; refuse the name of no test."""
+    """Return the section of a test, None for cutting; refuse an unknown name."""
     if test is None or test == CUTTING:
         return None
     for section in study.tests:
@@ -190,16 +163,15 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
             return section
     known = [CUTTING, *(section.name for section in study.tests)]
     remedy = _suggestion(test, known, "the spec's tests")
-    raise UsageError(f"--test {test[:60]!r}: there is no such test; {remedy}")
+    raise UsageError(f"--test {test[:60]!r}: no test has this name; {remedy}")
 
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
-    from stemcal.laboratory import LaboratoryResult
+    from stemcal.laboratory.result import LaboratoryResult
     from stemcal.solvers.measures import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
-    numbers.pop("peak_sd", None)
     warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses
@@ -230,16 +202,10 @@ def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
     save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
 
 
-def _show(result: CuttingResult, section: LaboratorySection | None, diameter: float) -> None:
-    from stemcal.report.terminal import simulation_table
-
-    say(simulation_table(result, section, diameter))
-
-
 def one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
-    """Make one run and show its answer; one that failed ends with exit code 3, its folder is named."""
+    """Make one run and show its answer; a failed run ends with exit code 3 and names its folder."""
     from stemcal.note import Note
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
@@ -267,7 +233,7 @@ def one_run(
 
 
 def _lines(study: Study, answer: Answer) -> list[str]:
-    """Return the answer in lines: each response, and what the run tells of its peak and of elements gone."""
+    """Return the lines of an answer: each response, the travel at the peak and the deleted elements."""
     from stemcal.solvers.protocol import RESPONSES
 
     naming, details = study.naming, answer.details
@@ -276,13 +242,13 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     if "peak_travel" in details:
         lines.append(f"at {details['peak_travel']:.3f} mm of travel")
     if "deleted_in_all" in details:
-        lines.append(f"elements taken away: {details['deleted_elements']} by then, {details['deleted_in_all']} in all")
+        lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
     return lines
 
 
 def _write_curve(answer: Answer, path: Path) -> None:
-    """Write force over travel as far as the run tells of it."""
+    """Write force over travel if the run has a curve."""
     if (curve := answer.details.get("curve")) is None:
-        raise UsageError("--csv: the answer of this program is a number without a curve")
+        raise UsageError("--csv: this program returns a number, not a curve")
     rows = zip(curve["travel"], curve["force"], strict=True)
     write_atomic(path, csv_text([["travel", "force"], *rows], newline="\r\n"))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stemcal.cli.console import fail, say, say_json, say_tables
-from stemcal.cli.options import AsJson, Out, Spec
-from stemcal.cli.session import existing_folder, read_study
+from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
 from stemcal.cli.show import counted_reasons
 from stemcal.files.typed import to_json
 from stemcal.words import counted
@@ -17,15 +16,14 @@ from stemcal.words import counted
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import Holder, StudyFolder
     from stemcal.names import Names
-    from stemcal.overview.status import StageStatus, Status
-    from stemcal.overview.verify import Inspection
+    from stemcal.overview.status import Inspection, StageStatus, Status
     from stemcal.study.model import Study
 
 MOST_NAMES = 20
 
-Runs = Annotated[bool, typer.Option("--runs", help="List every run: levels, result, or why there is none.")]
+Runs = Annotated[bool, typer.Option("--runs", help="List all runs with levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check every file; exit code 1 if one was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if one was changed.")]
 
 
 def status(
@@ -36,9 +34,10 @@ def status(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show progress, failures and the verdict; also while the study runs.
+    """Show progress, failures and the verdict of a study.
 
-    `stemcal run SPEC --retry` computes failed runs again; damaged records are computed again in any case.
+    It can be used while the study runs. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records are
+    repeated in any case.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
@@ -51,7 +50,7 @@ def status(
         result = _runs(study, folder, failed, as_json)
     sound = True
     if verify:
-        from stemcal.overview.verify import inspect
+        from stemcal.overview.status import inspect
 
         found = inspect(study, folder)
         result, sound = {**result, "verify": to_json(found)}, found.ok
@@ -83,12 +82,12 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
 
 
 def state(found: Status, names: Names) -> list[str]:
-    """Return who works on a study, what failed, what is stale, and the verdict with all its reasons."""
+    """Return the process at work, failures, stale stages, and the verdict with all its reasons."""
     from stemcal.stages.verdict.words import in_full
 
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
-        stages.append(f"Results are awaited: fill in {found.sheet}, then `stemcal run SPEC`.")
+        stages.append(f"Waiting for results: fill in {found.sheet}, then `stemcal run SPEC`.")
     return [_worker(found.working), *stages, *in_full(found.verdict, names)]
 
 
@@ -128,21 +127,7 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
 
 def _verified(found: Inspection) -> list[str]:
     intact = found.records - sum(entry.file.startswith("runs/") for entry in found.damaged)
-    lines = [f"{found.folder}: {intact} of {found.records} records are intact."]
-    if found.set_aside:
-        lines.append(f"{found.set_aside} damaged records were moved to runs/damaged earlier.")
-    lines += _named("is of no run", "are of no run", found.orphans)
-    stale = [key[:8] for key in found.stale_records]
-    lines += _named("is a run that the spec no longer needs", "are runs that the spec no longer needs", stale)
-    for stage in found.stages:
-        if stage.changed:
-            lines.append(f"{stage.stage}.json is stale: {', '.join(stage.changed)} changed since.")
-    return lines
-
-
-def _named(one: str, many: str, names: Sequence[str]) -> list[str]:
-    """Return a line that names up to twenty things, none if there are none."""
-    if not names:
-        return []
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return [f"{', '.join(names[:MOST_NAMES])}{more} {one if len(names) == 1 else many}."]
+    stale = [
+        f"{one.stage}.json is stale: {', '.join(one.changed)} changed since." for one in found.stages if one.changed
+    ]
+    return [f"{found.folder}: {intact} of {found.records} records are intact.", *stale]

@@ -4,17 +4,16 @@ The stem lies along x, the blade's edge along y at mid-span, the blade moves dow
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.blade import Blade
-from stemcal.cutting.build import build, stem_mesh
+from stemcal.cutting.build import MeshSize, build, mesh_size, stem_mesh
 from stemcal.cutting.end_state import Shape, shape_of
 from stemcal.cutting.parts import (
     SHARES,
+    Blade,
     Discretisation,
     Loading,
     ShearTest,
@@ -23,7 +22,6 @@ from stemcal.cutting.parts import (
     Symmetry,
     rate_filter,
 )
-from stemcal.cutting.phases import in_phases, mean_over_phases, placed
 from stemcal.cutting.result import (
     BreakWatch,
     CuttingResult,
@@ -32,9 +30,7 @@ from stemcal.cutting.result import (
     evaluate,
     filter_rows,
     force_history,
-    travel_at,
 )
-from stemcal.cutting.size import MeshSize, mesh_size
 from stemcal.fem.stepper import Inspect, simulate
 
 __all__ = [
@@ -52,8 +48,6 @@ __all__ = [
     "Supports",
     "Symmetry",
     "build",
-    "in_phases",
-    "mean_over_phases",
     "mesh_size",
     "placed",
     "rate_filter",
@@ -65,15 +59,11 @@ __all__ = [
 REVISION = 8
 
 
-def shear(
-    test: ShearTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
-) -> CuttingResult:
+def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     """Run a virtual shear test.
 
     Parameters
     ----------
-    watch : callable, optional
-        Called after every output with the travel (mm) and the force (N).
     inspect : callable, optional
         Called with time and solver state, see `fem.stepper.simulate`.
 
@@ -89,10 +79,7 @@ def shear(
     started = time.perf_counter()
 
     def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
-        force = scale * float(forces[0, 2])
-        if watch is not None:
-            watch(travel_at(test, t), force)
-        return breaking.is_past(force, deleted) and how.stop_after_peak
+        return breaking.is_past(scale * float(forces[0, 2]), deleted) and how.stop_after_peak
 
     history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
@@ -100,3 +87,12 @@ def shear(
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
     return replace(result, shape=shape_of(model, history, how.symmetry))
+
+
+def placed(test: ShearTest, shift: float) -> ShearTest:
+    """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½.
+
+    Erosion takes whole elements, so the force depends on where the nodes lie. A shift by s elements mirrors one by −s,
+    so the midpoints of equal parts of [0, ½] stand for all places.
+    """
+    return replace(test, discretisation=replace(test.discretisation, symmetry="half", shift=shift))

@@ -109,17 +109,10 @@ class CuttingResult:
     stroke_was_enough: bool
     warnings: tuple[Note, ...]
     history: ForceHistory
-    peak_sd: float | None = None
-    phase_peaks: tuple[float, ...] = ()
     break_travel: float | None = None
     stroke_end: End = "fallen"
     shape: Shape | None = None
     added_mass_percent: float = 0.0
-
-
-def travel_at(test: Moved, t: float) -> float:
-    """Return how far the blade has come since it touched the stem, mm."""
-    return test.loading.speed * t - test.loading.gap
 
 
 def force_history(test: Moved, history: History, scale: float) -> ForceHistory:

@@ -4,18 +4,18 @@ Several specimens may stand side by side (力, 位移, 力, 位移, …) or shar
 tell is asked for, never guessed; where a choice had to be made, it is said.
 """
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, SECONDS, TIME, TRAVEL, millimetres_in, plain, shown
-from stemcal.measured.text_tables import Form, TextTable, columns_of, given_columns, matching
+from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching
 from stemcal.note import Note, Remedy
 
 NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
 PRELOAD = 5.0  # N
-STRONGEST = 1.0e7  # N; no testing machine is stronger
 _LABEL = 40  # characters of a label that are kept
 _ONLY_DIAMETER = re.compile(r"\W*([dØ]|diameter)?\W*[\d.,]+[ _]?mm\W*", re.IGNORECASE)
 
@@ -52,7 +52,7 @@ class CurveOptions:
             raise UsageError("--time-column needs --speed, the speed of the blade, as in --speed '20 mm/min'")
         if self.displacement_column is not None and self.speed is not None:
             raise UsageError("--speed and --displacement-column exclude each other; give one of them")
-        if not 0.0 <= self.preload < STRONGEST:
+        if not 0.0 <= self.preload < math.inf:
             raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
 
 

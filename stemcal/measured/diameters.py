@@ -13,7 +13,7 @@ from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
 from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, shown
 from stemcal.measured.statistics import LEAST, NormalityTest, Summary, anderson_darling, shapiro_wilk, summarise
-from stemcal.measured.text_tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
+from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.words import counted
 
 SHARE = 0.95  # of the stems that proposed grades must hold

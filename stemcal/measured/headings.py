@@ -1,4 +1,4 @@
-"""Headings of columns: numbers, words and units as the laboratories of many languages write them,.
+"""Headings of columns: numbers, words and units as the laboratories of many languages write them.
 
 Words of alphabets count where they stand alone, those of Chinese, Japanese and Korean, and those of several words,
 anywhere.
@@ -9,7 +9,6 @@ import re
 import unicodedata
 from collections.abc import Sequence
 
-LONGEST = 64  # characters; what is longer holds no number
 # every alternative begins with another character than the one before may end with, so that no text is read twice
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
 # 1,234.5: groups of three, the first without a leading zero, so that 0.250 is never taken for 250
@@ -27,10 +26,7 @@ def as_number(cell: str, decimal: str = ".") -> float | None:
     >>> as_number("1,234.5"), as_number("1.234,5", ","), as_number("1'234.5"), as_number("0,250")
     (1234.5, 1234.5, 1234.5, None)
     """
-    text = _bare(cell)
-    if not 0 < len(text) <= LONGEST:
-        return None
-    text = text.replace("−", "-")
+    text = _bare(cell).replace("−", "-")
     if decimal != ".":
         text = text.translate(_SWAPPED)
     if not _NUMBER.fullmatch(text):
@@ -126,13 +122,11 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
     sought = [plain(word) for word in words]
     ends = tuple(word for word in sought if word in GERMAN)
-    return any(word in lowered if _anywhere(word) else word in parts for word in sought) or any(
+    # Chinese, Japanese, Korean, and several words
+    anywhere = {word for word in sought if min(word) >= "\u1100" or " " in word}
+    return any(word in lowered if word in anywhere else word in parts for word in sought) or any(
         part.endswith(ends) for part in parts if ends
     )
-
-
-def _anywhere(word: str) -> bool:
-    return min(word) >= "\u1100" or " " in word
 
 
 _FOREIGN = tuple(plain(word) for word in (*FORCE, *TRAVEL, *TIME, *DIAMETER, *LABEL, *NOT_MEANT) if not word.isascii())
@@ -173,7 +167,6 @@ _NUMBERS = ("1", "-")  # units on a line of their own; at the end of a name, as 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
 _UNIT = rf"[{_LETTER}][{_LETTER}0-9/²]{{0,7}}"
 _EASTERN = r"\u2e80-\u9fff\uac00-\ud7a3"
-_LONGEST = 200  # characters; a longer name ends in no unit
 
 
 def bare_unit(cell: str) -> str | None:
@@ -184,7 +177,7 @@ def bare_unit(cell: str) -> str | None:
     """
     if not cell or cell.casefold() in _IN_ANY_CASE:
         return cell
-    match = re.fullmatch(rf"[\[(]\s*({_UNIT})?\s*[\])]", _narrow(cell)) if len(cell) <= _LONGEST else None
+    match = re.fullmatch(rf"[\[(]\s*({_UNIT})?\s*[\])]", _narrow(cell))
     return (match[1] or "") if match else None
 
 
@@ -196,8 +189,6 @@ def unit_in(name: str) -> str:
     >>> [unit_in(name) for name in ("Сила, кН", "位移mm", "力（ｋＮ）", "시간(초)")]
     ['кН', 'mm', 'kN', '초']
     """
-    if len(name) > _LONGEST:
-        return ""
     name = _narrow(name)
     match = re.search(rf"(?:[\[(]\s*({_UNIT})\s*[\])]|[/,_]\s*({_UNIT}))\s*$", name)
     if match:

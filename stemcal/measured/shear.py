@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 from stemcal.errors import UsageError
@@ -16,14 +15,12 @@ from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import ShearCurve, read_curves
 from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
-from stemcal.measured.text_tables import Form, find_column, matching, read_table, scale_of
+from stemcal.measured.tables import Form, find_column, matching, read_table, scale_of
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.words import did_you_mean, series
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
-# Grades nearer than this share differ by 8 % in force, for F grows as d^2.6: less than specimens of one grade scatter.
-_APART = 0.03
 _MOST = 10  # names in a note
 
 
@@ -154,9 +151,8 @@ def measure_shear(
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
     notes = (
         *_not_there(listed, files, specimens),
-        *_equal_names(files),
-        *_equal_curves(specimens),
-        *_near_grades(diameters),
+        *_equal("name", [(path.name, path.with_suffix("")) for path in files]),
+        *_equal("curve", [(s.name, s.curve.force.tobytes()) for s in counted]),
         *_preload(grades, how.preload),
     )
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
@@ -176,37 +172,15 @@ def _without_suffix(name: str) -> str:
     return f"{Path(file).stem}{mark}{label}"
 
 
-def _equal_names(files: Sequence[Path]) -> Iterator[Note]:
-    """Yield a note on files that differ only in their suffix, such as a workbook and its export."""
-    alike: dict[Path, list[str]] = {}
-    for path in files:
-        alike.setdefault(path.with_suffix(""), []).append(path.name)
+def _equal(what: str, things: Sequence[tuple[str, object]]) -> Iterator[Note]:
+    """Yield a note on files or specimens with equal things: the name but for its suffix, or the whole curve."""
+    alike: dict[object, list[str]] = {}
+    for name, thing in things:
+        alike.setdefault(thing, []).append(name)
     for names in alike.values():
         if len(names) > 1:
-            text = f"{series(names)} have the same name: they may be one specimen."
-            yield Note("equal_names", "warning", text, Remedy("Leave one out with --exclude."))
-
-
-def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[Note]:
-    """Yield a note on specimens whose curves are the same to the last digit."""
-    alike: dict[bytes, list[str]] = {}
-    for specimen in specimens:
-        if not specimen.excluded:
-            alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
-    for names in alike.values():
-        if len(names) > 1:
-            text = f"{series(names[:_MOST])} have the same curve."
-            yield Note("equal_curves", "warning", text, Remedy("Leave one out with --exclude."))
-
-
-def _near_grades(grades: Sequence[float]) -> Iterator[Note]:
-    """Yield a note on neighbours, in ascending order, that may be one grade written in two ways."""
-    for lower, upper in pairwise(grades):
-        if upper - lower < _APART * upper:
-            share = f"{100.0 * _APART:g} %"
-            text = f"Grades {lower:g} and {upper:g} mm differ by less than {share} and are counted separately."
-            remedy = Remedy("If they are one grade, use one value in both names or in the column grade of an index.")
-            yield Note("near_grades", "caution", text, remedy)
+            text = f"{series(names[:_MOST])} have the same {what}: they may be one specimen."
+            yield Note(f"equal_{what}s", "warning", text, Remedy("Leave one out with --exclude."))
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
@@ -333,3 +307,46 @@ def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[Note]:
         )
         remedy = Remedy(f"Use --preload {0.01 * force:.1g}, 1 % of the maximum.")
         yield Note("preload_of_weak_stems", "caution", text, remedy)
+
+
+# ---- the rows of a spec's targets
+
+
+def target_rows(tests: ShearTests, travel_and_work: bool = False) -> list[str]:
+    """Return a row in YAML for every grade: mean, standard deviation and number of specimens; also comments.
+
+    With `travel_and_work` they also have the travel to the maximum and the work done by then.
+    """
+    made_up = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
+    return [*made_up, *(_row(grade, travel_and_work) for grade in tests.grades)]
+
+
+def section_of(rows: Sequence[str]) -> str:
+    """Return the section `targets` with these rows as YAML."""
+    return "".join(["targets:\n", *(f"  {row if row.startswith('#') else f'- {row}'}\n" for row in rows)])
+
+
+def _row(grade: GradeForces, travel_and_work: bool) -> str:
+    means = {"force": (grade.summary, "N")}
+    if travel_and_work:
+        means |= {"travel": (grade.travel, "mm"), "work": (grade.work, "mJ")}
+    return row_of(grade.diameter, means, grade.summary.n, _short)
+
+
+def row_of(
+    diameter: float, means: Mapping[str, tuple[Summary, str]], n: int, shown: Callable[[float], str], test: str = ""
+) -> str:
+    """Return a row of YAML for means by response, each with its unit."""
+    values = ", ".join(f"{name}: {shown(mean.mean)} {unit}" for name, (mean, unit) in means.items())
+    known = {name: f"{shown(mean.sd)} {unit}" for name, (mean, unit) in means.items() if mean.sd is not None}
+    sd = next(iter(known.values()), "")
+    if len(means) > 1:
+        sd = f"{{{', '.join(f'{name}: {one}' for name, one in known.items())}}}" if known else ""
+    of_test = f"test: {test}, " if test else ""
+    apart = ",\n     " if len(means) > 2 else ", "
+    return f"{{{of_test}diameter: {diameter:g} mm, {values}{sd and f'{apart}sd: {sd}'}, n: {n}}}"
+
+
+def _short(value: float) -> str:
+    """Return a value with as many digits as a laboratory has."""
+    return f"{value:.4g}" if value < 1000 else f"{value:.1f}"

@@ -1,4 +1,4 @@
-"""Every run that a study asks for and its result, for `status` and `run --retry`."""
+"""Every run that a study asks for and its result, and whether each file is sound: `status` and `run --retry`."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -9,6 +9,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
+from stemcal.folder.study_folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder.study_folder import Holder, StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
@@ -16,9 +17,9 @@ from stemcal.runs.outcome import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
-from stemcal.stages.fresh import CODE, changes_since
+from stemcal.stages.fresh import CODE, changed_tables, changes_since
 from stemcal.stages.result import read_result
-from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
+from stemcal.stages.stage import STAGES, Stage, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -44,8 +45,6 @@ class Entry:
     again: bool
     condition: float
     levels: dict[str, float]
-    phases: int | None = absent()
-    element_size: str | None = absent()
     replicate: int | None = absent()
     started: str | None = None
     wall_seconds: float | None = None
@@ -56,10 +55,8 @@ class Entry:
     @property
     def request(self) -> Request:
         """What was asked."""
-        own = self.phases is None and self.element_size is None
-        pictured = own and self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
-        mesh = (self.phases, self.element_size)
-        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, *mesh, self.replicate or 0)
+        pictured = self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
+        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
 @dataclass(frozen=True)
@@ -113,10 +110,10 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    levels, mesh = dict(request.levels), (request.phases, request.element_size, request.replicate or None)
+    levels, replicate = dict(request.levels), request.replicate or None
     if record is None:
         status = "damaged" if problem else "left"
-        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)
+        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
     answer = counted(record)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
@@ -129,7 +126,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
         not stands(record, study.runs),
         request.condition,
         levels,
-        *mesh,
+        replicate,
         *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
     )
 
@@ -246,3 +243,66 @@ def retry(
             folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
+
+
+# ---- verify
+
+
+@dataclass(frozen=True)
+class Damage:
+    """A file and what is wrong with it."""
+
+    file: str
+    problem: str
+
+
+@dataclass(frozen=True)
+class StageState:
+    """A stage's file: what is wrong with it, what has changed since, its changed CSV tables."""
+
+    stage: str
+    problem: str
+    changed: tuple[str, ...]
+    changed_tables: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Whether a study folder is sound: `ok` if nothing is damaged."""
+
+    schema_version: int
+    stage: str
+    study: str
+    folder: str
+    ok: bool
+    records: int
+    damaged: tuple[Damage, ...]
+    stages: tuple[StageState, ...]
+
+
+def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Inspection:
+    """Check every record against its seal and its name, every stage against its spec; change nothing."""
+    solver, keys = solver or make_solver(study), folder.keys()
+    problems = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
+    stages = [_state(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
+    problems |= {f"{state.stage}.json": state.problem for state in stages}
+    changed = "is missing or was changed; `stemcal run SPEC` writes it again"
+    problems |= dict.fromkeys((name for state in stages for name in state.changed_tables), changed)
+    damaged = tuple(Damage(file, problem) for file, problem in problems.items() if problem)
+    return Inspection(1, "verify", study.name, str(folder.path), not damaged, len(keys), damaged, tuple(stages))
+
+
+def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> StageState:
+    name = f"{stage.name}.json"
+    try:
+        content = folder.examine_stage(stage.name)
+        if (version := content.get("schema_version")) != FILE_VERSION:
+            return StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
+        changed = changes_since(study, solver, folder, stage.name)
+        tables: tuple[str, ...] = ()
+        if CODE not in changed:  # of other code it may have another shape
+            tables = tuple(changed_tables(stage.result().from_json(content), folder))
+    except UsageError as error:
+        without_place = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
+        return StageState(stage.name, without_place, ())
+    return StageState(stage.name, "", tuple(changed), tables)

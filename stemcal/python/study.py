@@ -14,6 +14,7 @@ from stemcal.by_hand import Correction, awaited_runs, enter, gone_on, require_sh
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
+from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
@@ -95,8 +96,8 @@ def _study(given: Study | str | Path) -> Study:
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
-    """Warn of days and of scarce memory; refuse what needs more than this machine has."""
-    for said in warnings_before(demand, workers):
+    """Warn of what takes days; refuse what needs more than this machine has."""
+    for said in warnings_before(demand, workers, machine_memory()):
         warnings.warn(said, stacklevel=3)
 
 
@@ -115,7 +116,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     """
     place = checked_path(folder, "folder")
     if not place.is_dir():
-        raise UsageError(f"{place} is not there; run `stemcal run SPEC` first, or name the folder with --out")
+        raise UsageError(f"{place} does not exist; run `stemcal run SPEC` first, or pass another folder")
     found = StudyFolder(place)
     if study is None:
         spec = found.remembered_spec()

@@ -1,6 +1,7 @@
 """Runs asked for and told: by commands and in Python; the files that a study done by hand leaves."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     assert json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["sheet"] == str(
         out / "sheet.csv"
     )
-    assert "Results are awaited: fill in" in command("status", spec, "--out", out).stdout
+    assert "fill in" in command("status", spec, "--out", out).stdout
     for count in (15, 16):
         filled(out)
         assert command("run", spec, "--out", out).exit_code == 6
@@ -114,7 +115,7 @@ def test_a_run_that_failed_may_be_tried_again(tmp_path: Path) -> None:
     assert [row[0] for row in rows if not row[4]] == [runs[0]["run"]]
     filled(out)
     done = command("enter", spec, out / "sheet.csv", "--out", out)
-    assert done.stdout.startswith(f"0 results taken. 14 known already. 1 replaced: {runs[0]['run']}.")
+    assert re.findall(r"\d+", done.stdout)[:3] == ["0", "14", "1"] and runs[0]["run"] in done.stdout
     assert (done.exit_code, study.ask(out)[0]["run"].split()[0]) == (6, "refine")
 
 
@@ -129,7 +130,7 @@ def test_python_asks_and_tells(tmp_path: Path) -> None:
     results = stemcal.calibrate(study, out=out, workers=1)
     assert angle(results.parameters) == pytest.approx(28.2, rel=0.001)
     run = {"run": "rsm 1", "angle": 25.0}
-    with pytest.raises(UsageError, match=r"rsm 1 has the result .* already"):
+    with pytest.raises(UsageError, match=r"rsm 1 already has the result .*, not 25"):
         study.tell([run], out)
     assert study.tell([run], out, replace="misread", who="Li") == 1
 
@@ -167,7 +168,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     ):
         done = command(*words, "--out", out)
         assert done.exit_code == 2 and said in done.stderr, done.stderr
-    with pytest.raises(UsageError, match="kind is embedded, which does its runs itself"):
+    with pytest.raises(UsageError, match=r"write solver: \{kind: sheet\}"):
         stemcal.load_study(smoke).ask(out)
 
 

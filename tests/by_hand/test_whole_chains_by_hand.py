@@ -110,7 +110,7 @@ def test_a_twin_s_sheet_is_refused(tmp_path: Path) -> None:
     folder, twin = StudyFolder(tmp_path / "out"), StudyFolder(tmp_path / "twin")
     other = study.model_copy(update={"name": "Heu (2. Sorte)"})
     sheet = rows_filled(other, awaited(other, twin), lambda levels: 20.0 + 10.0 * levels["sliding"] + levels["wall"])
-    with pytest.raises(UsageError, match=r"the sheet is of the study 'Heu \(2\. Sorte\)', not of 'heap'"):
+    with pytest.raises(UsageError, match=r"study 'Heu \(2\. Sorte\)', not for 'heap'"):
         entered(study, folder, text_of(sheet))
     assert list(folder.keys()) == []
     assert len(entered(other, twin, text_of(sheet)).taken) == 15

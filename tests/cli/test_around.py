@@ -40,7 +40,7 @@ def test_measure_shear_prints_and_writes_targets(tmp_path: Path) -> None:
     spec.write_text(SMOKE.read_text("utf-8"), "utf-8")
     result = command("measure", "shear", DATA / "measured-shear", "--spec", spec, "--out", tmp_path)
     assert result.exit_code == 0
-    assert "of the machine's travel" in result.stderr and "the simulated blade travels 1.33 mm in all" in result.stderr
+    assert "stroke of the simulation is 1.33 mm" in result.stderr
     assert "- {diameter: 8 mm, force: 159.2 N, sd:" in result.stdout
     assert max(map(len, result.stdout.splitlines())) <= 80
     assert command("check", spec).exit_code == 0
@@ -76,7 +76,7 @@ def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
     assert all(Path(path).is_file() for path in drawn)
     refused = command("export", "figures", REPLAY, "pie", "--out", done)
     assert refused.exit_code == 2
-    assert "no figure 'pie'; there are pareto, half-normal" in refused.stderr
+    assert "no figure 'pie'; figures: pareto, half-normal" in refused.stderr
 
 
 @pytest.mark.slow
@@ -152,9 +152,9 @@ def test_doctor_solves_its_known_answers() -> None:
     found: dict[str, Any] = json.loads(result.stdout)["result"]
     rows = {row["what"]: row for row in found["found"]}
     assert (result.exit_code, found["ok"]) == (0, True)
-    assert "exact 0.03685" in rows["known answer: solver"]["found"]
-    assert rows["known answer: surface"]["ok"]
-    assert command("doctor").stdout.count("known answer") == 2
+    assert "exact 0.03685" in rows["self-test: solver"]["found"]
+    assert rows["self-test: surface"]["ok"]
+    assert command("doctor").stdout.count("self-test") == 2
 
 
 def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,7 +163,7 @@ def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "stretched_bar", lambda: (0.04, 0.03))
     result = command("doctor")
     assert result.exit_code == 1
-    assert "WRONG  known answer: solver" in result.stdout
+    assert "WRONG  self-test: solver" in result.stdout
 
 
 def test_explain_takes_words_without_quotes() -> None:

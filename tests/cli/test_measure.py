@@ -305,7 +305,7 @@ def test_units_of_time(tmp_path: Path, head: str, speed: str, options: tuple[str
     assert found["travel_at_max"] == pytest.approx(0.3 * times)
 
 
-@pytest.mark.parametrize("speed", ["10", "nan mm/s", "1e400 mm/s", "0 mm/s", "-1 mm/s", "10 N/s", "fast", "1e300 m/s"])
+@pytest.mark.parametrize("speed", ["10", "nan mm/s", "1e400 mm/s", "0 mm/s", "-1 mm/s", "10 N/s", "fast"])
 def test_a_speed_that_is_none(tmp_path: Path, speed: str) -> None:
     write(tmp_path / "8mm.csv", "Time,Force\n" + lines("{t},{f}\n"))
     assert "--speed" in refused(tmp_path, f"--speed={speed}")
@@ -406,57 +406,6 @@ def test_cycles_with_words_between_are_said(tmp_path: Path) -> None:
     assert "2 rows of numbers apart from the curve" in shear(tmp_path)["notes"]
 
 
-@pytest.mark.parametrize("unit", ["N", "kN", "kgf"])
-@pytest.mark.parametrize("value", ["1e300", "1e308", "1.7e308", "1e15"])
-def test_forces_beyond_all_machines(tmp_path: Path, unit: str, value: str) -> None:
-    write(tmp_path / "8mm.csv", f"Weg (mm),Kraft ({unit})\n" + lines("{d},{f}\n").replace("60.0", value))
-    assert "no testing machine" in refused(tmp_path)
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        '"' * 300_000, '"a' * 150_000, "," * 300_000, " " * 300_000 + "x", "(" * 300_000, "/ " * 150_000,
-        "\t" * 300_000, "1," * 150_000, "直径" * 100_000, "diameter " * 30_000, "-" * 300_000, "1e" * 150_000,
-    ],
-    ids=lambda line: f"{line[:2]!r} {len(line)}",
-)  # fmt: skip
-@pytest.mark.parametrize("where", ["above", "heading", "below"])
-def test_a_long_line(tmp_path: Path, line: str, where: str) -> None:
-    """Read, or refused with the number of the line; soon either way."""
-    body = "Weg,Kraft\n" + lines("{d},{f}\n")
-    text = {"above": f"{line}\n{body}", "heading": body.replace("Weg", line), "below": f"{body}{line}\n"}[where]
-    write(tmp_path / "8mm.csv", text)
-    began = time.process_time()
-    result = command("measure", "shear", tmp_path, "--json")
-    assert time.process_time() - began < 5.0
-    assert result.exit_code in (0, 2) and "internal error" not in result.stderr
-    assert len(result.stderr) < 400
-    assert result.exit_code == 2 or json.loads(result.stdout)["result"]["specimens"][0]["max_force"] == PEAK
-
-
-@pytest.mark.parametrize(
-    "unit", ["{}" * 100_000, "\n" * 300_000, "1\n" * 100_000, "x\n1\n" * 50_000, "1,2\n1\n" * 50_000]
-)
-def test_many_lines(tmp_path: Path, unit: str) -> None:
-    began = time.process_time()
-    write(tmp_path / "8mm.csv", unit)
-    refused(tmp_path)
-    assert time.process_time() - began < 10.0
-
-
-@pytest.mark.parametrize("size", [2_000, 16_000])
-def test_numbers_are_read_in_linear_time(size: int) -> None:
-    """Digits that end in a letter: each must be looked at a few times, not once for each other one."""
-    from stemcal.measured.headings import as_number
-
-    cells = ["1" * size + "x", "1" * size, "1." + "1" * size + "x", "1,111" * (size // 5) + "x", " " * size + "1x"]
-    began = time.process_time()
-    for cell in cells * 20:
-        as_number(cell)
-    assert time.process_time() - began < 0.1
-
-
 @pytest.mark.parametrize(
     ("name", "head"),
     [
@@ -513,11 +462,3 @@ def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:
     found = shear(tmp_path)
     assert [s["specimen"] for s in found["specimens"]] == ["8mm-1.csv", "8mm-1.txt"]
     assert "8mm-1.csv and 8mm-1.txt have the same curve" in found["notes"]
-
-
-def test_grades_that_are_perhaps_one_are_questioned(tmp_path: Path) -> None:
-    """9.9 and 10 mm differ by 1 %, 9.5 and 9.9 by 4 %, 7 and 7.5 by 7 %: only the first pair."""
-    for number, name in enumerate(("7mm-1", "7.5mm-1", "9.5mm-1", "9.9mm-1", "10mm-1"), 1):
-        write(tmp_path / f"{name}.csv", "Weg,Kraft\n" + lines("{d},{f}\n").replace("1", str(number), 1))
-    said = [note for note in shear(tmp_path)["notes"].split("\n") if "counted separately" in note]
-    assert len(said) == 1 and "Grades 9.9 and 10 mm" in said[0]

@@ -147,7 +147,7 @@ def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path, monkeypat
     text = path.read_bytes()
     again = command("init", "maize-2026.yaml")
     assert again.exit_code == 2
-    assert "exists already" in again.stderr
+    assert "already exists" in again.stderr
     assert path.read_bytes() == text
     assert command("init", "new/folder/rape").exit_code == 0
     assert command("check", "new/folder/rape.yaml").exit_code == 0

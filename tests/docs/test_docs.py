@@ -49,7 +49,7 @@ def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     pages = {path.relative_to(tmp_path).as_posix(): path.read_text("utf-8") for path in tmp_path.rglob("*.html")}
     assert "stemcal measure shear" in pages["reference/commands.html"]
     assert "effects[].lenth_t" in pages["reference/stages.html"]
-    assert "TargetUnreachable" in pages["reference/stages.html"]
+    assert "the target is out of reach" in pages["reference/files.html"]
     for name in ("explanation/solver.html", "explanation/statistics.html", "explanation/measured-data.html"):
         assert pages[name].count('<div class="equation"><math') >= 2
     notebook = pages["notebook.html"]

@@ -22,11 +22,11 @@ from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
-from stemcal.report.export.formats import export_tables
+from stemcal.report.export import export_tables
 from stemcal.report.tables.printed import PaperTable
 from stemcal.solvers.options import ResultReader
-from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.readers import read_number
 from stemcal.study.reading import read_study
 
 REPLAY, SMOKE = CONFIGS / "paper-replay.yaml", CONFIGS / "smoke.yaml"
@@ -195,7 +195,7 @@ def test_a_damaged_laboratory_file(folder: Path, _number: int, rng: random.Rando
             case _:
                 content[place:place] = content[place : place + rng.randint(1, 30)]
     found = measured(folder, bytes(content))
-    assert found is None or all(0.0 < specimen.curve.max_force <= 1e7 for specimen in found.specimens)
+    assert found is None or all(0.0 < specimen.curve.max_force < math.inf for specimen in found.specimens)
 
 
 # ---- results of programs

@@ -9,9 +9,8 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.measured.channels import CurveOptions
 from stemcal.measured.diameters import measure_diameters, proposed_grades
-from stemcal.measured.shear import find_files, measure_shear, read_index
+from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
 from stemcal.measured.shear_curves import contact_begins, read_curves
-from stemcal.measured.target_entries import section_of, target_rows
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from stemcal import cutting, laboratory
+from stemcal import cutting
 from stemcal.cutting import ShearTest
 from stemcal.errors import SimulationFailed
-from stemcal.laboratory import cut
+from stemcal.laboratory import perform as laboratory
+from stemcal.laboratory.perform import cut
 from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
 from stemcal.solvers.laboratory_runs import distrusted
 from stemcal.solvers.protocol import Request
@@ -58,7 +59,7 @@ def test_its_mesh_is_where_that_of_the_first_is(tmp_path: Path) -> None:
     study = _study(tmp_path, "", solver="  replicates: 2\n")
     request = Request("rsm", 0, study.midlevels(), 8.0, replicate=2)
     solver = Embedded(study)
-    ((_, again),), (first,) = solver._beside(request), solver._tests(request)
+    ((_, again),), first = solver._beside(request), solver._test(request)
     assert isinstance(again, ShearTest)
     assert again.discretisation == first.discretisation and 0.25 <= first.discretisation.shift < 0.5
 

@@ -109,7 +109,7 @@ class Settings(NamedTuple):
 
 
 class Team(NamedTuple):
-    """The threads that march together, and what one tells the others; `stemcal.fem.threads` makes it."""
+    """The threads that march together, and what one tells the others; `stemcal.fem.stepper` makes it."""
 
     threads: int
     arrived: NDArray[np.int64]  # (1,) how many wait for the rest

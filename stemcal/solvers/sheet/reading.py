@@ -10,9 +10,8 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.files.reading import MIB
-from stemcal.measured.lines import Line
-from stemcal.measured.sheets import decoded, is_foreign, is_workbook, text_of_cell
-from stemcal.measured.sheets import sheets as tables_of
+from stemcal.measured.cells import Line, decoded, is_workbook
+from stemcal.measured.cells import sheets as tables_of
 from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
@@ -67,10 +66,8 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
     """
     if len(content) > MAX_BYTES:
         raise UsageError(f"{source} has more than {MAX_BYTES // MIB} MiB; save the sheet alone")
-    if is_workbook(content):
+    if is_workbook(content, source):
         return _of_workbook(content, source, study, partial)
-    if is_foreign(content):
-        raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
     text = decoded(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not text; save the sheet as .xlsx or CSV")
@@ -95,7 +92,7 @@ def _told(row: object, place: str, study: Study) -> Filled:
     for name in row:
         if name not in (*fields, FAILED):
             raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), list(fields))}")
-    cells = {name: text_of_cell(row.get(name)) for name in fields}
+    cells = {name: "" if row.get(name) is None else str(row[name]).strip() for name in fields}
     reason = row.get(FAILED)
     if reason is not None and reason is not False:
         cells[REMARK] = f"{FAILED}: {reason if isinstance(reason, str) else ''}"
@@ -119,7 +116,7 @@ Lines = Sequence[tuple[int, Sequence[str]]]
 
 def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> list[Filled]:
     """Return the one sheet of a workbook that has a heading."""
-    tables = [(title, _filled_up(rows)) for title, rows in tables_of(content, source)]
+    tables = [(title, _filled_up(rows)) for title, rows in tables_of(content, source).items()]
     sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
@@ -129,7 +126,7 @@ def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> li
 
 def _filled_up(rows: Sequence[Line]) -> Lines:
     """Return the rows of a sheet by number, all of one width."""
-    width = max(len(row.cells) for row in rows)
+    width = max((len(row.cells) for row in rows), default=0)
     return [(number, [*row.cells, *[""] * (width - len(row.cells))]) for number, row in enumerate(rows, 1)]
 
 

@@ -21,10 +21,11 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Step the active factors together towards the measured value; the best step centres the surface's design.
+    help = """Move the centre of the surface's design towards the measured value.
 
-        It walks along the slope that the screening found, climb.steps at most, until the response is past the target.
-        With a section climb in the spec it is part of `stemcal run`.
+        It changes the active factors together, in at most climb.steps steps along the slope of the screening, until the
+        response passes the target; the best step is the new centre. `stemcal run` includes it if the spec has a section
+        climb.
         """
     purpose = "Between stages 1 and 2: a walk towards the target; without this section there is none."
     by_section = True

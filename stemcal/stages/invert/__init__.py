@@ -21,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, reads, simulates = "invert", "Calibration", ("invert", "targets"), False
-    help = "Solve the surface for the measured value: calibrated parameters and how well they are known."
+    help = "Solve the surface for the calibrated parameters and their intervals."
     purpose = "Stage 3: the parameters that give the measured force."
 
     def needs(self, study: Study) -> str | None:

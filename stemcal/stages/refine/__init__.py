@@ -23,11 +23,11 @@ class Refinement(Stage["RefineResult"]):
 
     name, title, reads = "refine", "Refinement", ("refine", "targets")
     pictured = one_by_one = True
-    help = """Simulate at the solution, correct it and step, until the simulated response is right.
+    help = """Correct the parameters until the simulation meets the measured value.
 
-        It ends within refine.tolerance_percent of the measured value, or after refine.budget simulations. A joint fit
-        (invert.diameters) is simulated at each of its diameters; it also ends when the fit no longer moves. With a
-        section refine in the spec it is part of `stemcal run`, and the validation uses the refined parameters. With
+        It stops within refine.tolerance_percent of the measured value, or after refine.budget simulations. A joint fit
+        (invert.diameters) is simulated at each of its diameters; it also stops when the fit no longer changes.
+        `stemcal run` includes it if the spec has a section refine, and the validation uses the refined parameters. With
         refine.in it runs after the validation, in the program or on the mesh where the parameters will be used.
         """
     purpose = """Stage 4: simulate at the solution and correct it, also in another program; left out without this

@@ -20,7 +20,7 @@ class Screening(Stage["ScreenResult"]):
     """A design with two levels of every factor, and the effects found in it."""
 
     name, title, reads = "screen", "Screening", ("screen",)
-    help = "Simulate the screening design and find the factors that matter."
+    help = "Screen the factors for those that affect the response."
     purpose = "Stage 1: which factors matter."
 
     def asked_for(self, study: Study) -> bool:

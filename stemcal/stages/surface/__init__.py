@@ -25,7 +25,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, reads = "rsm", "Response surface", ("rsm",)
-    help = "Simulate the central composite design and fit the response surface."
+    help = "Simulate the response surface design and fit the surface."
     purpose = "Stage 2: the response surface."
 
     def needs(self, study: Study) -> str | None:

@@ -22,7 +22,7 @@ class Validating(Stage["ValidateResult"]):
     """The comparison with what was measured, at every condition."""
 
     name, title, reads, pictured = "validate", "Validation", ("targets", "validate"), True
-    help = "Simulate every measured response at every diameter or other condition with the calibrated parameters."
+    help = "Simulate all measured conditions with the calibrated parameters."
     purpose = "Stage 5: the comparison at every measured diameter."
 
     def needs(self, study: Study) -> str | None:

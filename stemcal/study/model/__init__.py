@@ -5,7 +5,8 @@ A key of a spec is a field, and what it means stands below it: the JSON schema, 
 """
 
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
-from stemcal.study.model.measured_targets import LaboratoryMeans, LaboratorySection, Mean, Target, TargetRow, Targets
+from stemcal.study.model.laboratory_kind import TESTS, LaboratoryKind, LaboratoryMeans, LaboratorySection, PieceSection
+from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets
 from stemcal.study.model.shear_test import (
     DAMPING,
     GAP,
@@ -31,12 +32,14 @@ __all__ = [
     "MOST_FACTORS",
     "PARAMETERS",
     "SOLVERS",
+    "TESTS",
     "AnySolver",
     "BladeSection",
     "ContactSection",
     "Factor",
     "Grades",
     "Growth",
+    "LaboratoryKind",
     "LaboratoryMeans",
     "LaboratorySection",
     "LoadingSection",
@@ -46,6 +49,7 @@ __all__ = [
     "Mesh",
     "OwnQuantity",
     "Parameter",
+    "PieceSection",
     "RunsOptions",
     "SolverKind",
     "SolverOptions",

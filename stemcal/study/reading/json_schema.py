@@ -8,9 +8,9 @@ from itertools import pairwise
 from typing import Any
 
 from stemcal.registry import stages
-from stemcal.study.model import StudyForm
+from stemcal.study.model import SOLVERS, TESTS, Study, StudyForm
+from stemcal.study.model.whole_study import FIELDS
 from stemcal.study.types.field_types import Frozen
-from stemcal.study.types.solver_kind import known_kinds
 from stemcal.study.types.strict_yaml import NodePath
 
 _DEFS = "#/$defs/"
@@ -30,6 +30,8 @@ def json_schema() -> dict[str, Any]:
 
 def _form() -> dict[str, Any]:
     """Return the schema of what stands inside the study, where the shear test's own words are the only ones."""
+    if [kind for registry in (SOLVERS, TESTS) for kind in registry.external if registry.learn(kind.name)]:
+        made_anew()
     schema = StudyForm.model_json_schema()
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
@@ -146,8 +148,16 @@ def meanings() -> dict[str, str]:
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
     sections = [name for name in form()["properties"] if key in keys_of((name,))]
-    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in known_kinds()) else []
+    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in SOLVERS.known()) else []
     return sections[0] if len(sections) == 1 else None
+
+
+def made_anew() -> None:
+    """Have the form of a spec made anew, with the kinds of other packages that have become known."""
+    models: list[type[Frozen]] = [*FIELDS, StudyForm, Study]
+    for model in models:
+        model.model_rebuild(force=True)
+    form.cache_clear()
 
 
 @functools.cache

@@ -1,0 +1,123 @@
+"""From the bytes of a file to lines of cells: texts of any encoding, workbooks of Excel."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from stemcal.errors import UsageError
+from stemcal.files import reading
+from stemcal.measured.headings import familiarity, shown
+
+_BEGINNING = 20_000  # bytes by whose words an encoding is judged
+_EASTERN = ("gb18030", "cp949", "cp932", "cp1251", "cp1254", "cp866", "cp1252")
+_WESTERN = ("cp1252", "cp1254", "gb18030", "cp1251")
+_MODERN = b"PK\x03\x04"  # xlsx, and ods
+_OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
+
+
+class Line(NamedTuple):
+    """A line as it stands in the file, its cells, and whether it is a remark (``# …``)."""
+
+    text: str
+    cells: Sequence[str]
+    remark: bool = False
+
+
+def split(texts: Sequence[str], separator: str) -> list[Line]:
+    """Return lines of text with their cells; an empty line has none."""
+    lines = []
+    for text in texts:
+        remark = text.lstrip().startswith("#")
+        lines.append(Line(text, _cells_of(text.lstrip("# ") if remark else text, separator), remark))
+    return lines
+
+
+def _cells_of(text: str, separator: str) -> list[str]:
+    if not text.strip():
+        return []
+    if separator == " ":
+        cells = text.split()
+    elif '"' in text:  # a quoted cell may hold the separator
+        cells = next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
+    else:
+        cells = text.split(separator)
+    return [cell.strip().strip('"').strip() for cell in cells]
+
+
+def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
+    """Return a text and its encoding.
+
+    It is that of the byte order mark, or UTF-8, or UTF-16; else, of the encodings of Chinese, Korean, Japanese,
+    Russian, Turkish and Western machines, the one in which most words are known.
+
+    >>> decoded("力/N".encode("gbk"), None, Path("a.csv"))
+    ('力/N', 'gb18030')
+    >>> decoded("Сила, Н".encode("cp1251"), None, Path("a.csv"))
+    ('Сила, Н', 'cp1251')
+    """
+    try:
+        found = reading.decoded(content, [encoding] if encoding else _guesses(content))
+    except (LookupError, ValueError):
+        raise UsageError(
+            f"--encoding {shown(encoding or '')[1:-1]}: unknown; take utf-8, utf-16, gbk or another of Python's"
+        ) from None
+    if found is None:
+        named = encoding or next(_guesses(content))
+        raise UsageError(f"{path} is not written in {named}; leave out --encoding or name another")
+    return found
+
+
+def _guesses(content: bytes) -> Iterator[str]:
+    """Yield Unicode, then, unless it is UTF-16, the encodings of one or two bytes a letter, the likeliest first."""
+    yield from (unicode := list(reading.unicodes(content)))
+    if unicode != ["utf-8"]:
+        return
+    begin = content[:_BEGINNING]
+    # letters of Western Europe stand alone among ASCII, Chinese and Cyrillic ones come together
+    usual = _EASTERN if re.search(rb"[\x80-\xff]{2}", begin) else _WESTERN
+    yield from sorted(usual, key=lambda encoding: -familiarity(begin.decode(encoding, "ignore")))
+    yield "latin-1"
+
+
+def is_workbook(content: bytes, source: object) -> bool:
+    """Tell whether a file is an Excel workbook, whatever its name.
+
+    Raises
+    ------
+    UsageError
+        If it is a table that spreadsheet programs open and this module does not read.
+    """
+    if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
+        raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
+    return content.startswith(_MODERN)
+
+
+def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
+    """Return the lines of every sheet of a workbook by its title.
+
+    Raises
+    ------
+    UsageError
+        If the file is damaged, or no workbook of Excel's.
+    """
+    import pandas as pd
+
+    try:
+        book = pd.read_excel(io.BytesIO(content), sheet_name=None, header=None, dtype=str, na_filter=False)
+    except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
+        reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
+        raise UsageError(
+            f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
+        ) from None
+    return {str(title): [_line(row) for row in frame.to_numpy().tolist()] for title, frame in book.items()}
+
+
+def _line(row: Sequence[str]) -> Line:
+    """Return a row of a sheet without the empty cells at its end."""
+    cells = [cell.strip() for cell in row]
+    while cells and not cells[-1]:
+        cells.pop()
+    return Line(" ".join(filter(None, cells)), cells, len(cells) == 1 and cells[0].startswith("#"))

@@ -1,0 +1,328 @@
+"""Tables as testing machines write them: encoding, separator and decimal mark are found out, or given.
+
+A file is read as lines of cells. The data of a table are its longest run of lines with equally many cells and a number
+among them. Once a run has settled, a line may be shorter: machines leave out the separators after the last cell that is
+filled. A workbook may hold a table on each of its sheets.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from stemcal.errors import UsageError
+from stemcal.files.reading import MIB, read_plain
+from stemcal.measured.cells import Line, decoded, is_workbook, sheets, split
+from stemcal.measured.headings import NOT_MEANT, as_number, is_called, names_and_units, shown
+
+SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
+DECIMALS = {"point": ".", "comma": ","}
+MAX_BYTES = 64 * MIB
+_MOST_SHOWN = 12  # columns in a message
+_PROBED = 3000  # lines that decide on separator and decimal mark
+_SETTLED = 3  # lines of full width after which a shorter one belongs to the run
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a file is written; what is None is found out. `sheet` names the one of a workbook that counts."""
+
+    encoding: str | None = None
+    separator: str | None = None
+    decimal: str | None = None
+    sheet: str | None = None
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """The cells of a file as texts, with the form it was found to have.
+
+    Attributes
+    ----------
+    columns, units : tuple of str
+        Name and unit of each column; without a heading, its number and no unit.
+    labels : tuple of str
+        What stands over the heading of each column, the name of a specimen perhaps; empty if there is nothing.
+    headed : bool
+        Whether there is a heading.
+    sheet : str
+        Title of the workbook's sheet, empty for a text.
+    """
+
+    source: str
+    form: Form
+    preamble: tuple[str, ...]
+    columns: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    unread: int = 0  # lines of as many numbers that lie apart from these
+    labels: tuple[str, ...] = ()
+    headed: bool = True
+    sheet: str = ""
+
+    def number(self, row: int, column: int) -> float | None:
+        """Return a cell as a number, None if it is empty or a word."""
+        return self.as_number(self.rows[row][column])
+
+    def as_number(self, cell: str) -> float | None:
+        """Return the number in a text with the table's decimal mark, None if it holds none."""
+        return as_number(cell, self.form.decimal or ".")
+
+    def numbers(self, column: int) -> list[float]:
+        """Return a column of numbers.
+
+        Raises
+        ------
+        UsageError
+            Naming the line of the first cell that is none.
+        """
+        values = []
+        for row, cells in enumerate(self.rows, 1):
+            value = self.as_number(cells[column])
+            if value is None:
+                place = f"{self.source}: data row {row}, {shown(self.columns[column])[1:-1]}"
+                raise UsageError(f"{place}: {shown(cells[column])} is not a number")
+            values.append(value)
+        return values
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether the file says of itself that its data are made up."""
+        return any("synthetic" in line.lower() for line in self.preamble)
+
+
+def read_table(path: Path, form: Form = Form()) -> TextTable:
+    """Return the one table in a file; raise `UsageError` if it holds none, or a workbook several."""
+    tables = read_tables(path, form)
+    if len(tables) > 1:
+        titles = ", ".join(shown(table.sheet) for table in tables)
+        raise UsageError(f"{path}: several sheets hold tables, {titles}; name one with --sheet")
+    return tables[0]
+
+
+def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
+    """Return the tables in a file: one of a text, one for each sheet of a workbook that holds numbers."""
+    try:
+        content = read_plain(path, MAX_BYTES)
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}; name the file of one specimen") from None
+    if is_workbook(content, path):
+        return _of_workbook(content, path, form)
+    if form.sheet is not None:
+        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is no workbook")
+    return [_of_text(content, path, form)]
+
+
+def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
+    """Return the tables of the sheets; numbers in cells have no decimal mark, numbers in texts may have a comma."""
+    found = sheets(content, str(path))
+    if form.sheet is not None:
+        if form.sheet not in found:
+            raise UsageError(f"{path}: no sheet {shown(form.sheet)}; there are {', '.join(map(shown, found))}")
+        found = {form.sheet: found[form.sheet]}
+    marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
+    tables = []
+    for title, lines in found.items():
+        decimal = max(marks, key=lambda mark: _score(lines[:_PROBED], mark, ragged=True))
+        table = _table(lines, Form(None, None, decimal, title), f"{path} [{title}]", ragged=True)
+        if table.rows:
+            tables.append(table)
+    if not tables:
+        raise UsageError(f"{path}: no rows of numbers found on its sheets")
+    return tables
+
+
+def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
+    text, encoding = decoded(content, form.encoding, path)
+    texts = text.splitlines()
+    separator, decimal = max(
+        _candidates(form, texts),
+        key=lambda pair: _score(split(texts[:_PROBED], pair[0]), pair[1], ragged=pair[0] != " "),
+    )
+    table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
+    if not table.rows:
+        raise UsageError(
+            f"{path}: no rows of numbers found; say how the file is written with --separator, --decimal and --encoding"
+        )
+    return table
+
+
+def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the ways of splitting to be tried; a comma can be both marks only where numbers are quoted."""
+    separators = [_named(form.separator, SEPARATORS, "--separator")] if form.separator else list(SEPARATORS.values())
+    decimals = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
+    quoted = any('"' in text for text in texts[:_PROBED])
+    ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
+    if not ways:
+        raise UsageError(
+            "--decimal comma --separator comma: a comma cannot be both unless the numbers are in quotes; "
+            "leave one of them out"
+        )
+    return ways
+
+
+def _named(given: str, known: dict[str, str], option: str) -> str:
+    if given in known or given in known.values():
+        return known.get(given, given)
+    raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; take one of {', '.join(known)}")
+
+
+# ---- where the numbers are among the lines, and what stands above them
+
+
+class _Run(NamedTuple):
+    """First line of the data, the line past the last, and how many cells a full line has."""
+
+    begin: int
+    end: int
+    width: int
+
+
+def _score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool, int, int]:
+    """Judge a way of splitting by the rows it finds, whether the header splits alike, the numbers, and the columns."""
+    run = _data_run(lines, decimal, ragged)
+    alike = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
+    cells = (cell for line in lines[run.begin : run.end] for cell in line.cells)
+    return run.end - run.begin, alike, sum(as_number(cell, decimal) is not None for cell in cells), run.width
+
+
+def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> TextTable:
+    decimal = form.decimal or "."
+    run = _data_run(lines, decimal, ragged)
+    _refuse_broken(lines, run, decimal, source)
+    apart = [*lines[: run.begin], *lines[run.end :]] if run.width > 1 else []
+    above = _above(lines, run, decimal)
+    columns, units, taken = names_and_units([lines[index].cells for index in above], run.width)
+    top = above[taken - 1] if taken else run.begin
+    over = next((line.cells for line in reversed(lines[:top]) if line.cells), ()) if taken else ()
+    return TextTable(
+        source=source,
+        form=form,
+        preamble=tuple(line.text.strip() for line in lines[:top] if line.cells),
+        columns=columns,
+        units=units,
+        rows=tuple(_filled(line.cells, run.width) for line in lines[run.begin : run.end] if line.cells),
+        unread=sum(_is_data(line, run.width, decimal) for line in apart),
+        labels=_filled(over, run.width) if 2 <= len(over) <= run.width else (),
+        headed=bool(taken),
+        sheet=form.sheet or "",
+    )
+
+
+def _filled(cells: Sequence[str], width: int) -> tuple[str, ...]:
+    """Return cells with empty ones behind them."""
+    return (*cells, *[""] * (width - len(cells)))
+
+
+def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
+    """Return the longest run of data; with `ragged`, shorter lines go on with it."""
+    best, most, begin, width, filled = _Run(0, 0, 0), 0, 0, 0, 0
+    for index, line in enumerate(lines):
+        if not line.cells:
+            continue  # an empty line ends nothing
+        if line.remark or all(as_number(cell, decimal) is None for cell in line.cells):
+            width = filled = 0
+            continue
+        goes_on = len(line.cells) == width or (ragged and filled >= _SETTLED and len(line.cells) < width)
+        if not goes_on:
+            begin, width, filled = index, len(line.cells), 0
+        filled += 1
+        if filled > most:
+            best, most = _Run(begin, index + 1, width), filled
+    return best
+
+
+def _is_data(line: Line, width: int, decimal: str) -> bool:
+    return len(line.cells) == width and all(as_number(cell, decimal) is not None for cell in line.cells)
+
+
+def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) -> None:
+    """Raise `UsageError` for a line that cuts a table in two: half a curve has another maximum.
+
+    It has another number of cells and like rows on both sides. A line of words alone, as between two cycles of a test,
+    cuts nothing.
+    """
+    for outwards in (range(run.end, len(lines)), range(run.begin - 1, -1, -1)):
+        places = list(islice((i for i in outwards if lines[i].cells), 2))
+        if run.width > 1 and len(places) == 2 and _is_data(lines[places[1]], run.width, decimal):
+            odd, cells = lines[places[0]], len(lines[places[0]].cells)
+            numbers = any(as_number(cell, decimal) is not None for cell in odd.cells)
+            open_quote = odd.text.count('"') % 2 == 1
+            if not odd.remark and (numbers or open_quote or cells > run.width):
+                raise UsageError(
+                    f"{source}: line {places[0] + 1} has {cells} cells, those around it {run.width}; correct or "
+                    "delete it"
+                )
+
+
+def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
+    """Return the lines of words above the data, the nearest first: a heading, or units and the heading over them."""
+    above: list[int] = []
+    for index in range(run.begin - 1, -1, -1):
+        if not (cells := lines[index].cells):
+            continue
+        if len(cells) != run.width or any(as_number(cell, decimal) is not None for cell in cells) or len(above) == 2:
+            break
+        above.append(index)
+    # a remark over a single column is no name
+    return [] if above and lines[above[0]].remark and run.width == 1 else above
+
+
+# ---- which column is meant
+
+
+def find_column(table: TextTable, words: Sequence[str], what: str, remedy: str, known: Collection[str] = ()) -> int:
+    """Return the first of the columns that `matching` gives; raise `UsageError` if there is none."""
+    found = matching(table, words, known)
+    if not found:
+        raise UsageError(f"{table.source}: no column for {what} among {columns_of(table)}; {remedy}")
+    return found[0]
+
+
+def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
+    """Return the columns whose names hold one of the words: of several those with a unit that is `known`.
+
+    Stress, strain and speeds are none: 应力 holds the word for force.
+    """
+    if not table.headed:
+        return []
+    found = [i for i, name in enumerate(table.columns) if is_called(name, words) and not is_called(name, NOT_MEANT)]
+    return [i for i in found if table.units[i] in known] or [i for i in found if not table.units[i]] or found
+
+
+def scale_of(table: TextTable, column: int, known: dict[str, float], default: str, given: str | None = None) -> float:
+    """Return the factor that turns a column into `default` (N, mm or s)."""
+    unit = given or table.units[column] or default
+    for name, factor in known.items():
+        if unit == name or (unit.lower() == name.lower() and name != "mN" and unit.lower() != "mn"):
+            return factor
+    where = f"{table.source}: column {shown(table.columns[column])}"
+    raise UsageError(f"{where}: unknown unit {shown(unit)}; use one of {', '.join(known)}")
+
+
+def given_columns(table: TextTable, given: str, what: str) -> list[int]:
+    """Return the columns of one name, or of several numbers (from 1) or names between commas."""
+    parts = [given] if given in table.columns else [part.strip() for part in given.split(",")]
+    return [_given_column(table, part, what) for part in parts]
+
+
+def _given_column(table: TextTable, given: str, what: str) -> int:
+    if given in table.columns:
+        return table.columns.index(given)
+    if given.isascii() and given.isdigit() and 1 <= int(given[:6]) <= len(table.columns):
+        return int(given) - 1
+    raise UsageError(f"{table.source}: no column {shown(given)} for {what}; there are {columns_of(table)}")
+
+
+def columns_of(table: TextTable) -> str:
+    """Return the names of the columns; of columns without names the range of their numbers."""
+    names = table.columns[:_MOST_SHOWN]
+    listed = [shown(name) if table.headed else f"{name} ({_range(table, i)})" for i, name in enumerate(names)]
+    more = len(table.columns) - len(names)
+    return ", ".join(listed) + (f" and {more} more" if more else "")
+
+
+def _range(table: TextTable, column: int) -> str:
+    values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
+    return f"{min(values):g} to {max(values):g}" if values else "no numbers"

@@ -1,0 +1,264 @@
+"""A run of a program from beginning to end: its folder, its inputs, the process or processes, what it leaves."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import tempfile
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from stemcal.errors import SimulationFailed, UsageError
+from stemcal.files.durable import digest, make_folder, write_atomic
+from stemcal.files.reading import open_plain
+from stemcal.naming import CUTTING, Naming
+from stemcal.processes import Ended, run_program
+from stemcal.solvers.options import ProgramOptions
+from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.study.model import Study
+from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
+
+OUTPUT = "program-output.txt"
+MOST_SEED = 900_000_000  # the largest that LAMMPS takes
+_KEY_LENGTH = 32
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Files beside the spec that a run needs, each with the hash it had when the study was read."""
+
+    templates: Mapping[Path, str]
+    files: Mapping[Path, str]
+
+    @classmethod
+    def of(cls, templates: Sequence[Path], files: Sequence[Path]) -> Inputs:
+        """Take note of what the files hold now."""
+        return cls({path: file_hash(path) for path in templates}, {path: file_hash(path) for path in files})
+
+    def identity(self) -> dict[str, str]:
+        """Return the hash of each file by its name."""
+        return {path.name: sha256 for path, sha256 in {**self.templates, **self.files}.items()}
+
+    def write(self, folder: Path, values: Mapping[str, str]) -> None:
+        """Put the files into a run folder, templates filled.
+
+        Raises
+        ------
+        SimulationFailed
+            If one of them has changed since the study was read: the record would name the wrong input.
+        """
+        for path, sha256 in {**self.templates, **self.files}.items():
+            if not path.is_file() or file_hash(path) != sha256:
+                raise SimulationFailed("input_changed", f"{path.name} has changed since the study was begun")
+        for path in self.templates:
+            (folder / path.name).write_bytes(fill(template_bytes(path), values))
+        for path in self.files:
+            shutil.copyfile(path, folder / path.name)
+
+
+def file_hash(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    try:
+        with open_plain(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None
+
+
+def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
+    """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
+    drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
+    levels = {name: number(value) for name, value in request.levels.items()}
+    at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
+    return {**drawn, **at, **levels}
+
+
+def seed_of(request: Request) -> int:
+    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
+
+    >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
+    >>> seed_of(run)
+    409313303
+    """
+    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
+    found = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
+    return 1 + int.from_bytes(found[:8], "big") % MOST_SEED
+
+
+def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
+    """Make an empty folder: below `place`, named by the run's key, or among the temporary files."""
+    if place is None:
+        return Path(tempfile.mkdtemp(prefix="stemcal-run-"))
+    folder = make_folder(place) / digest(dict(identity))[:_KEY_LENGTH]
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def discard(folder: Path) -> None:
+    """Remove a run folder; what another program still holds open stays (Windows)."""
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+# Characters of a program's last output that a record keeps.
+_KEPT_OUTPUT = 2000
+
+
+@dataclass(frozen=True)
+class Program(Solver, ABC):
+    """Answers requests by running a program in a folder of its own.
+
+    A kind of program says what its input files are, how a run is written and made, and what beside the files
+    determines an answer.
+
+    Parameters
+    ----------
+    study : Study
+    place : path, optional
+        Where run folders are made; among the temporary files by default.
+    """
+
+    study: Study
+    place: Path | None = None
+    inputs: Inputs = field(init=False)
+
+    revision: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", self._inputs())
+
+    @property
+    def options(self) -> ProgramOptions:
+        """What the spec says of the program."""
+        assert isinstance(self.study.solver, ProgramOptions)
+        return self.study.solver
+
+    @property
+    def naming(self) -> Naming:
+        """What the study calls what is asked and answered."""
+        return self.study.naming
+
+    def placed(self, place: Path) -> Self:
+        """Return the same solver with its run folders below `place`."""
+        return replace(self, place=place)
+
+    @abstractmethod
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return everything that determines the answer: the files' content, how the program runs and is read."""
+        options = self.options
+        return {
+            "solver": self.study.solver.kind,
+            "revision": self.revision,
+            "environment": dict(options.environment),
+            "inputs": self.inputs.identity(),
+            **self._determining(request),
+            "levels": dict(request.levels),
+            **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
+            **({} if self.naming.condition is None else {"condition": request.condition}),
+            **({"replicate": request.replicate} if request.replicate else {}),
+        }
+
+    def solve(self, request: Request) -> Answer:
+        """Run the program for a request; its folder is kept if it fails."""
+        folder = run_folder(self.place, self.identity(request))
+        try:
+            self._write(folder, request)
+        except SimulationFailed as failure:
+            return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
+        answer = self._run(folder, request)
+        if answer.ok:
+            discard(folder)
+        return answer
+
+    @abstractmethod
+    def _inputs(self) -> Inputs:
+        """Take note of the files that runs need."""
+
+    @abstractmethod
+    def _determining(self, request: Request) -> dict[str, Any]:
+        """Return what else determines an answer."""
+
+    @abstractmethod
+    def _write(self, folder: Path, request: Request) -> None:
+        """Put what a run needs into its folder."""
+
+    @abstractmethod
+    def _run(self, folder: Path, request: Request) -> Answer:
+        """Run what is in the folder and return its answer, or why there is none."""
+
+
+def executable(program: str, folder: Path, key: str = "command") -> str:
+    """Return the full path of a program: one on PATH, or, if it is written with a folder, one beside the spec.
+
+    Raises
+    ------
+    UsageError
+        If there is none.
+    """
+    by_path = "/" in program or "\\" in program
+    found = shutil.which(str(folder / program) if by_path else program)
+    if found is None:
+        where = f"in {folder}" if by_path else "on PATH"
+        raise UsageError(f"solver.{key}: there is no program {program!r} {where}; install it or correct its name")
+    return str(Path(found).absolute())
+
+
+def run_command(
+    folder: Path,
+    command: Sequence[str],
+    options: ProgramOptions,
+    place: Path,
+    values: Mapping[str, str],
+    read: Callable[[Ended], Answer],
+) -> Answer:
+    """Run a command of a spec in the folder `place`, its placeholders filled with `values`; see `run_in`."""
+    program, *arguments = command
+    filled = [fill(argument.encode(), values).decode() for argument in arguments]
+    return run_in(folder, [executable(program, place), *filled], options, read)
+
+
+def run_in(
+    folder: Path,
+    command: Sequence[str],
+    options: ProgramOptions,
+    read: Callable[[Ended], Answer],
+    seconds: float | None = None,
+    check: Callable[[Ended], None] | None = None,
+) -> Answer:
+    """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
+
+    It may take so many `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
+    is an exit code other than 0.
+    """
+    try:
+        ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
+    except OSError as error:
+        return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
+    write_atomic(folder / OUTPUT, ended.output)
+    details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
+    try:
+        if ended.timed_out:
+            raise SimulationFailed("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
+        (check or code_is_zero)(ended)
+        answer = read(ended)
+    except SimulationFailed as failure:
+        details["output"] = ended.output[-_KEPT_OUTPUT:]
+        return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})", details=details)
+    return replace(answer, details={**details, **answer.details})
+
+
+def code_is_zero(ended: Ended) -> None:
+    """Raise `SimulationFailed` if a program ended with another code than 0."""
+    if ended.code < 0:
+        raise SimulationFailed("exit_code", f"the program was ended by signal {-ended.code}")
+    if ended.code != 0:
+        last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
+        said = f": {last[:200]}" if last else ""
+        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{said}")

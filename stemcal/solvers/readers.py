@@ -1,0 +1,221 @@
+"""Read the series of numbers in a file that a program has left, JSON, CSV or text, and make one number of it.
+
+Numbers are in ASCII, with Fortran's exponents, or say that they are none.
+"""
+
+import csv
+import json
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.errors import SimulationFailed
+from stemcal.files.reading import MIB, lenient, read_plain
+from stemcal.solvers.options import ResultReader
+
+Array = NDArray[np.float64]
+# 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Not what Python reads beside:
+# 1_000, digits of other scripts.
+NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"
+_NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
+_PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
+_NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
+MAX_BYTES = 20 * MIB  # read in about a second
+LONGEST_LINE = 10_000  # characters of a line that a pattern searches
+
+
+class Series(NamedTuple):
+    """Numbers, and what they are plotted along if that is known."""
+
+    y: Sequence[float]
+    x: Sequence[float] | None = None
+
+
+def read_number(result: ResultReader, folder: Path) -> float:
+    """Return the number a program has left in its run folder.
+
+    Raises
+    ------
+    SimulationFailed
+        If it is not there (``no_result``), cannot be read (``bad_result``) or is not a number (``nan``).
+    """
+    return result.scale * reduce_series(_series(result, folder), result.reduction)
+
+
+def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
+    """Return the travel of a curve and its numbers; raise `SimulationFailed` as `read_number` does."""
+    along, numbers = plotted(_series(result, folder))
+    return along, result.scale * numbers
+
+
+def _series(result: ResultReader, folder: Path) -> Series:
+    text = read_text(folder, result.file, MAX_BYTES)
+    if result.pattern is not None:
+        return _regex(text, result.file, result.pattern)
+    return _csv(text, result) if result.column is not None else _json(text, result)
+
+
+def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
+    """Return a file of the run folder as text; one that a link leads out of the folder is not there."""
+    path = folder / name
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+        if not inside or not path.is_file():
+            raise SimulationFailed("no_result", f"the program has left no file {name}")
+        content = read_plain(path, most)
+    except OSError as error:
+        raise SimulationFailed("bad_result", f"{name}: {error.strerror}") from None
+    if not content.strip():
+        raise SimulationFailed("no_result", f"{name} is empty")
+    if b"\0" in content:
+        raise SimulationFailed("bad_result", f"{name} is not text")
+    return lenient(content)
+
+
+def _json(text: str, result: ResultReader) -> Series:
+    try:
+        data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
+    except (ValueError, RecursionError) as error:
+        raise SimulationFailed("bad_result", f"{result.file} is not JSON: {str(error)[:200]}") from None
+    path = result.path or ""
+    y = _numbers(_found(data, path, result.file), path)
+    x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
+    return Series(y, x)
+
+
+def _found(data: Any, path: str, file: str) -> Any:
+    for step in path.split("."):
+        try:
+            data = data[int(step)] if isinstance(data, list) else data[step]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise SimulationFailed("no_result", f"{file} has no {path} (looked for {step!r})") from None
+    return data
+
+
+def _numbers(found: Any, where: str) -> list[float]:
+    values = found if isinstance(found, list) else [found]
+    return [_number(value, where) for value in values]
+
+
+def _number(value: Any, where: str) -> float:
+    """Return a number, or NaN for none."""
+    if value is None:
+        return float("nan")
+    if isinstance(value, str):
+        number = number_of(value)
+    else:
+        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    if number is None:
+        raise SimulationFailed("bad_result", f"{where}: {str(value)[:40]!r} is not a number")
+    return number
+
+
+def _csv(text: str, result: ResultReader) -> Series:
+    lines = text.splitlines()
+    separator = max(",;\t", key=lines[0].count)
+    try:
+        header, *rows = csv.reader(lines, delimiter=separator)
+    except (csv.Error, ValueError) as error:
+        raise SimulationFailed("bad_result", f"{result.file} is not a CSV table: {error}") from None
+    names = [name.strip() for name in header]
+    y = _column(names, rows, result.column or "", result.file)
+    return Series(y, None if result.along is None else _column(names, rows, result.along, result.file))
+
+
+def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> list[float]:
+    if name not in names:
+        raise SimulationFailed("no_result", f"{file} has no column {name!r}, only {', '.join(names)[:200]}")
+    index = names.index(name)
+    values = []
+    for line, row in enumerate(rows, start=2):
+        if row and len(row) <= index:
+            raise SimulationFailed("bad_result", f"{file}:{line} ends before column {name!r}")
+        if row:
+            values.append(_number(row[index], f"{file}:{line}"))
+    return values
+
+
+def _regex(text: str, file: str, pattern: str) -> Series:
+    search = re.compile(pattern)
+    along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
+    found = [match for line in text.splitlines() for match in search.finditer(line[:LONGEST_LINE])]
+    if not found:
+        raise SimulationFailed("no_result", f"{file} holds nothing that the pattern matches")
+    numbers = [_number(match[number], file) for match in found]
+    return Series(numbers, [_number(match["x"], file) for match in found] if along else None)
+
+
+# ---- from a series to one number
+
+
+def reduce_series(series: Series, reduction: str) -> float:
+    """Return the one number that `reduction` makes of a series.
+
+    >>> reduce_series(Series([0.0, 3.0, 1.0]), "max")
+    3.0
+
+    Raises
+    ------
+    SimulationFailed
+        If the series is empty or contains NaN.
+    """
+    return float(REDUCTIONS[reduction](_finite(series)))
+
+
+def plotted(series: Series) -> tuple[Array, Array]:
+    """Return what a series is plotted along, and its numbers; raise `SimulationFailed` as `reduce_series` does."""
+    y = _finite(series)
+    return _abscissa(series, y.size), y
+
+
+def _finite(series: Series) -> Array:
+    y = np.asarray(series.y, dtype=float)
+    if y.size == 0:
+        raise SimulationFailed("no_result", "the result holds no numbers")
+    if not np.isfinite(y).all():
+        raise SimulationFailed(
+            "nan", f"number {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"
+        )
+    return y
+
+
+REDUCTIONS: dict[str, Callable[[Array], float]] = {
+    "max": np.max,
+    "min": np.min,
+    "first": lambda y: y[0],
+    "last": lambda y: y[-1],
+}
+
+
+def _abscissa(series: Series, size: int) -> Array:
+    x = np.asarray([] if series.x is None else series.x, dtype=float)
+    if x.size != size:
+        raise SimulationFailed("bad_result", f"the curve has {size} numbers and {x.size} values of the travel")
+    if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
+        raise SimulationFailed("bad_result", "the travel of the curve does not rise")
+    return x
+
+
+def required_number(text: str) -> float:
+    """Return the number that a text is; raise `SimulationFailed` if it is none."""
+    if (number := number_of(text)) is None:
+        raise SimulationFailed("bad_result", f"{text[:40]!r} is not a number")
+    return number
+
+
+def number_of(text: str) -> float | None:
+    """Return the number that a text is, NaN where it says that there is none or it did not fit; None for any other.
+
+    >>> [number_of(text) for text in ("1.5-101", " -2.5D+01", "****", "1_000", "12 N")]
+    [1.5e-101, -25.0, nan, None, None]
+    """
+    text = text.strip()
+    if _NUMBER.fullmatch(text):
+        parts = _PARTS.fullmatch(text)
+        assert parts is not None
+        return float(f"{parts[1]}e{parts[2] or 0}")
+    return float("nan") if _NONE.fullmatch(text) else None

@@ -1,0 +1,82 @@
+"""Files as machines write them: every mix of encoding, separator, decimal mark and heading gives the same numbers."""
+
+from pathlib import Path
+
+import pytest
+
+from stemcal.errors import UsageError
+from stemcal.measured.tables import Form, read_table
+
+ROWS = [(0.0, 0.25), (0.5, 12.5), (1.0, -3.75), (1.5, 1200.0)]
+
+
+def written(separator: str, decimal: str, head: list[str]) -> str:
+    body = [separator.join(f"{value:.3f}".replace(".", decimal) for value in row) for row in ROWS]
+    return "\n".join([*head, *body, ""])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gbk"])
+@pytest.mark.parametrize(
+    ("separator", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), ("  ", "."), (" ", ",")]
+)
+def test_every_form_gives_the_same_numbers(tmp_path: Path, encoding: str, separator: str, decimal: str) -> None:
+    head = ["试验机报告", "Specimen 7mm-1", separator.join(["Weg[mm]", "Kraft[N]"])]
+    path = tmp_path / "a.csv"
+    path.write_bytes(written(separator, decimal, head).encode(encoding))
+    table = read_table(path)
+    assert (table.columns, table.units) == (("Weg[mm]", "Kraft[N]"), ("mm", "N"))
+    assert list(zip(table.numbers(0), table.numbers(1), strict=True)) == ROWS
+    assert table.preamble[0] == "试验机报告"
+
+
+def test_units_on_a_line_of_their_own_and_no_header(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text(written("\t", ".", ["Crosshead\tLoad", "(mm)\t(kN)"]))
+    table = read_table(path)
+    assert (table.columns, table.units) == (("Crosshead", "Load"), ("mm", "kN"))
+    path.write_text(written(",", ".", []))
+    assert read_table(path).columns == ("column 1", "column 2")
+
+
+def test_summary_below_the_data_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(written(",", ".", ["x,force"]) + "\nMaximum:,1200.0,N\n")
+    assert len(read_table(path).rows) == len(ROWS)
+
+
+def test_western_letters_are_not_taken_for_chinese(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(written(";", ",", ["Prüfung für Stängel", "Weg;Kraft"]).encode("cp1252"))
+    table = read_table(path)
+    assert (table.form.encoding, table.preamble) == ("cp1252", ("Prüfung für Stängel",))
+
+
+def test_what_is_given_overrides_what_is_found(tmp_path: Path) -> None:
+    """Without a word `1,5` twice could be two or four numbers a line."""
+    path = tmp_path / "a.csv"
+    path.write_text("1,5 2,5\n3,5 4,5\n")
+    assert read_table(path, Form(separator="comma", decimal="point")).rows[0] == ("1", "5 2", "5")
+    assert read_table(path, Form(decimal="comma")).numbers(1) == [2.5, 4.5]
+
+
+@pytest.mark.parametrize(
+    ("content", "form", "words"),
+    [
+        (b"no numbers here\n", Form(), "no rows of numbers"),
+        (b"", Form(), "no rows of numbers"),
+        (b"x,y\n1,2\n", Form(encoding="klingon"), "--encoding klingon: unknown"),
+        (b"\xff\xff\n", Form(encoding="utf-8"), "not written in utf-8"),
+        (b"x,y\n1,2\n", Form(separator="pipe"), "--separator pipe"),
+        (b"PK\x03\x04....", Form(), "cannot be read as a workbook"),
+    ],
+)
+def test_what_cannot_be_read_is_said(tmp_path: Path, content: bytes, form: Form, words: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    with pytest.raises(UsageError, match=words):
+        read_table(path, form)
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"none\.csv: No such file"):
+        read_table(tmp_path / "none.csv")
