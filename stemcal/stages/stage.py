@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later
     from stemcal.stages.result import StageResult
-    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study, Target
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.field_types import Frozen
@@ -117,8 +116,8 @@ class Stage(Checked, Generic[R]):
         """Return the runs that it usually decides on one by one; None if it does not."""
         return None
 
-    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
-        """Return what it adds to the verdict: functions of the evidence that yield reasons."""
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        """Return what it adds to the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
         return ()
 
     def most_there(self, study: Study) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from stemcal.note import Note
     from stemcal.stages.invert.options import InvertOptions
     from stemcal.stages.invert.result import InvertResult
-    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study, Target
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.strict_yaml import Finding
@@ -60,7 +59,7 @@ class Calibration(Stage["InvertResult"]):
 
         return invert
 
-    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         from stemcal.stages.invert.reasons import RULES
 
         return RULES

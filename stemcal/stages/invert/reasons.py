@@ -99,9 +99,9 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
-    surface = evidence.of(SurfaceResult)
-    assert surface is not None and evidence.of(InvertResult) is not None
-    coded = list(evidence.of(InvertResult).point.coded.values())
+    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    assert surface is not None and found is not None
+    coded = list(found.point.coded.values())
     if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
     return advice.to_reconcile(evidence.study, joint)
@@ -109,11 +109,10 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
 
 def edge(evidence: Evidence) -> Iterator[Note]:
     """Yield that the solution is on the edge of the search region, unless a conflict says what to do elsewhere."""
-    surface = evidence.of(SurfaceResult)
-    if surface is None or evidence.of(InvertResult) is None:
+    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    if surface is None or found is None:
         return
-    joint = evidence.of(InvertResult).joint
-    if joint is not None and any(conflict(evidence)):
+    if found.joint is not None and any(conflict(evidence)):
         return  # the conflict says what to do, at a place of its own
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()

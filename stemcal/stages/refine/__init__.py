@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from stemcal.stages.design import Later
     from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
-    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.strict_yaml import Finding
@@ -79,7 +78,7 @@ class Refinement(Stage["RefineResult"]):
 
         return later(study)
 
-    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         from stemcal.stages.refine.reasons import RULES
 
         return RULES

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.registry import surface_designs
 from stemcal.stages.stage import Stage, stage_called
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
-    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study
     from stemcal.study.rules.draft import Draft
     from stemcal.study.types.strict_yaml import Finding
@@ -75,7 +74,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
         return foresee(study, solver, folder)
 
-    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         from stemcal.stages.surface.reasons import RULES
 
         return RULES

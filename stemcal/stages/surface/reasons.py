@@ -143,10 +143,10 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    found = evidence.of(InvertResult)
+    found, surface = evidence.of(InvertResult), evidence.of(SurfaceResult)
     if found is not None and found.certainty is not None:
         return not found.certainty.surface_error_known
-    return evidence.of(SurfaceResult) is not None and evidence.of(SurfaceResult).fitted.df < 1
+    return surface is not None and surface.fitted.df < 1
 
 
 def _where(surface: SurfaceResult, coded: Array) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage, calibrating
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from stemcal.stages.design import Asked
     from stemcal.stages.validate.options import ValidateOptions
     from stemcal.stages.validate.result import ValidateResult
-    from stemcal.stages.verdict.evidence import Evidence
     from stemcal.study.model import Study
 
 
@@ -49,7 +48,7 @@ class Validating(Stage["ValidateResult"]):
 
         return foresee(study, solver, folder)
 
-    def reasons(self) -> Sequence[Callable[[Evidence], Iterator[Note]]]:
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         from stemcal.stages.validate.reasons import RULES
 
         return RULES
