@@ -232,12 +232,11 @@ class ByHand:
         *,
         replace: str = "",
         who: str = "",
-        sure: bool = False,
     ) -> int:
         """Record results; return how many were taken."""
         require_sheet(study)
         with _folder(study, out) as folder:
-            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name(), sure))
+            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name()))
         found.require_all()
         return len(found.taken) + len(found.replaced)
 

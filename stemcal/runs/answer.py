@@ -30,7 +30,7 @@ WORK = "work"  # where solvers that need files have their run folders
 class Progress:
     """Where a stage stands, in runs: `points` of its design with equal levels and condition are one run.
 
-    `preparing` is how many seconds what no row can begin without takes (None: unknown), 0 where nothing is prepared.
+    It is `preparing` while something is made that no row can begin without.
     """
 
     stage: str
@@ -40,7 +40,7 @@ class Progress:
     failed: int
     last_response: float | None
     last_condition: float | None = None
-    preparing: float | None = 0.0
+    preparing: bool = False
     points: int = 0
 
 
@@ -137,9 +137,7 @@ class _Tally:
         elif len(self.warned) == MOST_WARNINGS + 1:
             logger.warning("more runs fail; `stemcal status SPEC --failed` lists them all")
 
-    def report(
-        self, response: float | None = None, condition: float | None = None, preparing: float | None = 0.0
-    ) -> None:
+    def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
         """Tell the watcher where the stage stands."""
         counts = (self.done, self.total, self.cached, self.failed)
         condition = None if response is None else condition
@@ -148,12 +146,12 @@ class _Tally:
 
 def _prepare(solver: Solver, tally: _Tally) -> None:
     """Let the solver do once what its workers need; where that takes a while, the watcher is told so."""
-    seconds = solver.preparing()
-    if seconds != 0.0:
-        tally.report(preparing=seconds)
+    if not solver.preparing():
+        solver.prepare()
+        return
+    tally.report(preparing=True)
     solver.prepare()
-    if seconds != 0.0:
-        tally.report()
+    tally.report()
 
 
 def _recording(

@@ -14,8 +14,7 @@ from stemcal.errors import UsageError, Waiting
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import CUTTING
+from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.climb.result import ClimbResult, ClimbRow

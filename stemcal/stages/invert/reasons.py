@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from stemcal.doe.validation.comparison import ValidationRow
-from stemcal.names import Names
-from stemcal.naming import FORCE
+from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import change, minus, signed_probability
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted, JointRow

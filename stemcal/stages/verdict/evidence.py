@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results
 from stemcal.stages.validate.options import ValidateOptions

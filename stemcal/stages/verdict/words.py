@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import fixed
 from stemcal.stages.result import Judged
 from stemcal.stages.verdict.physics import Doubt, DoubtAt

@@ -169,7 +169,6 @@ class Study(StudyForm):
         *,
         replace: str = "",
         who: str = "",
-        sure: bool = False,
     ) -> int:
         """Record results; return how many were taken.
 
@@ -183,15 +182,13 @@ class Study(StudyForm):
             Why results replace earlier ones; without it they are refused.
         who : str
             Who enters the results.
-        sure : bool
-            Accept values that are far from all others.
 
         Raises
         ------
         UsageError
             With every row that is not taken; the others are.
         """
-        return int(self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure))
+        return int(self._theirs().tell(self, rows, out, replace=replace, who=who))
 
     def _theirs(self) -> Any:
         if self._hands is None:
