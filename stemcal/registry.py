@@ -82,7 +82,7 @@ class Registry(Generic[T]):
         own = {one.name for one in self.built_in}
         for entry in sorted(entry_points(group=self.group), key=lambda one: (one.name, one.value)):
             if entry.name in own or entry.name in found:
-                self._leave_out(entry, f"{entry.name} exists already", f"{entry.name} of {_package(entry)}")
+                self._leave_out(entry, f"{entry.name} already exists", f"{entry.name} of {_package(entry)}")
             else:
                 found[entry.name] = entry
         return found
@@ -124,7 +124,7 @@ class Registry(Generic[T]):
 
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
         self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
-        logger.warning("%s is left out: %s: %s", entry.name, _package(entry), reason)
+        logger.warning("%s is skipped: %s: %s", entry.name, _package(entry), reason)
 
 
 def stages() -> Registry[Any]:

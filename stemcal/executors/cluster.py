@@ -114,24 +114,26 @@ class DaskExecutor(RunExecutor):
     def _translated(self, error: BaseException) -> BaseException:
         """Return Dask's words for a run that outlived too many workers, and for a lost cluster, as ours."""
         if type(error).__name__ in _KILLED:
-            return WorkerDied(f"the Dask workers that had it were lost: {error}")
+            return WorkerDied(f"the Dask workers that computed it were lost: {error}")
         if isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in ("distributed", "tornado"):
             return self._lost()
         return error
 
     def _lost(self) -> ClusterLost:
-        return ClusterLost(f"the Dask scheduler at {self.address} is gone; finished runs are kept, run again to go on")
+        return ClusterLost(
+            f"the Dask scheduler at {self.address} is gone; finished runs are kept, repeat the command to continue"
+        )
 
     def _check_versions(self) -> None:
         try:
             found: dict[str, str] = self._client.run(_version)
         except Exception as error:
             raise UsageError(
-                f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); "
-                f"install stemcal {__version__} where the workers run"
+                f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); install stemcal "
+                f"{__version__} on its machine"
             ) from None
         if not found:
-            logger.warning("the Dask scheduler at %s has no workers yet; runs wait for them", self.address)
+            logger.warning("the Dask scheduler at %s has no workers yet; the runs are waiting", self.address)
         for worker, version in found.items():
             if version != code_version():
                 raise UsageError(_mismatch(worker, version, code_version()))

@@ -95,7 +95,7 @@ class LocalExecutor(RunExecutor):
         except (ChildDied, ChildLate) as problem:
             self._lose_child()
             if self._stopping.is_set():
-                raise WorkerDied("stopped before it was done") from None
+                raise WorkerDied("stopped before it finished") from None
             if isinstance(problem, ChildLate):
                 raise RunTimedOut(limit or 0.0) from None
             raise WorkerDied(f"the worker process ended: {problem}") from None

@@ -87,8 +87,8 @@ def _tell_of_spare() -> None:
         return
     os.environ[_TOLD] = "1"
     logger.warning(
-        "%s: the cache of compiled kernels is not used; this command compiles them anew, which takes minutes, into a "
-        "temporary folder; set STEMCAL_CACHE_DIR to your folder",
+        "%s: the cache of compiled kernels is not used; this command compiles them again into a temporary folder, "
+        "which takes minutes; set STEMCAL_CACHE_DIR to a folder of yours",
         unusable(own_folder()) or own_folder(),
     )
 

@@ -64,16 +64,16 @@ def refuse_link(path: Path) -> None:
     """
     if path.is_symlink():
         raise StemcalError(
-            f"{path} is a link, and outputs are not written through links; remove it, or name another place"
+            f"{path} is a link, and stemcal does not write through links; remove it or choose another place"
         )
 
 
 _REMEDIES = {
-    errno.ENOSPC: "make room; the same command then resumes with the finished runs",
-    getattr(errno, "EDQUOT", errno.ENOSPC): "make room; the same command then resumes with the finished runs",
+    errno.ENOSPC: "free some space; the same command then resumes with the finished runs",
+    getattr(errno, "EDQUOT", errno.ENOSPC): "free some space; the same command then resumes with the finished runs",
     errno.EROFS: "make it writable or choose another place with --out",
     errno.EACCES: "make it writable or choose another place with --out",
-    errno.ENOENT: "its folder was deleted or moved, and what was in it is not there; the same command makes it again",
+    errno.ENOENT: "its folder was deleted or moved; the same command creates it again",
 }
 
 
@@ -170,7 +170,7 @@ def _flush_folder(folder: Path) -> None:
 
 
 class Broken(Exception):
-    """A file that holds no JSON object, or not the one that was sealed; the message says what is wrong."""
+    """A file that contains no JSON object, or not the one that was sealed; the message says what is wrong."""
 
 
 def sealed(content: Mapping[str, Any]) -> str:
@@ -213,7 +213,7 @@ def _parsed(blob: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, dict):
-        raise Broken("holds no JSON object")
+        raise Broken("contains no JSON object")
     return content
 
 

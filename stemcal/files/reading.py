@@ -22,7 +22,7 @@ def open_plain(path: Path) -> BufferedReader:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is not a plain file but a device, a pipe or a socket", str(path))
+        raise OSError(errno.EINVAL, "is a device, a pipe or a socket, not a file", str(path))
     return path.open("rb")
 
 

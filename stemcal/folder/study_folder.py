@@ -45,7 +45,7 @@ logger = logging.getLogger(__name__)
 SCHEMA_VERSION = 2  # of stage files
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
-UNSEALED = "has no SHA-256 by which a changed digit could be seen: an earlier version wrote it, or somebody took it out"
+UNSEALED = "has no SHA-256, so changes cannot be detected: an earlier version wrote it, or the line was removed"
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 
@@ -62,8 +62,8 @@ class Holder:
 
     def __str__(self) -> str:
         if self.pid is None or self.host is None or self.since is None:
-            return "another process works here"
-        return f"process {self.pid} on {self.host} works here since {self.since}"
+            return "another process is using this folder"
+        return f"process {self.pid} on {self.host} has been using this folder since {self.since}"
 
 
 def default_place(study: str) -> Path:
@@ -133,8 +133,8 @@ class StudyFolder:
 
     def _without_locks(self, reason: str) -> StemcalError:
         return StemcalError(
-            f"{self.path}: the file system there cannot lock files ({reason}), so that two commands could spoil each "
-            "other's results; name a folder on a local disk with --out, or have it mounted with locks (NFS: without "
+            f"{self.path}: its file system cannot lock files ({reason}), so two commands could overwrite each other's "
+            f"results; name a folder on a local disk with --out, or have it mounted with locks (NFS: without "
             "nolock and with its lock service, Lustre: with flock)"
         )
 
@@ -223,7 +223,7 @@ class StudyFolder:
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
-        logger.warning("%s %s; set aside, the run is done again", path, problem)
+        logger.warning("%s %s; it was moved to runs/damaged, and the run is repeated", path, problem)
         with suppress(OSError, StemcalError):
             damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
@@ -262,11 +262,11 @@ class StudyFolder:
         try:
             content, has_seal = opened(path)
         except FileNotFoundError:
-            raise UsageError(f"{path} is not there yet; run `stemcal {stage} SPEC` first") from None
+            raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
         except Broken as broken:
             raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
         if content.get("stage") != stage:
-            raise UsageError(f"{path} holds no {stage} stage; run `stemcal {stage} SPEC` again")
+            raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
         return content, has_seal
 
     def has_stage(self, stage: str) -> bool:

@@ -66,7 +66,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
         ) from None
     if found is None:
         named = encoding or next(_guesses(content))
-        raise UsageError(f"{path} is not written in {named}; leave out --encoding or name another")
+        raise UsageError(f"{path} is not encoded in {named}; omit --encoding or choose another")
     return found
 
 
@@ -91,7 +91,7 @@ def is_workbook(content: bytes, source: object) -> bool:
         If it is a table that spreadsheet programs open and this module does not read.
     """
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
-        raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
+        raise UsageError(f"{source} is a spreadsheet format that stemcal cannot read; save it as .xlsx or CSV")
     return content.startswith(_MODERN)
 
 
@@ -110,7 +110,7 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
     except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         raise UsageError(
-            f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
+            f"{source} cannot be read as a workbook of Excel ({reason}); save it again as .xlsx or CSV"
         ) from None
     return {str(title): [_line(row) for row in frame.to_numpy().tolist()] for title, frame in book.items()}
 

@@ -47,11 +47,11 @@ class CurveOptions:
     def check(self) -> None:
         """Raise `UsageError` if an option has no sense, or two contradict each other."""
         if self.time_column is not None and self.displacement_column is not None:
-            raise UsageError("--time-column and --displacement-column exclude each other; give one of them")
+            raise UsageError("--time-column and --displacement-column exclude each other; use one of them")
         if self.time_column is not None and self.speed is None:
             raise UsageError("--time-column needs --speed, the speed of the blade, as in --speed '20 mm/min'")
         if self.displacement_column is not None and self.speed is not None:
-            raise UsageError("--speed and --displacement-column exclude each other; give one of them")
+            raise UsageError("--speed and --displacement-column exclude each other; use one of them")
         if not 0.0 <= self.preload < math.inf:
             raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
 
@@ -155,7 +155,7 @@ def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> 
     if len(acrosses) != len(ups):
         raise UsageError(
             f"{table.source}: {len(ups)} columns of force and {len(acrosses)} of displacement were named; "
-            "name as many of each, or one displacement for all"
+            "name the same number of each, or one displacement for all"
         )
     return list(zip(acrosses, ups, strict=True))
 
@@ -163,7 +163,7 @@ def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> 
 def _unclear(table: TextTable) -> UsageError:
     return UsageError(
         f"{table.source}: the headings {columns_of(table)} do not show whether these are several specimens or several "
-        f"channels of one; {NAME_THEM}, several as in --force-column 2,4 --displacement-column 1,3"
+        f"channels of one; {NAME_THEM}, for several specimens as in --force-column 2,4 --displacement-column 1,3"
     )
 
 

@@ -58,8 +58,8 @@ def scarce(demand: Demand, workers: int, free: float) -> Iterator[Note]:
     if demand.runs and needed > free:
         runs = "a run" if at_a_time == 1 else f"{at_a_time} parallel runs"
         text = (
-            f"About {in_bytes(needed)} of memory are needed for {runs}, and {in_bytes(free)} are free now. A run that "
-            "cannot get its memory fails; the next command repeats it."
+            f"About {in_bytes(needed)} of memory are needed for {runs}, and {in_bytes(free)} are free now. A run "
+            f"without enough memory fails; the next command repeats it."
         )
         fewer = "" if at_a_time == 1 else " or use fewer workers (--workers)"
         yield Note("scarce_memory", "warning", text, Remedy(f"Close other programs{fewer}."))
@@ -132,7 +132,7 @@ def beforehand(study: Study) -> Iterator[Note]:
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
             f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
         )
-        remedy = Remedy("Choose the lengths first, keep them, and report all three.")
+        remedy = Remedy("Fix both lengths before the calibration, and report all three.")
         yield Note("lengths_belong", "caution", text, remedy)
 
 
@@ -145,8 +145,8 @@ def _short_stroke(study: Study) -> Iterator[Note]:
     if stroke < LEAST_STROKE * thickest:
         share = stroke / thickest
         text = (
-            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). A run that "
-            "stops before the maximum gives too small a force."
+            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). If a run "
+            "stops before the peak, its force is too small."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 
@@ -160,13 +160,13 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
     else:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
-    return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
+    return Remedy(f"Set `{edit}`; a run ends when the stem has broken.", edit)
 
 
 def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
     needs = f"rsm.design {design} needs {least} to {most} factors"
     if factors < least:
-        text = f"{needs}, this study has {factors}: it will stop after the screening."
+        text = f"{needs}, but this study has {factors}: it will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
     text = (
         f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
@@ -187,7 +187,7 @@ def _not_varied(study: Study) -> Iterator[Note]:
         screened = study.screen.design != "none" and factor.name not in unseen
         if not screened and factor.name not in study.rsm.factors:
             text = (
-                f"No run varies {factor.name}: it is neither screened nor listed in rsm.factors, and stays at "
+                f"No run varies {factor.name}, which is neither screened nor listed in rsm.factors; it stays at "
                 f"{factor.centre:g}."
             )
             remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")

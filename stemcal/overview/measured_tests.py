@@ -64,9 +64,9 @@ def measure_tests(
         if not study.tests:
             raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
         if not folder.is_dir():
-            raise UsageError(f"{folder}: there is no such folder; name the one that has a folder for each test")
+            raise UsageError(f"{folder} does not exist; give the folder that has a subfolder for each test")
         told = ", ".join(test.name for test in study.tests)
-        raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {told}")
+        raise UsageError(f"{folder} has no subfolder with the name of a test; the tests of {study.name}: {told}")
     asked = [one.partition("/") for one in exclude]
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
         raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")

@@ -201,7 +201,7 @@ def total(found: Plan) -> list[str]:
             "tried": ", measured on half a second of a run on this machine",
             "recorded": f", measured on {counted(found.recorded_runs, 'recorded run')} on this machine",
         }.get(found.source, "")
-        lines.append(f"On one core they take {duration(found.seconds)}{source}.")
+        lines.append(f"On one core this takes {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")

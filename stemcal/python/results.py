@@ -52,7 +52,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: no level of {', '.join(missing)}; give one by name, as in {{{missing[0]!r}: …}}"
+                f"predict: no level of {', '.join(missing)}; pass one by name, as in {{{missing[0]!r}: …}}"
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -149,7 +149,7 @@ class StudyResults:
         """Return the result of a stage by its class; raise `UsageError` if it is not done."""
         if (result := self._results.of(kind)) is not None:
             return result
-        missing = f"{self.folder.path / kind.name}.json is not there yet; run `stemcal {kind.name} SPEC` first"
+        missing = f"{self.folder.path / kind.name}.json does not exist yet; run `stemcal {kind.name} SPEC` first"
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:

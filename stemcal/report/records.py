@@ -158,7 +158,7 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
         ends = sorted(p.finished for p in distinct if p.finished)
         rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
     seconds = sum(p.wall_seconds or 0.0 for p in distinct)
-    rows.append(("Computing time, all runs", duration(seconds)))
+    rows.append(("Computing time of all runs", duration(seconds)))
     return rows
 
 

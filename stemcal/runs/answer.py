@@ -135,7 +135,7 @@ class _Tally:
         if len(self.warned) <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
         elif len(self.warned) == MOST_WARNINGS + 1:
-            logger.warning("more runs fail; `stemcal status SPEC --failed` lists them all")
+            logger.warning("more runs failed; `stemcal status SPEC --failed` lists all")
 
     def report(
         self, response: float | None = None, condition: float | None = None, preparing: float | None = 0.0
@@ -201,7 +201,7 @@ def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], polic
     failed = sum(not answer.ok for answer in answers)
     if len(answers) - failed >= needed:
         return
-    counts = f"{failed} of {len(answers)} runs failed, {needed} must succeed"
+    counts = f"{failed} of {len(answers)} runs failed, but {needed} must succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
 

@@ -83,9 +83,9 @@ def is_censored(answer: Answer) -> bool:
 
 
 _STROKE_ENDS = {
-    "rising": "the response still rose",
-    "regained": "a peak was passed and partly regained",
-    "falling": "a peak was passed, but the response had fallen little",
+    "rising": "the response was still rising",
+    "regained": "the response had risen again after a peak",
+    "falling": "the response had fallen only slightly after a peak",
 }
 
 

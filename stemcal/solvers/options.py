@@ -54,7 +54,7 @@ RunFile = Annotated[
     str,
     StringConstraints(strict=True),
     BeforeValidator(_inside_run_folder),
-    Field(description="The file in the run folder that the program leaves."),
+    Field(description="File in the run folder that the program writes."),
 ]
 Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
 Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
@@ -86,10 +86,10 @@ class ResultReader(Frozen):
     def _names_numbers_once(self) -> Self:
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = f"has {' and '.join(given)}" if given else "does not name the numbers"
+            found = f"has {' and '.join(given)}" if given else "does not say which numbers to read"
             raise complain(found, "write one of column: … (CSV), path: … (JSON) and pattern: … (text)")
         if self.pattern is not None and self.along is not None:
-            raise complain("has along and pattern", "call the group of the travel x in the pattern: (?P<x>…)")
+            raise complain("has along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
         return self
 
 
@@ -126,15 +126,15 @@ FilterWindow = Annotated[
 ]
 EdgeOver = Annotated[
     Literal["elements", "nodes"],
-    Field(description="Whether the edge comes down on a row of nodes or over the middle of a row of elements."),
+    Field(description="Whether the edge is above a row of nodes or above the middle of a row of elements."),
 ]
 Coarsening = Annotated[
     Number,
-    Field(ge=1, le=10, description="Length of the elements at the ends of the stem over those under the edge."),
+    Field(ge=1, le=10, description="Ratio of the element length at the ends of the stem to that under the edge."),
 ]
 CoarseningAround = Annotated[
     Number,
-    Field(ge=1, le=10, description="Width of the elements at the bottom of the section over those under the edge."),
+    Field(ge=1, le=10, description="Ratio of the element width at the bottom of the section to that under the edge."),
 ]
 
 
@@ -234,7 +234,7 @@ Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run; all its processes are then ended."),
+    Field(description="Time limit of one run; then all its processes are terminated."),
 ]
 
 

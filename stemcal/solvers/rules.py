@@ -32,7 +32,7 @@ def elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]
     thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
     if solver.element_size.at(thinnest) > thinnest / 2:
         message = f"elements of {solver.element_size} are too large for a {thinnest:g} mm stem"
-        yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
+        yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
         message = f"elements of {solver.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
@@ -77,8 +77,8 @@ def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Findi
     used = {name for content in contents for _, name in placeholders(content or b"")}
     for index, factor in draft.factors.items():
         if factor.name not in used:
-            message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write it in the place of its value")
+            message = f"neither a template nor the command contains {{{{{factor.name}}}}}"
+            yield Finding(("factors", index, "name"), message, "write it instead of the value")
 
 
 def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:

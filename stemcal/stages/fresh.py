@@ -126,7 +126,7 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
         )
     if changed:
         raise UsageError(
-            f"{folder.path / stage}.json was made from something else ({', '.join(changed)} changed since); "
+            f"{folder.path / stage}.json is out of date ({', '.join(changed)} changed since); "
             f"run `stemcal {stage} SPEC` again"
         )
 
@@ -185,7 +185,7 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     except UsageError:
         return
     if changed := _differences(old, inputs):
-        logger.warning("%s is made anew: %s changed", stage, ", ".join(changed))
+        logger.warning("%s is computed again: %s changed", stage, ", ".join(changed))
         folder.log("inputs_changed", stage=stage, changed=changed)
 
 

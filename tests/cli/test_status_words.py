@@ -55,7 +55,7 @@ def test_the_question_of_a_stem_study(tmp_path: Path) -> None:
     study = make_study(tmp_path)
     assert kind_of(study) == "Calibration of a stem cutting model"
     assert question(study) == (
-        "Which parameters make a simulated stem of 8 mm diameter need the measured maximum cutting force of 110 N? Are "
+        "Which parameters make a simulated stem of 8 mm diameter give the measured maximum cutting force of 110 N? Are "
         "they valid at 2 other values of the stem diameter?"
     )
 
@@ -77,5 +77,5 @@ def test_a_joint_fit_asks_for_all_that_it_fits(tmp_path: Path) -> None:
     some = make_study(tmp_path, f"invert: {{diameters: [{at[0]:g} mm, {at[1]:g} mm]}}\n")
     assert question(some).endswith("Are they valid at 1 other value of the stem diameter?")
     measured = setting_tables(some)[1]
-    assert measured.foot == (f"Bold: what the parameters are fitted to ({NAMES.conditions(at[:2])}).",)
+    assert measured.foot == (f"Bold: fitted values ({NAMES.conditions(at[:2])}).",)
     assert measured.strong == {0, 1}

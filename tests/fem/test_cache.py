@@ -51,7 +51,7 @@ def is_not_used(folder: Path, word: str) -> None:
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o702, 0o722, 0o1777])
 def test_a_folder_that_others_may_write_is_not_used(folder: Path, mode: int) -> None:
     folder.chmod(mode)
-    is_not_used(folder, "may be written by others")
+    is_not_used(folder, "other users may write")
 
 
 @POSIX
@@ -59,7 +59,7 @@ def test_a_folder_that_others_may_write_is_not_used(folder: Path, mode: int) -> 
 def test_nor_one_that_holds_what_others_may_write(folder: Path, inside: str) -> None:
     folder.chmod(0o755)
     (folder / inside).chmod(0o777)
-    is_not_used(folder, f"{inside} may be written by others")
+    is_not_used(folder, f"other users may write to {folder / inside}")
 
 
 @POSIX
@@ -113,6 +113,6 @@ def test_no_link_is_followed(folder: Path, inside: str, tmp_path: Path) -> None:
 @POSIX
 def test_a_place_where_everyone_may_put_folders(folder: Path) -> None:
     folder.parent.chmod(0o777)
-    is_not_used(folder, "may be written by everyone")
+    is_not_used(folder, "every user may write")
     folder.parent.chmod(0o1777)  # as /tmp is: one's own cannot be exchanged
     assert cache.unusable(folder) == ""

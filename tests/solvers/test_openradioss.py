@@ -274,7 +274,7 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
 def test_impulses_are_no_forces() -> None:
     """Without /TH/TITLE th_to_csv has no titles and leaves impulses, which only grow while the blade presses."""
     untitled = "time,DEFAULT 1 var 1,DEFAULT 1 var 2\n0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n"
-    with pytest.raises(SimulationFailed, match="no titles, so they may hold impulses") as caught:
+    with pytest.raises(SimulationFailed, match="no titles, so they may contain impulses") as caught:
         contact_force(untitled, 1)
     assert caught.value.reason == "impulse"
     titled = '"time","TH-INTER 1 a FNZ","TH-INTER 1 a FTZ"\n'

@@ -55,7 +55,7 @@ def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
     """Return the note that some main effects cannot be told apart from these interactions."""
     listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
     if (more := len(hidden) - _SHOWN_FACTORS) > 0:
-        listed.append(f"{more} more likewise")
+        listed.append(f"{more} more")
     text = f"In these {n} runs main effects are fully aliased with two-factor interactions: {'; '.join(listed)}."
     return Note("fully_aliased", "caution", text)
 

@@ -159,7 +159,7 @@ def surface_runs(k: int, options: SurfaceOptions) -> Array:
     """Build a design for the response surface of k factors, its extra runs last."""
     chosen = surface_design(options.design)
     if k < 1:
-        raise UsageError(f"rsm.factors: {k} factors; give at least one")
+        raise UsageError(f"rsm.factors: {k} factors; list at least one")
     design = np.asarray(chosen.points(k, options))
     if not options.extra_runs:
         return design

@@ -162,8 +162,8 @@ def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str])
     points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if points.ndim != 2 or points.shape != (y.size, len(names)):
         raise UsageError(
-            f"response surface: design of shape {points.shape} does not go with {y.size} responses and "
-            f"{len(names)} factors"
+            f"response surface: a design of shape {points.shape} does not match {y.size} responses and {len(names)} "
+            f"factors"
         )
     return points, y
 

@@ -30,7 +30,7 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     slopes = np.asarray(effects, dtype=float)
     longest = float(np.abs(slopes).max(initial=0.0))
     if longest == 0.0:
-        raise UsageError("climb: no active factor has an effect, so there is no slope to walk along")
+        raise UsageError("climb: no active factor has an effect, so there is no slope to follow")
     direction = slopes / longest * (1.0 if rise else -1.0)
     return np.linspace(0.0, 1.0, steps + 1)[:, None] * direction
 
@@ -51,13 +51,13 @@ def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise
     own = np.array([np.nan if size is None else size for size in sizes])
     led = np.flatnonzero(np.isfinite(own) & (slopes != 0.0))
     if not len(led):
-        raise UsageError("climb.step_sizes: none of these factors has an effect to walk along; name an active one")
+        raise UsageError("climb.step_sizes: none of these factors has an effect; choose an active factor")
     base = led[np.argmax(np.abs(slopes[led]))]
     along = np.abs(slopes) * own[base] / abs(slopes[base])
     step = np.where(np.isfinite(own), own, along) * np.sign(slopes) * (1.0 if rise else -1.0)
     inside = int(np.floor(1.0 / np.abs(step).max() + 1e-9))
     if inside < 1:
-        raise UsageError("climb.step_sizes: the first step leaves the ranges; take smaller ones")
+        raise UsageError("climb.step_sizes: the first step is outside the ranges; use smaller steps")
     return np.asarray(np.arange(min(steps, inside) + 1)[:, None] * step)
 
 

@@ -69,7 +69,7 @@ def mistrust(folder: Path) -> str:
     try:
         around, top = folder.parent.stat(), folder.lstat()
         if around.st_mode & stat.S_IWOTH and not around.st_mode & stat.S_ISVTX:
-            return f"{folder.parent} may be written by everyone"
+            return f"every user may write to {folder.parent}"
         if around.st_uid not in (os.geteuid(), 0):
             return f"{folder.parent} is owned by another user"
         reason = _strange(folder, top, open_to_others=True)
@@ -92,7 +92,7 @@ def _strange(path: Path, status: os.stat_result, open_to_others: bool) -> str:
     if status.st_uid != os.geteuid():
         return f"{path} is owned by another user"
     if open_to_others and status.st_mode & _OTHERS_WRITE:
-        return f"{path} may be written by others"
+        return f"other users may write to {path}"
     return ""
 
 

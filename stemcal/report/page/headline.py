@@ -105,7 +105,7 @@ def _question(study: Study) -> str:
     if naming.is_cutting:
         stem = f"a simulated stem of {names.conditions([target.condition])} diameter"
         force = naming.response.text(target.response, ".6g")
-        return f"{which} {stem} need the measured maximum cutting force of {force}?"
+        return f"{which} {stem} give the measured maximum cutting force of {force}?"
     means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
     responses = series(named.long for named, mean in means if mean is not None)
     measured = series(f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None)

@@ -52,7 +52,7 @@ def checks_table(records: Records) -> Table | None:
         Column("run", "Run"),
         Column("peak_force", "Peak", "N", significant),
         Column("peak_travel", "at", "mm", to_decimals(3)),
-        Column("again", "Fell again", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
+        Column("again", "Past peak", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
         Column("elements", "Elements", form=format),
         Column("deleted_elements", "Failed", form=format),
         Column("steps", "Steps", form=format),
@@ -61,8 +61,8 @@ def checks_table(records: Records) -> Table | None:
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
     foot = (
-        "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, "
-        "hourglass: largest share of the internal energy before the peak; small shares mean a quasi-static test."
+        "Failed: elements deleted up to the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
+        "largest share of the internal energy before the peak; if they are small, the test is quasi-static."
     )
     return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
 
@@ -84,7 +84,7 @@ def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = ()
         *("started", "host", "stemcal"),
     ]
     entries = list(found)
-    return Table.of(columns, entries, title, () if entries else ["There are none."])
+    return Table.of(columns, entries, title, () if entries else ["None."])
 
 
 def listed(runs: Table, names: Names) -> Table:

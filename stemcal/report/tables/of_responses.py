@@ -21,8 +21,7 @@ def further_table(
 def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
-        "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the maximum "
-        "force."
+        "Score: distance of a curve from the mean measured curve along a mode; its error is in % of the maximum force."
     )
     return [text] if any(named.apart for named in names.naming.responses) else []
 

@@ -88,7 +88,7 @@ def _measured(study: Study) -> Table:
         foot = ["The parameters are fitted to all of them together."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [f"Bold: what the parameters are fitted to ({Names(naming).conditions(fitted)})."]
+        foot = [f"Bold: fitted values ({Names(naming).conditions(fitted)})."]
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
@@ -138,7 +138,7 @@ def _material(study: Study) -> dict[str, str]:
         else:
             diameters, values = zip(*growth.rows, strict=True)
             told = ", ".join(_written(name, value) for value in values)
-            rows[name] = f"{told} at {', '.join(map(short, diameters))} mm, linear between"
+            rows[name] = f"{told} at {', '.join(map(short, diameters))} mm, interpolated linearly"
     return rows
 
 

@@ -80,7 +80,7 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
         return
     where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
     raise UsageError(
-        f"solver.programs.home: {where}, without whose definitions of keywords the starter ends every run with 'Check "
+        f"solver.programs.home: {where}, so the starter ends every run with 'Check "
         f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
     )
 

@@ -160,7 +160,8 @@ def contact_force(text: str, interface: int) -> ContactForce:
     if not any(_columns(names)):
         raise SimulationFailed(
             "impulse",
-            "the time histories have no titles, so they may hold impulses instead of forces; the engine's file needs "
+            "the time histories have no titles, so they may contain impulses instead of forces; the engine's file "
+            "needs "
             f"{TITLES}, and th_to_csv the file runT01_TITLES",
         )
     if len(chosen) != 2:
@@ -171,7 +172,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
-        raise SimulationFailed("bad_result", "the table of time histories has a row that ends too early") from None
+        raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
     if len(values) < 2 or not np.isfinite(values).all():
         raise SimulationFailed("nan", f"the force of contact {interface} has no numbers")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
@@ -181,7 +182,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(
             "impulse",
-            f"the force of contact {interface} never drops, so the time histories hold impulses instead of forces; "
+            f"the force of contact {interface} never drops, so the time histories contain impulses instead of forces; "
             "install a th_to_csv of the same OpenRadioss",
         )
     return found

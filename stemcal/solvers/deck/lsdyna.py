@@ -97,7 +97,7 @@ def _require_normal_termination(folder: Path, printed: str) -> None:
             "error_termination", f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}"
         )
     if "normaltermination" not in letters:
-        raise SimulationFailed("no_termination", "LS-DYNA did not say that it came to its normal end")
+        raise SimulationFailed("no_termination", "LS-DYNA did not report normal termination")
 
 
 def tail(path: Path, most: int = _TAIL_BYTES) -> str:

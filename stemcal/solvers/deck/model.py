@@ -188,7 +188,7 @@ class Deck:
         if elements > MOST_ELEMENTS:
             raise UsageError(
                 f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, at most "
-                f"{MOST_ELEMENTS:.0e} are written; take coarser elements (solver.element_size) or a shorter specimen"
+                f"{MOST_ELEMENTS:.0e} are written; use larger elements (solver.element_size) or a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
@@ -255,14 +255,15 @@ class Deck:
             )
             if self._element_size > most:
                 yield (
-                    f"elements of {self._element_size:.3g} mm are too coarse for that nose, the stem parts at more "
-                    f"force; take at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
+                    f"elements of {self._element_size:.3g} mm are too large for that nose and the force becomes too "
+                    f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
-            yield "*MAT_NONLOCAL takes history variable 1 for the plastic strain; no LS-DYNA was at hand to see that"
+            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; this is not tested with LS-DYNA"
         if self.density_factor > 1.0:
             yield (
-                f"the stem's density is {self.density_factor:.4g} times that of the study instead of mass on nodes, "
+                f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass on "
+                f"nodes, "
                 "with which the nonlocal field of OpenRadioss diverges"
             )
 
@@ -270,7 +271,7 @@ class Deck:
         beta = self.given["hardening_parameter"]
         if not self.form.for_ls_dyna and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
             kinematic = 100.0 * (1.0 - beta)
-            yield f"*MAT_024 hardens isotropically, {kinematic:g} % of the hardening is kinematic in the study"
+            yield f"*MAT_024 has isotropic hardening; in the study {kinematic:g} % of the hardening is kinematic"
 
     def _rate(self) -> Iterator[str]:
         if self._rate_law != "paper":
@@ -281,22 +282,23 @@ class Deck:
             yield f"{law} is written as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"{law} is written as no rate effect: at the speed of the blade it adds {most:.1g} at most"
+            yield f"{law} is omitted: at the speed of the blade it adds {most:.1g} at most"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
             of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "all strain (VP = 0)"
             yield (
-                f"the rate is that of {of}, which the study smooths over {time:.3g} s; no field of this card does, and "
-                "with little mass vibration counts as rate"
+                f"the card uses the rate of {of} without smoothing, the study smooths it over {time:.3g} s; with "
+                f"little "
+                "mass, vibration increases the rate"
             )
 
     def _rounded(self) -> Iterator[str]:
         exact, apart = _by_field(self.given), {"c", "p", *(["ro"] if self.density_factor > 1.0 else [])}
         changed = [name for name, value in exact.items() if name not in apart and value != self.material[name]]
         if changed:
-            yield f"ten columns round {', '.join(changed)}"
+            yield f"fields of ten columns round {', '.join(changed)}"
 
 
 def _by_field(given: Mapping[str, float]) -> dict[str, float]:

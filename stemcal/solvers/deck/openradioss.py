@@ -136,9 +136,7 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text
     except SimulationFailed as missing:
-        raise SimulationFailed(
-            "no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}"
-        ) from None
+        raise SimulationFailed("no_engine_input", f"the starter wrote no {ENGINE_INPUT}: {missing}") from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's
     engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
     if TITLES not in engine:
@@ -161,13 +159,13 @@ def _engine_ran(folder: Path, ended: Ended) -> None:
             "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
         )
     code_is_zero(ended)
-    raise SimulationFailed("no_termination", "the engine did not say that it came to its normal end")
+    raise SimulationFailed("no_termination", "the engine did not report normal termination")
 
 
 def _table_made(folder: Path, ended: Ended) -> None:
     """Raise `SimulationFailed` unless there is a table of the time histories."""
     if ended.code != 0 or not (folder / TABLE).is_file():
-        because = "" if (folder / HISTORY).is_file() else f": the engine has left no {HISTORY}"
+        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
         raise SimulationFailed("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
 
 

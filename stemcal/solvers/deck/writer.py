@@ -57,7 +57,7 @@ def _head(deck: Deck) -> Iterator[str]:
     yield "$ Units: mm, tonne, s, N, MPa."
     yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
     for note in deck.notes:
-        yield from wrap(f"Not as in the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
+        yield from wrap(f"Difference from the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
     yield from wrap(json.dumps(deck.settings), 78, initial_indent=SETTINGS, subsequent_indent=SETTINGS)
 
 

@@ -62,7 +62,7 @@ def file_hash(path: Path) -> str:
         with open_plain(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None
+        raise UsageError(f"{path}: {error.strerror}; name an existing file") from None
 
 
 def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:

@@ -158,7 +158,7 @@ def run_in(
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:
-            raise SimulationFailed("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
+            raise SimulationFailed("timeout", f"terminated after {options.time_limit:g} s (solver.time_limit)")
         (check or code_is_zero)(ended)
         answer = read(ended)
     except SimulationFailed as failure:
@@ -170,7 +170,7 @@ def run_in(
 def code_is_zero(ended: Ended) -> None:
     """Raise `SimulationFailed` if a program ended with another code than 0."""
     if ended.code < 0:
-        raise SimulationFailed("exit_code", f"the program was ended by signal {-ended.code}")
+        raise SimulationFailed("exit_code", f"the program was terminated by signal {-ended.code}")
     if ended.code != 0:
         last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
         said = f": {last[:200]}" if last else ""

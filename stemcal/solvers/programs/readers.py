@@ -79,7 +79,7 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not inside or not path.is_file():
-            raise SimulationFailed("no_result", f"the program has left no file {name}")
+            raise SimulationFailed("no_result", f"the program wrote no file {name}")
         content = read_plain(path, most)
     except OSError as error:
         raise SimulationFailed("bad_result", f"{name}: {error.strerror}") from None
@@ -162,7 +162,7 @@ def _regex(text: str, file: str, pattern: str) -> Series:
         raise SimulationFailed("timeout", message)
     found = json.loads(done.stdout)
     if not found:
-        raise SimulationFailed("no_result", f"{file} holds nothing that the pattern matches")
+        raise SimulationFailed("no_result", f"{file} has no match for the pattern")
     travel, numbers = ([_number(text, file) for text in texts] for texts in zip(*found, strict=True))
     return Series(numbers, None if found[0][0] is None else travel)
 
@@ -193,7 +193,7 @@ def plotted(series: Series) -> tuple[Array, Array]:
 def _finite(series: Series) -> Array:
     y = np.asarray(series.y, dtype=float)
     if y.size == 0:
-        raise SimulationFailed("no_result", "the result holds no numbers")
+        raise SimulationFailed("no_result", "the result contains no numbers")
     if not np.isfinite(y).all():
         raise SimulationFailed(
             "nan", f"number {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"

@@ -72,7 +72,7 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     if not reached:
         response = names.response.long
         text = (
-            f"The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside."
+            f"The steps reached the edge of the ranges before the {response} passed the target, which may be outside."
         )
         remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
         yield Note("target_not_passed", "warning", text, remedy)

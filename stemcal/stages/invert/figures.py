@@ -26,7 +26,7 @@ def plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -
     """Return the figures of a calibration."""
     known, plots = invert.certainty, []
     likelihoods = (
-        "Profile of each factor, the others free. The 95 % interval is where the curve is below the dashed line "
+        "Profile of each factor, the others fitted. The 95 % interval is where the curve is below the dashed line "
         "(shaded); vertical line: the calibrated value."
     )
     exact = (

@@ -81,7 +81,7 @@ def without_lengths(study: Study) -> Study:
     if not study.kind.any_element_size:
         raise UsageError(f"export material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
     if STRAIN not in study.names:
-        raise UsageError(f"export material adjusts {STRAIN}, which is no factor of this study. Add it as a factor.")
+        raise UsageError(f"export material adjusts {STRAIN}, which is not a factor of this study. Add it to factors.")
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -180,7 +180,9 @@ def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[
     ]
     if row.interval is not None:
         low, high = row.interval
-        lines.append(f"95 % interval of the failure strain by the scatter over the positions: {low:.3g} to {high:.3g}.")
+        lines.append(
+            f"95 % interval of the failure strain from the scatter over the positions: {low:.3g} to {high:.3g}."
+        )
     if study.material.growing():
         grown = "Parameters of this study depend on the stem's diameter: all values here are for"
         lines.append(f"{grown} {found.condition:g} mm.")
@@ -198,11 +200,12 @@ def curve_lines(found: SizedStrains) -> list[str]:
 
 def not_valid(found: SizedStrains, row: SizedStrain) -> str:
     """Return why an element size is not valid, and what to do."""
-    where = f"--element-size: elements of {row.element_size:g} mm are not possible"
+    where = f"--element-size: {row.element_size:g} mm is not possible"
     if abs(row.force / found.aim - 1.0) > VALID:
         return (
-            f"{where}: the force nearest to {found.aim:.4g} N is {row.force:.4g} N, because it jumps between failure "
-            "strains. Choose larger elements."
+            f"{where}: the force jumps between failure strains and is {row.force:.4g} N at best (target "
+            f"{found.aim:.4g} "
+            "N). Choose larger elements."
         )
     return (
         f"{where}: the force scatters by {row.sd_percent or 0.0:.3g} % over the positions of the mesh, and "

@@ -18,12 +18,13 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     response = screen.naming.response.noun
     bars = (
-        f"Effects by size; blue raises and orange lowers the {response}. An effect beyond Lenth's margin of error (ME) "
+        f"Effects by size: blue increases and orange decreases the {response}. An effect beyond Lenth's margin of "
+        f"error (ME) "
         "or the limit of the t test is significant; beyond SME also after correction for the number of effects."
     )
     line = (
-        "Half-normal plot: effects above the line of chance and beyond Lenth's margins are significant. Symbols are "
-        "those of the table of effects."
+        "Half-normal plot: effects above the line of chance and beyond Lenth's margins are significant. Symbols as in "
+        "the table of effects."
     )
     return [
         Plot("pareto", "screen", bars, partial(pareto, screen, labels)),

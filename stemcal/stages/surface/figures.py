@@ -43,7 +43,7 @@ def _pair_plots(
     unit = f" in {response.written}" if response.written else ""
     met = f" Orange: the measured {response.noun}; star: the solution." if invert else ""
     lines = f"{response.capital} {over}{held}, contours{unit}.{met} White dots: design points (numbers: repeats)."
-    dots = " Dots: runs, full above the surface and open below it." if alone else ""
+    dots = " Dots: runs, filled above the surface and open below it." if alone else ""
     relieved = f"Surface of the {response.noun} {over}{held}, with contours projected on the base.{dots}"
     flat, lifted = (partial(draw, rsm, pair, invert, labels) for draw in (contours, relief))
     return [

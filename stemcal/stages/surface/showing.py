@@ -151,7 +151,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, _short_names(stage, names), to_decimals(3)),
     ]
-    point = "No single stationary point: the surface is a plane, or level along some direction."
+    point = "No single stationary point: the surface is a plane, or constant along some direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
             f"Stationary point: {words.shape_name(shape)}, {names.quantity(shape.predicted)} at "
@@ -159,8 +159,9 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
             f"{'inside' if shape.inside else 'outside'} the region of the runs."
         )
     curved = (
-        f"Negative: the {names.response.long} falls on both sides along that axis; the columns give its direction, "
-        "coded."
+        f"Negative curvature: the {names.response.long} decreases on both sides along that axis. The last columns are "
+        f"its "
+        "direction in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)

@@ -34,7 +34,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
             text += f" {len(shown)} of {len(responses)} responses are shown: the first and those of the largest errors."
         plots.append(Plot(name, "validate", text, draw, on_page))
     if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
-        text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
+        text = "The same forces on logarithmic axes; the slope is the exponent n in F ∝ dⁿ."
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
 

@@ -55,7 +55,7 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     if found:
         return min(found, key=lambda entry: entry[0])[1]
     fixed = "loading and specimen" if study.naming.is_cutting else "the values that the simulation holds fixed"
-    return Remedy(f"No range of {series(surface.names)} alone reaches it; check the units, and {fixed}.")
+    return Remedy(f"No range of {series(surface.names)} alone includes it; check the units, and {fixed}.")
 
 
 def _widened(factor: Factor, up: bool, width: float) -> Remedy:
@@ -183,7 +183,7 @@ def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
-    return f"Let {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
+    return f"Make {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:

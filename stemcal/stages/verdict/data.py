@@ -158,9 +158,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = (
-                f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
-            )
+            text = f"The program gave {ends} for the same levels: it is stochastic, which the spec does not declare."
             yield Note("undeclared_scatter", "error", text, evidence.study.solver.chance_remedy())
             return
 
@@ -178,15 +176,13 @@ def units(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
-                f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
+                f"The measured {named.long} ({measured}) is about {size:.4g} times the result of the program ({ends}): "
+                f"probably a wrong unit ({name})."
             )
             kind = evidence.study.kind
             own = kind.starts_program and kind.own_responses
             place = "the target and of the program's result" if own else "the target"
-            yield Note(
-                "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
-            )
+            yield Note("probable_unit", "error", text, Remedy(f"Check the unit of {place} before you change a range."))
 
 
 def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
@@ -220,10 +216,10 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     unknown = _error_unknown(evidence)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
-    left = "its error is unknown" if unknown else f"{counted(surface.fitted.df, 'degree')} of freedom show its error"
+    left = "its error is unknown" if unknown else f"its error has {counted(surface.fitted.df, 'degree')} of freedom"
     text = (
         f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}. With the others {left}."
+        f"{_where(surface, coded[failed])}. The surface is fitted to the others; {left}."
     )
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
@@ -234,7 +230,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
     if surface is not None and _error_unknown(evidence) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so its error is "
-            "unknown; the intervals are wide for that reason."
+            "unknown and the intervals are wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(evidence.study, surface))
 

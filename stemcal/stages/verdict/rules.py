@@ -146,13 +146,13 @@ def _trend(evidence: Evidence) -> Iterator[Note]:
         return
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (
-        f"The error follows the diameter: the measured force grows {how} than the simulated, by "
+        f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
         f"d^{abs(law.exponent):.2f} (largest error {worst:.1f} %)."
     )
     if joint is not None:
         remedy = advice.for_trend(study, surface, found.point.solution)
     else:
-        then = "What removes the trend is computed from the surfaces of all of them."
+        then = "With the surfaces of all of them, stemcal can compute what removes the trend."
         remedy = advice.fit_all(study, "conditions", then)
     yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
 
@@ -284,7 +284,7 @@ def _misfit(evidence: Evidence) -> Iterator[Note]:
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < _BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
-    text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."
+    text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
     remedy = _check_prior(found) or advice.to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
@@ -371,7 +371,7 @@ def _signs(evidence: Evidence) -> Iterator[Note]:
         if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
     )
     if against:
-        text = f"The effect of {series(against)} has the opposite of the expected sign."
+        text = f"The effect of {series(against)} has the opposite sign to the expected one."
         remedy = Remedy(f"Check {series(against)} in the model: the law, the units and `expected_sign`.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
@@ -412,8 +412,8 @@ def _rough(evidence: Evidence) -> Iterator[Note]:
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
-            f"Repeated runs agree exactly, but the surface misses its runs by {abs(cv):.1f} %: the response is rough, "
-            "or a quadratic surface cannot follow it."
+            f"Repeated runs agree exactly, but the surface deviates from its runs by {abs(cv):.1f} %: the response is "
+            f"not smooth, or not quadratic."
         )
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, _levels(evidence)))
 

@@ -19,7 +19,7 @@ _WORDS = {
 
 
 def word(verdict: Verdict) -> str:
-    """Return the verdict as people read it."""
+    """Return the verdict in words."""
     return _WORDS[verdict.verdict]
 
 
@@ -79,7 +79,7 @@ def use(where: Use, names: Names, place: str = "") -> str:
 
 
 def _held_out(where: Use, names: Names) -> list[str]:
-    """Return the largest error that was not fitted, beside that of a formula through the fitted forces.
+    """Return the largest held-out error, with that of a formula through the fitted forces.
 
     >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())
     ['Fitted at 7 and 9 mm; largest held-out error: maximum force 2.9 % high at 8 mm (formula F = a·d^b: 3.7 %).']
@@ -97,7 +97,7 @@ def use_there(where: UseThere, names: Names) -> str:
 
 
 def miss(worst: Judged, names: Names) -> str:
-    """Return how far a simulated response is off, and to which side.
+    """Return the error of a simulated response and its side.
 
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
     'The simulated maximum force is 42 % low at 11 mm'
@@ -127,11 +127,12 @@ def out_of_reach(target: float, low: float, high: float, names: Names) -> str:
     """Return that the surface does not reach the target within the ranges.
 
     >>> out_of_reach(200.0, 78.81, 122.12, Names())
-    'The measured 200 N is above what the ranges reach (78.81 to 122.1 N).'
+    'The measured 200 N is above all values within the factor ranges (78.81 to 122.1 N).'
     """
     side = "above" if target > high else "below"
     return (
-        f"The measured {names.quantity(target, 'g')} is {side} what the ranges reach ({names.quantities((low, high))})."
+        f"The measured {names.quantity(target, 'g')} is {side} all values within the factor ranges "
+        f"({names.quantities((low, high))})."
     )
 
 
@@ -162,8 +163,8 @@ def contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
     others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
     return minus(
         f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away). It is {errors[place]:+.0f} % from "
-        f"the joint fit, the others {others} %."
+        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). It differs from the joint fit by "
+        f"{errors[place]:+.0f} %, the others by {others} %."
     )
 
 

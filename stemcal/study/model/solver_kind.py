@@ -92,7 +92,7 @@ class SolverOptions(Frozen):
     def chance_remedy(self) -> Remedy:
         """Return how to declare, or remove, the chance in its answers."""
         text = (
-            "Write replicates: 5 under solver, so that each point is simulated five times and its scatter counts, and "
+            "Write replicates: 5 under solver, to simulate each point five times and include its scatter, and "
             "{{seed}} where the program takes one"
         )
         return Remedy(text, "solver: {replicates: 5}")

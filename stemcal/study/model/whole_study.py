@@ -129,7 +129,7 @@ class Study(StudyForm):
         ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
         """
         if self._reread is None:
-            raise TypeError("only a study that was read from a spec can be changed so")
+            raise TypeError("only a study that was read from a spec can be changed this way")
         changed = self._reread(changes)
         changed._hands = self._hands
         return changed

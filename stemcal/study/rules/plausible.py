@@ -115,7 +115,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
             message = f"elements of {mesh.element_size} are more than {_RESOLVED:g} of {whole}"
-            remedy = f"take at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
+            remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
 
@@ -162,7 +162,7 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield from _doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
-            yield Finding((*path, "sd"), message, "leave it out if it is not known")
+            yield Finding((*path, "sd"), message, "omit it if it is not known")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:
@@ -176,7 +176,7 @@ def _scatters(study: Study) -> Iterator[Finding]:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
             if mean and sd and not named.apart and not _LEAST_SCATTER <= sd / mean <= 1.0:
-                message = f"a scatter of {named.text(sd)} is not of the size of the mean, {named.text(mean)}"
+                message = f"a scatter of {named.text(sd)} is not plausible for the mean, {named.text(mean)}"
                 yield Finding(("targets", target.row, named.name), message, "check both numbers and their units")
 
 
@@ -230,7 +230,7 @@ def _growth(study: Study) -> Iterator[Finding]:
         return
     for name, growth in study.material.growing().items():
         if isinstance(growth, Growth) and growth.exponent in study.names and math.isclose(growth.at, at, rel_tol=1e-9):
-            message = f"the screening, at {at:g} mm, cannot see {growth.exponent}: there it changes nothing"
+            message = f"the screening, at {at:g} mm, cannot estimate {growth.exponent}, which has no effect there"
             remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)
 
@@ -257,12 +257,12 @@ def _agreement(study: Study) -> Iterator[Finding]:
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or leave it out")
+        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or omit it")
 
 
 def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
     shown = "" if unit == "1" else f" {unit}"
-    message = f"{value:.6g}{shown} is far from what stems and blades have ({low:g} to {high:g}{shown})"
+    message = f"{value:.6g}{shown} is far outside the usual range of stems and blades ({low:g} to {high:g}{shown})"
     yield Finding(path, message, "check the unit")

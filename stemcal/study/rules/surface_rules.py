@@ -14,7 +14,7 @@ def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
             f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
             f"{draft.study.specimen.length:g} mm long"
         )
-        yield Finding(("supports", "clearance"), message, "move them closer or take a longer specimen")
+        yield Finding(("supports", "clearance"), message, "move them closer or use a longer specimen")
 
 
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
@@ -61,9 +61,9 @@ def factors_are_found(draft: Draft) -> Iterator[Finding]:
     if isinstance(draft.study.rsm.factors, str):
         names = ", ".join(draft.names[:3])
         message = f"without a screening it is unknown which factors are {draft.study.rsm.factors}"
-        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or leave out screen.design: none")
+        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or remove screen.design: none")
     if draft.study.climb is not None:
-        yield Finding(("climb",), "a climb follows the slope that a screening finds", "leave out screen.design: none")
+        yield Finding(("climb",), "a climb follows the slope that a screening finds", "remove screen.design: none")
 
 
 def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
@@ -88,7 +88,7 @@ def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "design"), message, "write central-composite")
     least = (k + 1) * (k + 2) // 2
     if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
-        message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"
+        message = f"{rsm.runs} runs cannot determine the {least} coefficients of {k} factors"
         yield Finding(("rsm", "runs"), message, f"take {2 * least}")
 
 
@@ -117,7 +117,7 @@ def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
             yield Finding(path, f"low {low:g} is not below high {high:g}", "swap them")
         elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
             message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, f"centre it at {factor.centre:g} or so")
+            yield Finding(path, message, f"centre it near {factor.centre:g}")
         elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 
@@ -134,7 +134,7 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
         elif name in known and size > known[name].half_range * (1.0 + 1e-9):
             factor = known[name]
             message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, f"take at most {factor.half_range:g}")
+            yield Finding(path, message, f"use at most {factor.half_range:g}")
 
 
 def refinement_is_possible(draft: Draft) -> Iterator[Finding]:

@@ -174,7 +174,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
             message = f"{section} of a program cannot be combined with the tests of the embedded solver"
-            yield Finding((section,), message, "leave out one of them", at_key=True)
+            yield Finding((section,), message, "remove one of them", at_key=True)
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -187,7 +187,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, *missing)
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
-            yield Finding(path, message, "give curves there too, or the force alone")
+            yield Finding(path, message, "add curves there, or use the force alone")
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the section machine has no effect"
@@ -274,7 +274,7 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
         path, stroke, length = ("tests", index), test.stroke_at(thickest), test.long(thickest)
         if test.span is not None and length <= test.span.at(thickest):
             message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
-            yield Finding((*path, "length"), message, "take a longer piece")
+            yield Finding((*path, "length"), message, "use a longer piece")
         room = thickest if test.kind == "radial-compression" else length
         if stroke >= 0.5 * room:
             message = f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm"

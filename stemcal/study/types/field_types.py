@@ -142,14 +142,14 @@ Whole = Annotated[int, Field(strict=True)]
 def _readable(text: str) -> str:
     """Refuse what would command a terminal, or turn a line of a table around."""
     if (found := unprintable(text)) is not None:
-        raise complain(f"has the control character {found} in it", "leave it out")
+        raise complain(f"contains the control character {found}", "remove it")
     return text
 
 
 def _seen(text: str) -> str:
     """Refuse a text that shows nothing, as one of spaces that do not break or have no width."""
     if not any(letter.isprintable() and not letter.isspace() for letter in text):
-        raise complain("is blank", "write a word, or leave the key out")
+        raise complain("is blank", "write a word, or omit the key")
     return text
 
 
@@ -200,7 +200,7 @@ def _study_name(name: str) -> str:
     if bad:
         raise complain(f"{bad!r} cannot be in the name of a folder", remedy)
     if name != name.strip():
-        raise complain(f"{name!r} has space around it", remedy)
+        raise complain(f"{name!r} begins or ends with a space", remedy)
     if name.startswith(".") or name.endswith("."):
         raise complain(f"{name!r} begins or ends with a point", remedy)
     if name.split(".")[0].rstrip().lower() in _DEVICES:

@@ -250,7 +250,7 @@ class _Builder:
 
     def _without_surrogates(self, text: str) -> str:
         if any("\ud800" <= letter <= "\udfff" for letter in text):
-            self._complain("half a surrogate pair is no character", "write the character itself")
+            self._complain("half a surrogate pair is not a character", "write the character itself")
             return "?"
         return text
 
