@@ -127,9 +127,9 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
         ("mat024", "deaf", "not_as_written", "yield stress was read as 60, not 18.07"),
         ("mat024", "mute", "not_as_written", "density 1.1e-09 was not read"),
         ("mat024", "killed", "exit_code", "signal 11"),
-        ("mat024", "stops", "no_termination", "normal end"),
+        ("mat024", "stops", "no_termination", "normal termination"),
         ("mat024", "unwritten", "no_engine_input", "run_0001.rad"),
-        ("mat024", "empty", "no_history", "left no runT01"),
+        ("mat024", "empty", "no_history", "wrote no runT01"),
     ],
 )
 def test_failures_have_their_reason(tmp_path: Path, recorded: str, mode: str, reason: str, said: str) -> None:
