@@ -144,8 +144,8 @@ def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int
 def duration(seconds: float | None) -> str:
     """Return a time as people say it.
 
-    >>> duration(0.004), duration(48.2), duration(600), duration(9000), duration(None)
-    ('under 1 s', '48 s', '10 min', '2 h 30 min', 'unknown')
+    >>> duration(0.004), duration(48.2), duration(600), duration(9000), duration(7.2e7), duration(None)
+    ('under 1 s', '48 s', '10 min', '2 h 30 min', '833 days', 'unknown')
     """
     if seconds is None:
         return "unknown"
@@ -158,7 +158,7 @@ def duration(seconds: float | None) -> str:
     minutes = round(seconds / 60.0)
     if minutes < 90:
         return f"{minutes} min"
-    return f"{minutes // 60} h {minutes % 60} min"
+    return f"{minutes // 60} h {minutes % 60} min" if minutes < 240 * 60 else f"{minutes / 1440:.0f} days"
 
 
 def minus(text: str) -> str:

@@ -173,12 +173,6 @@ def test_what_the_result_says() -> None:
     assert len(h.time) == 201
 
 
-def test_watch_hears_of_every_output() -> None:
-    heard: list[tuple[float, float]] = []
-    result = shear(coarse_test(), lambda travel, force: heard.append((travel, force)))
-    np.testing.assert_allclose(np.array(heard), np.stack([result.history.travel, result.history.force], axis=1)[1:])
-
-
 @pytest.mark.parametrize("symmetry", ["none", "half", "quarter"])
 @pytest.mark.parametrize("edge_over", ["elements", "nodes"])
 def test_mesh_is_the_stems_share(symmetry: str, edge_over: str) -> None:

@@ -67,7 +67,7 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "pyDOE3": ("stemcal.doe",),
     "statsmodels": ("stemcal.measured.statistics",),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export.formats"),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export"),
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),

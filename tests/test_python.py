@@ -226,12 +226,6 @@ def test_what_takes_too_much_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "out" / "runs").exists()
 
 
-def test_memory_that_is_not_free_now_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.machine.free_memory", lambda: 0.1e9)
-    with pytest.warns(UserWarning, match=r"needed for a run, and 0\.1 GB are free now"):
-        stemcal.simulate(ROOT / "configs" / "smoke.yaml")
-
-
 def test_import_time(tmp_path: Path) -> None:
     """Less than half of what importing NumPy takes, turn by turn in one run: other programs may slow each down."""
 

@@ -23,8 +23,9 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
+    from stemcal.executors.machine import machine_memory
     from stemcal.folder.study_folder import StudyFolder
-    from stemcal.overview.foresight import beforehand
+    from stemcal.overview.foresight import Demand, beforehand, demand_of_one, excess
     from stemcal.overview.plan import plan
     from stemcal.study.reading import load_study
 
@@ -35,18 +36,21 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         if as_json:
             say_json({"ok": False, "problems": [asdict(problem) for problem in error.problems]})
         raise
-    before, too_much = list(beforehand(study)), _too_much_for_one(study)
+    before, memory = list(beforehand(study)), machine_memory()
+    conditions = [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]
+    too_much = excess(demand_of_one(study, conditions), 1, memory)
     warnings = [
         *study.warnings,
         *not_ready(study),
-        *too_much,
+        *map(str, too_much),
         *(str(one) for one in before if one.severity == "warning"),
     ]
     found = None
     if not too_much:  # the plan builds a mesh to time it
         path = folder_of(study, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
-        warnings += _too_much(found)
+        demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
+        warnings += map(str, excess(demand, found.workers, memory))
     remarks = [str(one) for one in before if one.severity != "warning"]
     remarks += map(str, found.notes) if found else ()
     if as_json:
@@ -81,15 +85,6 @@ def say_plan(found: Plan) -> None:
     say_tables(Table.of(columns, found.stages, f"Runs of {found.study}", [" ".join(total(found))]))
 
 
-def _too_much(found: Plan) -> list[str]:
-    """Return what all runs need beyond this machine's memory, or beyond two days."""
-    from stemcal.executors.machine import machine_memory
-    from stemcal.overview.foresight import Demand, excess
-
-    demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-    return [str(note) for note in excess(demand, found.workers, machine_memory())]
-
-
 def not_ready(study: Study) -> list[str]:
     """Return why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
     if not study.kind.starts_program:
@@ -101,14 +96,6 @@ def not_ready(study: Study) -> list[str]:
     except UsageError as error:
         return [f"no run can start on this machine: {line}" for line in str(error).splitlines()]
     return []
-
-
-def _too_much_for_one(study: Study) -> list[str]:
-    """Return what a single run needs beyond this machine's memory, or beyond two days."""
-    from stemcal.overview.foresight import demand_of_one, objections
-
-    conditions = [study.targets.calibrate_at, *(target.condition for target in study.targets.means)]
-    return [str(note) for note in objections(demand_of_one(study, conditions), 1)]
 
 
 def _summary(study: Study, warnings: list[str], remarks: list[str], found: Plan | None) -> Mapping[str, Any]:

@@ -25,7 +25,6 @@ TableFormat = Annotated[
     typer.Option("--format", "-f", help="CSV (a file per table), Markdown, LaTeX or Word."),
 ]
 PaperNumbers = Annotated[bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13, as in the paper.")]
-Apart = Annotated[bool, typer.Option("--stars-apart", help="Write significance stars into separate cells.")]
 Names = Annotated[
     list[str] | None,
     typer.Argument(metavar="NAME", help="Figure names or their beginnings; list shows all.", show_default="all"),
@@ -56,7 +55,6 @@ def tables(
     spec: Spec,
     kind: TableFormat = "csv",
     paper_numbers: PaperNumbers = False,
-    apart: Apart = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -67,8 +65,7 @@ def tables(
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
-    from stemcal.report.export.formats import export_tables
-    from stemcal.report.export.paper import numbered, paper_tables, stars_apart
+    from stemcal.report.export import export_tables, numbered, paper_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.results import fresh_results
@@ -81,7 +78,6 @@ def tables(
         warn(sentence)
     holds = verdict_of(study, folder, results).holds
     printed = numbered(paper_tables(study, results, holds), paper_numbers)
-    printed = [stars_apart(table) for table in printed] if apart else printed
     plots = _told(gallery(study, results, read_records(results, folder)), holds) if kind == "docx" else []
     _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)
 

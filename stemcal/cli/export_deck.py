@@ -151,13 +151,14 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
 
     None, with a warning, if they need too much memory or time.
     """
-    from stemcal.overview.foresight import demand_of_one, objections
+    from stemcal.executors.machine import machine_memory
+    from stemcal.overview.foresight import demand_of_one, excess
     from stemcal.solvers.deck.as_embedded import as_embedded
     from stemcal.solvers.embedded import simulate
 
     of_deck, own = as_embedded(deck), deck.study.kind.force_history
     for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := objections(demand_of_one(study, [deck.diameter]), 1):
+        if too_much := excess(demand_of_one(study, [deck.diameter]), 1, machine_memory()):
             warn(f"The expected force of the deck was not computed. {' '.join(map(str, too_much))}")
             return None
     with waiting("expected force of the deck", quiet):

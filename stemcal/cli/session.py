@@ -148,9 +148,10 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
 
 def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`); warn of what takes days."""
+    from stemcal.executors.machine import machine_memory
     from stemcal.overview.foresight import warnings_before
 
-    for sentence in warnings_before(demand, workers, here):
+    for sentence in warnings_before(demand, workers, machine_memory() if here else None):
         warn(sentence)
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -75,7 +74,6 @@ def simulate(
         one_run(study, levels, at, as_json, quiet, csv_file)
         return
     section = test_called(study, test)
-    stroke = stroke_of(study, section, at)
 
     from stemcal.overview.foresight import demand_of_one
     from stemcal.report.progress import compiling
@@ -87,12 +85,11 @@ def simulate(
     require_sense(demand_of_one(alone, [at]), 1)
     if (seconds := seconds_to_prepare()) != 0.0 and not quiet:
         note(compiling(seconds))
-    with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet) as status:
-        watch = live(status, stroke)
+    with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet):
         if test is None or test == CUTTING:
-            result = shear_test(study, levels, at, watch=watch, frames=frames)
+            result = shear_test(study, levels, at, frames=frames)
         else:
-            result = simulate_test(study, test, levels, at, watch=watch, frames=frames)
+            result = simulate_test(study, test, levels, at, frames=frames)
     if csv_file:
         write_history(result, csv_file)
     if figure:
@@ -100,32 +97,15 @@ def simulate(
     if as_json:
         say_json(summary(result, test or CUTTING))
     else:
-        _show(result, section, at)
+        from stemcal.report.terminal import simulation_table
+
+        say(simulation_table(result, section, at))
     for warning in result.warnings:
         warn(str(warning))
     if not quiet:
         for path in (csv_file, figure, frames):
             if path:
                 note(f"wrote {path}")
-
-
-def live(
-    status: object, stroke: float, clock: Callable[[], float] = time.monotonic
-) -> Callable[[float, float], None] | None:
-    """Return what shows travel (of the stroke, mm), force and time left during a test; None without a terminal."""
-    from stemcal.numbers import duration
-
-    if not hasattr(status, "update"):
-        return None
-    began: list[float] = []  # with the first report: compiling and meshing before it say nothing of the time left
-
-    def watch(travel: float, force: float) -> None:
-        began[:] = began or [clock()]
-        done = max(0.0, travel / stroke)
-        left = duration((clock() - began[0]) * max(0.0, 1.0 / done - 1.0)) if done > 0.02 else "…"
-        status.update(f"{travel:.2f} of {stroke:.2f} mm, {left} left, {force:.0f} N")
-
-    return watch
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
@@ -175,12 +155,6 @@ def _require_embedded(options: Mapping[str, object]) -> None:
         raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
 
 
-def stroke_of(study: Study, section: LaboratorySection | None, diameter: float) -> float:
-    """Return how far the tool of a test moves, mm."""
-    own = 0.0 if section is None else section.stroke_at(diameter)
-    return own or study.loading.stroke_at(diameter)
-
-
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:
     """Return the section of a test, None for cutting; refuse an unknown name."""
     if test is None or test == CUTTING:
@@ -228,12 +202,6 @@ def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
         "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel),
     }
     save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
-
-
-def _show(result: CuttingResult, section: LaboratorySection | None, diameter: float) -> None:
-    from stemcal.report.terminal import simulation_table
-
-    say(simulation_table(result, section, diameter))
 
 
 def one_run(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -17,8 +17,7 @@ from stemcal.words import counted
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import Holder, StudyFolder
     from stemcal.names import Names
-    from stemcal.overview.status import StageStatus, Status
-    from stemcal.overview.verify import Inspection
+    from stemcal.overview.status import Inspection, StageStatus, Status
     from stemcal.study.model import Study
 
 MOST_NAMES = 20
@@ -52,7 +51,7 @@ def status(
         result = _runs(study, folder, failed, as_json)
     sound = True
     if verify:
-        from stemcal.overview.verify import inspect
+        from stemcal.overview.status import inspect
 
         found = inspect(study, folder)
         result, sound = {**result, "verify": to_json(found)}, found.ok
@@ -129,21 +128,7 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
 
 def _verified(found: Inspection) -> list[str]:
     intact = found.records - sum(entry.file.startswith("runs/") for entry in found.damaged)
-    lines = [f"{found.folder}: {intact} of {found.records} records are intact."]
-    if found.set_aside:
-        lines.append(f"{found.set_aside} damaged records were moved to runs/damaged earlier.")
-    lines += _named("matches no run", "match no run", found.orphans)
-    stale = [key[:8] for key in found.stale_records]
-    lines += _named("is a run that the spec no longer needs", "are runs that the spec no longer needs", stale)
-    for stage in found.stages:
-        if stage.changed:
-            lines.append(f"{stage.stage}.json is stale: {', '.join(stage.changed)} changed since.")
-    return lines
-
-
-def _named(one: str, many: str, names: Sequence[str]) -> list[str]:
-    """Return a line that names up to twenty things, none if there are none."""
-    if not names:
-        return []
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return [f"{', '.join(names[:MOST_NAMES])}{more} {one if len(names) == 1 else many}."]
+    stale = [
+        f"{one.stage}.json is stale: {', '.join(one.changed)} changed since." for one in found.stages if one.changed
+    ]
+    return [f"{found.folder}: {intact} of {found.records} records are intact.", *stale]

@@ -117,11 +117,6 @@ class CuttingResult:
     added_mass_percent: float = 0.0
 
 
-def travel_at(test: Moved, t: float) -> float:
-    """Return how far the blade has come since it touched the stem, mm."""
-    return test.loading.speed * t - test.loading.gap
-
-
 def force_history(test: Moved, history: History, scale: float) -> ForceHistory:
     """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
 

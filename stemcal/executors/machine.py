@@ -24,13 +24,6 @@ def machine_memory() -> float:
     return min([float(psutil.virtual_memory().total), *(limit for place in _LIMITS if (limit := _limit(place)))])
 
 
-def free_memory() -> float:
-    """Return how many bytes of memory nothing else uses at present."""
-    import psutil
-
-    return float(psutil.virtual_memory().available)
-
-
 def require_address_space() -> None:
     """Refuse to begin under a limit of address space (``ulimit -v``) that the libraries cannot live with.
 

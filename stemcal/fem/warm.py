@@ -2,7 +2,6 @@
 
 import functools
 import logging
-import os
 import pickle
 import platform
 import shutil
@@ -15,7 +14,6 @@ import llvmlite.binding
 from filelock import FileLock
 
 from stemcal.fem.contact import Tool
-from stemcal.fem.kernels.cache import SPARE, own_folder, unusable
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
@@ -29,7 +27,6 @@ logger = logging.getLogger(__name__)
 # A cache of other sources that nobody has used for so long is swept away.
 _KEPT_DAYS = 30.0
 _LOCK = ".compiling"
-_TOLD = "STEMCAL_SPARE_CACHE_TOLD"  # by this process or the one that has started it
 
 
 @functools.cache
@@ -56,7 +53,6 @@ def compile_once() -> None:
     own, so that an interrupt is heard at once and reaches nothing half made. Where no process can be started it is
     done here, and interrupts wait.
     """
-    _tell_of_spare()
     with _one_at_a_time(_mark()):
         if is_compiled() or _compiled_elsewhere():
             return
@@ -79,18 +75,6 @@ def _empty_cache() -> None:
         elif path.name != _LOCK:
             with suppress(OSError):
                 path.unlink()
-
-
-def _tell_of_spare() -> None:
-    """Warn, once in a command, that nothing compiled will be kept."""
-    if str(CACHE) != os.environ.get(SPARE) or os.environ.get(_TOLD):
-        return
-    os.environ[_TOLD] = "1"
-    logger.warning(
-        "%s: the cache of compiled kernels is not used; this command compiles them again into a temporary folder, "
-        "which takes minutes; set STEMCAL_CACHE_DIR to a folder of yours",
-        unusable(own_folder()) or own_folder(),
-    )
 
 
 @contextmanager

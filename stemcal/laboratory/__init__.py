@@ -4,7 +4,6 @@ Each kind has its own module; mesh, contact, integration, curve and doubts are t
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +20,6 @@ from stemcal.cutting.result import (
     evaluate,
     filter_rows,
     force_history,
-    travel_at,
 )
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
@@ -53,9 +51,7 @@ __all__ = [
 REVISION = 7
 
 
-def perform(
-    test: LaboratoryTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
-) -> LaboratoryResult:
+def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Run a virtual laboratory test; arguments and errors as of `cutting.shear`."""
     test = rounded(test)
     model, how = build(test), test.discretisation
@@ -74,8 +70,6 @@ def perform(
         step = test.loading.duration / how.integration.outputs
         driven = (worked[-1] - worked[-2]) / (test.loading.speed * step)
         force = scale * (float(forces[0, 2]) if len(forces) else driven)
-        if watch is not None:
-            watch(travel_at(test, t), force)
         return how.stop_after_peak and breaking.is_past(force, deleted)
 
     history = simulate(model, test.loading.duration, report, look)
@@ -98,14 +92,12 @@ def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[Note, ...]:
     return (buckles(percent),) if percent > MOST_BUCKLING else ()
 
 
-def cut(
-    test: ShearTest, watch: Callable[[float, float], None] | None = None, inspect: Inspect | None = None
-) -> LaboratoryResult:
+def cut(test: ShearTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Run a virtual shear test as one of the laboratory's; the rest as in `perform`.
 
     Its responses are those that the give of the contact, a matter of the mesh, does not decide.
     """
-    result = shear(test, watch, inspect)
+    result = shear(test, inspect)
     curve, whole = result.history, result.history.travel < (result.break_travel or np.inf)
     responses = curve_responses(curve.travel[whole], curve.force_filtered[whole], None)
     return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result)})

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from math import ceil, floor, isclose, log10
 
 from stemcal.errors import UsageError
-from stemcal.executors import machine
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note, Remedy
-from stemcal.numbers import in_bytes
+from stemcal.numbers import duration, in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import Growth, Study, factors_taken
 
 MOST_HOURS = 48.0  # what a command begins without being told that this is meant
-_COMMAND, _WORKER = 0.35e9, 0.25e9  # bytes that the command and each of its workers hold beside their models
 
 
 @dataclass(frozen=True)
@@ -51,69 +49,31 @@ def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
     return Demand(max(len(seconds), len(memory)), sum(seconds), max(memory, default=0.0))
 
 
-def scarce(demand: Demand, workers: int, free: float) -> Iterator[Note]:
-    """Yield a note if the runs will not find the memory that they need, though the machine has it."""
-    at_a_time = max(1, min(workers, demand.runs))
-    needed = _COMMAND + at_a_time * (_WORKER + demand.memory)
-    if demand.runs and needed > free:
-        runs = "a run" if at_a_time == 1 else f"{at_a_time} parallel runs"
-        text = (
-            f"About {in_bytes(needed)} of memory are needed for {runs}, and {in_bytes(free)} are free now. A run "
-            f"without enough memory fails; the next command repeats it."
-        )
-        fewer = "" if at_a_time == 1 else " or use fewer workers (--workers)"
-        yield Note("scarce_memory", "warning", text, Remedy(f"Close other programs{fewer}."))
-
-
-def excess(demand: Demand, workers: int, memory: float | None) -> Iterator[Note]:
-    """Yield what is more than this machine's memory (bytes, None if it is not known), or than `MOST_HOURS`."""
-    at_a_time = max(1, min(workers, demand.runs))
+def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
+    """Return notes on what is more than this machine's memory (bytes; None: does not count), or than `MOST_HOURS`."""
+    found, at_a_time = [], max(1, min(workers, demand.runs))
     if memory is not None and at_a_time * demand.memory > memory:
-        yield _too_much_memory(demand.memory, at_a_time, memory)
+        text, fitting = f"A run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
+        remedy = "Use larger elements (solver.element_size) or a shorter specimen."
+        if fitting:
+            text += f", {at_a_time} in parallel {in_bytes(at_a_time * demand.memory)}"
+            remedy = f"Use fewer workers (--workers {fitting})."
+        text += f"; this machine has {in_bytes(memory)}."
+        found.append(Note("too_much_memory", "error", text, Remedy(remedy)))
     hours = demand.seconds / 3600.0 / at_a_time
     if hours > MOST_HOURS:
-        text = f"The runs would take {in_hours(hours)}, more than {MOST_HOURS:g} h."
-        remedy = Remedy("Use larger elements (solver.element_size), a larger time_step or mass_scaling, or fewer runs.")
-        yield Note("too_long", "warning", text, remedy)
+        text = f"The runs would take {duration(3600.0 * hours)}, more than {MOST_HOURS:g} h."
+        longer = "Use larger elements (solver.element_size), a larger time_step or mass_scaling, or fewer runs."
+        found.append(Note("too_long", "warning", text, Remedy(longer)))
+    return found
 
 
-def _too_much_memory(each: float, at_a_time: int, memory: float) -> Note:
-    here, workers = f"this machine has {in_bytes(memory)}", int(memory // each)
-    if not workers:
-        text = f"A run needs about {in_bytes(each)} of memory; {here}."
-        remedy = Remedy("Use larger elements (solver.element_size) or a shorter specimen.")
-    else:
-        total = in_bytes(at_a_time * each)
-        text = f"A run needs about {in_bytes(each)} of memory, {at_a_time} in parallel {total}; {here}."
-        remedy = Remedy(f"Use fewer workers (--workers {workers}).")
-    return Note("too_much_memory", "error", text, remedy)
-
-
-def in_hours(hours: float) -> str:
-    """Return a long time in words.
-
-    >>> in_hours(49.6), in_hours(2e4), in_hours(float('inf'))
-    ('about 50 h', 'about 833 days', 'more than 100 years')
-    """
-    if hours > 100 * 8766:
-        return "more than 100 years"
-    return f"about {hours:.0f} h" if hours < 240 else f"about {hours / 24:.0f} days"
-
-
-def objections(demand: Demand, workers: int, here: bool = True) -> list[Note]:
-    """Return notes on runs that need more than this machine's memory, or take days.
-
-    If the runs are not computed `here`, this machine's memory does not count.
-    """
-    return list(excess(demand, workers, machine.machine_memory() if here else None))
-
-
-def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
-    """Return warnings of days and of scarce memory; raise `UsageError` for more memory than this machine has."""
-    found = objections(demand, workers, here)
+def warnings_before(demand: Demand, workers: int, memory: float | None) -> list[str]:
+    """Return warnings of what takes days; raise `UsageError` for more memory than there is."""
+    found = excess(demand, workers, memory)
     if impossible := [str(note) for note in found if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
-    return [str(note) for note in (*found, *(scarce(demand, workers, machine.free_memory()) if here else ()))]
+    return [str(note) for note in found]
 
 
 LEAST_STROKE = 0.35
@@ -146,7 +106,7 @@ def _short_stroke(study: Study) -> Iterator[Note]:
         share = stroke / thickest
         text = (
             f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). If a run "
-            "stops before the peak, its force is too small."
+            f"stops before the peak, its force is too small."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 

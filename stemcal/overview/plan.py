@@ -76,11 +76,6 @@ def plan(
     left_there, seconds_there = _there(study, folder)
     rest = overhead(solver)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
-    notes += [
-        _first_run_twice(part.stage)
-        for part, runs in zip(wanted, left, strict=True)
-        if runs and second_time(study, part.requests)
-    ]
     notes += [found.note for found in later]
     notes += _in_another_program(study, to_run, left_there, seconds_there)
     notes += [note for part in wanted if part.design is not None for note in judged(part.design)]
@@ -172,11 +167,6 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
         if (record := recorded.get(key)) is None or not stands(record, study.runs)
         if not solver.knows(request)
     ]
-
-
-def _first_run_twice(stage: str) -> Note:
-    text = f"{stage}: the first run is repeated to check that equal inputs give equal results."
-    return Note("first_run_twice", "caution", text)
 
 
 def judged(design: Design) -> Iterator[Note]:

@@ -1,4 +1,4 @@
-"""Every run that a study asks for and its result, for `status` and `run --retry`."""
+"""Every run that a study asks for and its result, and whether each file is sound: `status` and `run --retry`."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -9,6 +9,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.base import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
+from stemcal.folder.study_folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder.study_folder import Holder, StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
@@ -16,9 +17,9 @@ from stemcal.runs.outcome import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
-from stemcal.stages.fresh import CODE, changes_since
+from stemcal.stages.fresh import CODE, changed_tables, changes_since
 from stemcal.stages.result import read_result
-from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
+from stemcal.stages.stage import STAGES, Stage, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -246,3 +247,67 @@ def retry(
             folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
+
+
+# ---- verify
+
+
+@dataclass(frozen=True)
+class Damage:
+    """A file and what is wrong with it."""
+
+    file: str
+    problem: str
+
+
+@dataclass(frozen=True)
+class StageState:
+    """A stage's file: what is wrong with it, what has changed since, whether it is sealed, its changed CSV tables."""
+
+    stage: str
+    problem: str
+    changed: tuple[str, ...]
+    sealed: bool = True
+    changed_tables: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Whether a study folder is sound: `ok` if nothing is damaged."""
+
+    schema_version: int
+    stage: str
+    study: str
+    folder: str
+    ok: bool
+    records: int
+    damaged: tuple[Damage, ...]
+    stages: tuple[StageState, ...]
+
+
+def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Inspection:
+    """Check every record against its seal and its name, every stage against its spec; change nothing."""
+    solver, keys = solver or make_solver(study), folder.keys()
+    problems = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
+    stages = [_state(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
+    problems |= {f"{state.stage}.json": state.problem for state in stages}
+    changed = "is missing or was changed; `stemcal run SPEC` writes it again"
+    problems |= dict.fromkeys((name for state in stages for name in state.changed_tables), changed)
+    damaged = tuple(Damage(file, problem) for file, problem in problems.items() if problem)
+    return Inspection(1, "verify", study.name, str(folder.path), not damaged, len(keys), damaged, tuple(stages))
+
+
+def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> StageState:
+    name = f"{stage.name}.json"
+    try:
+        content, sealed = folder.examine_stage(stage.name)
+        if (version := content.get("schema_version")) != FILE_VERSION:
+            return StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
+        changed = changes_since(study, solver, folder, stage.name)
+        tables: tuple[str, ...] = ()
+        if CODE not in changed:  # of other code it may have another shape
+            tables = tuple(changed_tables(stage.result().from_json(content), folder))
+    except UsageError as error:
+        without_place = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
+        return StageState(stage.name, without_place, ())
+    return StageState(stage.name, "", tuple(changed), sealed, tables)

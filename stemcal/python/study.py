@@ -15,6 +15,7 @@ from stemcal.by_hand import Correction, awaited_runs, enter, gone_on, require_sh
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
+from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
@@ -96,8 +97,8 @@ def _study(given: Study | str | Path) -> Study:
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
-    """Warn of days and of scarce memory; refuse what needs more than this machine has."""
-    for said in warnings_before(demand, workers):
+    """Warn of what takes days; refuse what needs more than this machine has."""
+    for said in warnings_before(demand, workers, machine_memory()):
         warnings.warn(said, stacklevel=3)
 
 

@@ -1,6 +1,6 @@
 """The embedded finite element solver: a study's levels become a virtual shear test."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import inf
 from pathlib import Path
@@ -203,7 +203,6 @@ def simulate(
     study: Study,
     levels: Mapping[str, float],
     diameter: float | None = None,
-    watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> cutting.CuttingResult:
     """Run one virtual shear test of a study.
@@ -214,15 +213,13 @@ def simulate(
         Values of factors in the units of the spec; the others stand at mid-level.
     diameter : float, optional
         Outer diameter of the stem in mm; that of the specimen by default.
-    watch : callable, optional
-        Called as the test goes on with travel (mm) and force (N).
     frames : path, optional
         Folder for about 50 frames to be looked at in ParaView.
     """
     warm()
     test = shear_test(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
-    return cutting.shear(test, watch, inspect)
+    return cutting.shear(test, inspect)
 
 
 def simulate_test(
@@ -230,7 +227,6 @@ def simulate_test(
     name: str,
     levels: Mapping[str, float],
     diameter: float,
-    watch: Callable[[float, float], None] | None = None,
     frames: Path | None = None,
 ) -> LaboratoryResult:
     """Run the laboratory test called `name` of a study; the rest as in `simulate`.
@@ -241,7 +237,7 @@ def simulate_test(
     section = next(section for section in study.tests if section.name == name)
     test = _test_of(study, section, levels, diameter)
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
-    result = perform(test, watch, inspect)
+    result = perform(test, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 

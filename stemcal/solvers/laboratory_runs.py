@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -113,16 +113,9 @@ class Performed:
     details: dict[str, Any]
 
 
-def perform(
-    test: AnyTest,
-    watch: Callable[[float, float], None] | None = None,
-    inspect: Inspect | None = None,
-) -> LaboratoryResult:
+def perform(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Perform a test, see `laboratory.perform`; of one that cannot be trusted a failure is made."""
-    if isinstance(test, LaboratoryTest):
-        result = laboratory.perform(test, watch, inspect)
-    else:
-        result = laboratory.cut(test, watch, inspect)
+    result = laboratory.perform(test, inspect) if isinstance(test, LaboratoryTest) else laboratory.cut(test, inspect)
     if (failure := distrusted(result)) is not None:
         raise failure
     return result

@@ -19,9 +19,8 @@ from stemcal.executors.base import InlineExecutor
 from stemcal.files.durable import sealed
 from stemcal.folder import study_folder
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.status import status
-from stemcal.overview.verify import inspect
-from stemcal.report.export.paper import paper_tables
+from stemcal.overview.status import inspect, status
+from stemcal.report.export import paper_tables
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study

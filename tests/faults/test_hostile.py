@@ -22,7 +22,7 @@ from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
-from stemcal.report.export.formats import export_tables
+from stemcal.report.export import export_tables
 from stemcal.report.tables.printed import PaperTable
 from stemcal.solvers.options import ResultReader
 from stemcal.solvers.programs.readers import read_number

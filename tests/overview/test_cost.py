@@ -13,7 +13,6 @@ from stemcal.overview.cost import costs_of, elapsed, overhead
 from stemcal.overview.plan import plan
 from stemcal.runs.outcome import identity_of, record_key
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.reading import load_study
 
 
 @dataclass(frozen=True)
@@ -91,13 +90,3 @@ def test_a_program_that_tells_no_time_is_counted_without(tmp_path: Path) -> None
     found = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
     (note,) = (note for note in found.notes if note.kind == "in_another_program")
     assert "at most 6 in" in note.text and "core" not in note.text
-
-
-def test_a_plan_tells_of_the_run_that_is_made_twice(tmp_path: Path) -> None:
-    """Twelve runs of Plackett and Burman and one again, to see whether the program repeats itself."""
-    study = load_study(Path(__file__).parents[1] / "cases" / "repose" / "two.yaml")
-    found = plan(study, None)
-    assert (found.stages[0].stage, found.stages[0].rows, found.stages[0].to_run) == ("screen", 13, 13)
-    assert "first_run_twice" in {note.kind for note in found.notes}
-    others = plan(make_study(tmp_path), None, TriedSolver()).notes
-    assert "first_run_twice" not in {note.kind for note in others}

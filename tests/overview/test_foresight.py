@@ -6,7 +6,7 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
-from stemcal.overview.foresight import Demand, excess, scarce
+from stemcal.overview.foresight import Demand, excess
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -15,15 +15,6 @@ def test_what_is_usual_is_not_refused() -> None:
     result = CliRunner().invoke(app, ["check", str(CONFIGS / "wild-chrysanthemum.yaml"), "--json"])
     plan = json.loads(result.stdout)["result"]["plan"]
     assert list(excess(Demand(plan["to_run"], plan["seconds"], plan["memory"]), 8, 8e9)) == []
-
-
-def test_memory_that_others_have_is_told_and_refuses_nothing() -> None:
-    """Eight workers of 0.25 GB, their runs of 0.05 GB, and the command's 0.35 GB."""
-    (said,) = scarce(Demand(20, 60.0, 0.05e9), 8, 2.0e9)
-    assert (said.kind, said.severity) == ("scarce_memory", "warning")
-    assert "2.8 GB" in said.text and "8 parallel runs" in said.text and "2.0 GB" in said.text
-    assert list(scarce(Demand(20, 60.0, 0.05e9), 4, 2.0e9)) == []
-    assert list(scarce(Demand(0, 0.0, 0.0), 8, 0.1e9)) == []
 
 
 def test_fewer_workers_are_the_remedy_where_they_are() -> None:

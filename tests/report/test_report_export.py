@@ -12,8 +12,7 @@ import pytest
 
 from stemcal.files.rows import Column, Table
 from stemcal.names import Names
-from stemcal.report.export.formats import export_tables, latex, markdown
-from stemcal.report.export.paper import numbered, paper_tables, stars_apart
+from stemcal.report.export import export_tables, latex, markdown, numbered, paper_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.tables.printed import PaperTable
 from stemcal.stages.invert.result import InvertResult
@@ -73,17 +72,12 @@ def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], res
     assert calibration_table(results.of(InvertResult), Names(replayed[0].naming), refined).cells[0][1] == "18.50"
 
 
-def test_numbers_of_ones_own_and_stars_apart(tables: dict[int, PaperTable]) -> None:
+def test_numbers_of_ones_own(tables: dict[int, PaperTable]) -> None:
     """From 1, or as in the published study as far as that has them."""
     own = list(tables.values())
     assert [table.number for table in numbered(own)] == list(range(1, 10))
     assert [table.number for table in numbered(own, as_published=True)] == list(range(5, 14))
     assert [table.number for table in numbered([*own, replace(own[0], number=0)], True)] == list(range(5, 15))
-    assert stars_apart(tables[7]).heads[-2:] == ("p-Value", "Significance")
-    assert stars_apart(tables[7]).cells[3][-2:] == ("0.0022", "**")
-    assert stars_apart(tables[10]).cells[0][-2:] == ("<0.0001", "**")
-    assert stars_apart(tables[10]).cells[-2][-2:] == ("", "")
-    assert stars_apart(tables[13]) is tables[13]
 
 
 def test_csv_has_plain_numbers(tables: dict[int, PaperTable], tmp_path: Path) -> None:

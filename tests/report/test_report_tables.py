@@ -14,7 +14,7 @@ from stemcal.naming import DIAMETER, FORCE, Named, Naming
 from stemcal.numbers import significant
 from stemcal.report.page.render import coded
 from stemcal.report.showing import tables_of
-from stemcal.report.tables.of_responses import from_means, further_table
+from stemcal.report.tables.columns import from_means, further_table
 from stemcal.report.terminal import drawn, stage_tables
 
 

@@ -16,8 +16,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import CUTTING, Named, Naming
 from stemcal.overview.status import ledger
-from stemcal.report.export.formats import document
-from stemcal.report.export.paper import paper_tables
+from stemcal.report.export import document, paper_tables
 from stemcal.report.figures.style import svg
 from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes

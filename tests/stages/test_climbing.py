@@ -16,7 +16,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.naming import CUTTING
-from stemcal.report.export.paper import paper_tables
+from stemcal.report.export import paper_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.climb.showing import ClimbShowing

@@ -11,7 +11,7 @@ from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.overview.verify import inspect
+from stemcal.overview.status import inspect
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, make, require_fresh

@@ -11,28 +11,27 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import logging
 import os
 import shutil
 import stat
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 import numba
 import platformdirs
 
+logger = logging.getLogger(__name__)
 SPARE = "STEMCAL_SPARE_CACHE"  # tells worker processes of the command's temporary folder
 _ROOM = 2**20  # bytes that must go in
-_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-_OTHERS_ENTER = stat.S_IXGRP | stat.S_IXOTH
 
 
 def cache_folder() -> Path:
     """Return the folder for compiled kernels: the user's own, or the command's temporary one."""
-    spare = os.environ.get(SPARE)
-    if spare and not mistrust(Path(spare)):
+    if spare := os.environ.get(SPARE):
         return Path(spare)
-    return own_folder() if not unusable(own_folder()) else _spare_folder()
+    folder = own_folder()
+    return folder if not (reason := unusable(folder)) else _spare_folder(reason)
 
 
 def own_folder() -> Path:
@@ -43,61 +42,29 @@ def own_folder() -> Path:
 
 
 def unusable(folder: Path) -> str:
-    """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there."""
+    """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there.
+
+    It must be this user's and nobody else's to write; Windows keeps the user's cache in his profile, which is his.
+    """
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with suppress(FileExistsError):
-            folder.mkdir(mode=0o700)
-        reason = mistrust(folder)
-        if not reason:
-            with tempfile.TemporaryFile(dir=folder) as file:
-                file.write(bytes(_ROOM))
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(_ROOM))
     except OSError as error:
         return f"{folder} cannot be written ({error.strerror})"
-    return reason
-
-
-def mistrust(folder: Path) -> str:
-    """Return why what lies in a folder must not be executed, nothing if it may.
-
-    On POSIX the folder and all in it must be this user's, no link, and not for others to write. Neither all the world
-    nor another user than root may be able to put another in its place. A folder that others can look into is closed to
-    them. Windows keeps the user's cache in his profile, which is his.
-    """
-    if os.name == "nt":
-        return ""
-    try:
-        around, top = folder.parent.stat(), folder.lstat()
-        if around.st_mode & stat.S_IWOTH and not around.st_mode & stat.S_ISVTX:
-            return f"every user may write to {folder.parent}"
-        if around.st_uid not in (os.geteuid(), 0):
-            return f"{folder.parent} is owned by another user"
-        reason = _strange(folder, top, open_to_others=True)
-        if reason:
-            return reason
-        open_to_others = bool(top.st_mode & _OTHERS_ENTER)
-        reasons = (_strange(entry, entry.lstat(), open_to_others) for entry in folder.rglob("*"))
-        reason = next(filter(None, reasons), "")
-        if not reason and top.st_mode & 0o077:
-            folder.chmod(0o700)
-    except OSError as error:
-        return f"{error.filename or folder}: {error.strerror}"
-    return reason
-
-
-def _strange(path: Path, status: os.stat_result, open_to_others: bool) -> str:
-    """Return why a file or folder is not to be trusted; behind a closed door its own rights do not matter."""
-    if stat.S_ISLNK(status.st_mode):
-        return f"{path} is a link"
-    if status.st_uid != os.geteuid():
-        return f"{path} is owned by another user"
-    if open_to_others and status.st_mode & _OTHERS_WRITE:
-        return f"other users may write to {path}"
+    if os.name != "nt" and (found.st_uid != os.geteuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        return f"other users may write to {folder}"
     return ""
 
 
-def _spare_folder() -> Path:
-    """Make a temporary folder for this command; it is removed when this process ends."""
+def _spare_folder(reason: str) -> Path:
+    """Make a temporary folder for this command and its workers; it is removed when this process ends."""
+    logger.warning(
+        "%s: the cache of compiled kernels is not used; this command compiles them again into a temporary folder, "
+        "which takes minutes; set STEMCAL_CACHE_DIR to a folder of yours",
+        reason,
+    )
     folder = Path(tempfile.mkdtemp(prefix="stemcal-kernels-"))
     os.environ[SPARE] = str(folder)
     atexit.register(_remove, folder, os.getpid())

@@ -9,8 +9,7 @@ from stemcal.names import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, factor, measured_of, to_decimals
-from stemcal.report.tables.of_responses import from_means, further_table, scores
+from stemcal.report.tables.columns import ERROR, factor, from_means, further_table, measured_of, scores, to_decimals
 from stemcal.report.tables.printed import NUMBERS, PaperTable, printed, titled
 from stemcal.stages.invert import figures, words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted

@@ -12,8 +12,7 @@ from stemcal.naming import FORCE, Named
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, condition, simulated, to_decimals
-from stemcal.report.tables.of_responses import from_means, further_table
+from stemcal.report.tables.columns import ERROR, condition, from_means, further_table, simulated, to_decimals
 from stemcal.report.tables.printed import NUMBERS, PaperTable, label_of, titled
 from stemcal.stages.validate import figures, words
 from stemcal.stages.validate.result import ValidateResult, ValidateRow

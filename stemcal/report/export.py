@@ -1,4 +1,4 @@
-"""Tables to publish as CSV, Markdown, LaTeX or Word."""
+"""The tables of a study as papers print them, Tables 5 to 13 of the wild chrysanthemum study, and their files."""
 
 import re
 import textwrap
@@ -7,13 +7,52 @@ from dataclasses import replace
 from pathlib import Path
 
 from stemcal.files.durable import make_folder, write_atomic
+from stemcal.files.rows import Column, Table
 from stemcal.files.showing import csv_text, in_a_line
-from stemcal.report.export.docx import write_word
+from stemcal.names import Names
+from stemcal.numbers import short
+from stemcal.report.docx import write_word
 from stemcal.report.figures.plot import Plot
+from stemcal.report.showing import Setting, showing_of
 from stemcal.report.tables.columns import starred
-from stemcal.report.tables.printed import PaperTable
+from stemcal.report.tables.printed import NUMBERS, PaperTable
+from stemcal.stages.results import Results
+from stemcal.study.model import Study
 
 Tables = Sequence[PaperTable]
+
+
+def paper_tables(study: Study, results: Results, holds: bool = True) -> list[PaperTable]:
+    """Return the tables that the finished stages allow, in the order of the paper.
+
+    Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
+    """
+    setting = Setting(study, results, holds)
+    tables = [table for result in results.done for table in showing_of(result).printed(result, setting)]
+    return [_factors(study, setting.labelled), *tables]
+
+
+def numbered(tables: Sequence[PaperTable], as_published: bool = False) -> list[PaperTable]:
+    """Return tables numbered from 1, or from 5 as in the published study; with its numbers where it has all of them."""
+    if as_published and all(table.number for table in tables):
+        return list(tables)
+    first = tables[0].number if as_published else 1
+    return [replace(table, number=number) for number, table in enumerate(tables, first)]
+
+
+def _factors(study: Study, names: Names) -> PaperTable:
+    """Return the screened factors with their levels."""
+    columns = [
+        Column("symbol", "Symbol"),
+        Column("name", "Parameters", form=names.factor, words=True),
+        Column("low", "Low Level", form=short),
+        Column("high", "High Level", form=short),
+    ]
+    table = Table.of(columns, study.factors)
+    return PaperTable(NUMBERS["factors"], "factors", "Screening test parameters.", table)
+
+
+# ---- files
 
 
 def export_tables(tables: Tables, kind: str, folder: Path, plots: Sequence[Plot] = ()) -> list[Path]:
