@@ -39,8 +39,8 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
     stage = ScreenResult(head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **vars(found))
     assert screen.outcome(stage, NAMES) == [
         f"2 factors were screened in {len(rows)} runs.",
-        "Without an estimate of error, effects on the maximum force cannot be tested. The largest is that of Yield stress "
-        f"(+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
+        "Without an estimate of error, effects on the maximum force cannot be tested. The largest is that of "
+        f"Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
     assert screen.standing(stage.effects[0], stage) == "not tested"
 
@@ -77,8 +77,8 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
 
 def test_the_outcome_of_a_surface_names_factors_runs_and_range(results: Any) -> None:
     assert surface.outcome(results.of(SurfaceResult), NAMES) == [
-        "A quadratic surface in Yield stress, failure_strain and strain_rate_c was fitted to 20 runs with responses from "
-        "64 N to 175 N."
+        "A quadratic surface in Yield stress, failure_strain and strain_rate_c was fitted to 20 runs with responses "
+        "from 64 N to 175 N."
     ]
 
 
