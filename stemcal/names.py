@@ -12,7 +12,7 @@ from stemcal.numbers import interval, minus, short
 from stemcal.words import series
 
 MOST_LISTED = 12
-"""Up to so many values of the condition are listed in a sentence, more are counted."""
+"""A sentence lists at most this number of values of the condition, otherwise it gives their number."""
 
 
 @dataclass(frozen=True)

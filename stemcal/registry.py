@@ -113,7 +113,7 @@ class Registry(Generic[T]):
             entry = self._entries[name]
             try:
                 one = entry.load()()
-            except Exception as error:  # whatever another package raises must not end a command
+            except Exception as error:  # no error of another package may end a command
                 self._leave_out(entry, f"{type(error).__name__}: {error}")
             else:
                 if isinstance(one, self.kind) and one.name == name:
@@ -134,7 +134,7 @@ def stages() -> Registry[Any]:
 
 
 def surface_designs() -> Registry[Any]:
-    """Return the list of designs for a response surface, for code beside or below them."""
+    """Return the list of designs for a response surface, for code next to or below them."""
     found: Registry[Any] = import_module("stemcal.doe.designs.catalogue").SURFACES
     return found
 
@@ -164,7 +164,7 @@ def code_version() -> str:
 
 
 def package_hash(module: str) -> str:
-    """Return a hash of the package or single file that an imported module belongs to; nothing without a file."""
+    """Return a hash of the package or single file of an imported module; nothing without a file."""
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
     whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
     place = Path(getattr(whole, "__file__", None) or "")

@@ -40,5 +40,5 @@ def run_stage(
     watch: Watch = ignore,
     solver: Solver | None = None,
 ) -> Any:
-    """Run one stage whether it is fresh or not; returns its result, which then also lies in the folder."""
+    """Run one stage whether it is fresh or not; returns its result, which then also is in the folder."""
     return stage_called(name).making()(study, folder, executor, watch, solver)

@@ -82,7 +82,7 @@ def export_deck(
 
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
-    """Return the program that the deck is for; raise `UsageError` where nothing says it."""
+    """Return the program that the deck is for; raise `UsageError` if it is unknown."""
     own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:

@@ -1,6 +1,6 @@
 """The virtual shear test: a hollow stem on two supports, a wedge that comes down across it, the force it meets.
 
-The stem lies along x, the blade's edge along y at mid-span, the blade moves down along −z.
+The stem is along x, the blade's edge along y at mid-span, the blade moves down along −z.
 """
 
 import time
@@ -98,7 +98,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
 def in_phases(test: ShearTest, count: int) -> tuple[ShearTest, ...]:
     """Return the test with the mesh shifted along the stem to `count` places; one phase is the test as it is.
 
-    A shift by s elements mirrors one by −s, so the midpoints of `count` equal parts of [0, ½] stand for all.
+    A shift by s elements mirrors one by −s, so the midpoints of `count` equal parts of [0, ½] represent all.
     """
     return (test,) if count == 1 else tuple(placed(test, (i + 0.5) / (2 * count)) for i in range(count))
 

@@ -9,7 +9,7 @@ from typing import Literal
 class Blade:
     """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
 
-    `edge_spread` is the distance from its profile within which it bears on the surface beside its edge, mm; with 0 the
+    `edge_spread` is the distance from its profile within which it acts on the surface next to its edge, mm; with 0 the
     edge is a line.
 
     `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.

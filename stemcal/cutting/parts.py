@@ -57,7 +57,7 @@ class Discretisation:
     element_size : float
         Length of an element along and around the stem, mm.
     through_wall : int or None
-        Elements through the wall; None takes as many as make them no longer than `element_size`.
+        Elements through the wall; with None they are at most `element_size` long.
     symmetry : str
         ``quarter`` and ``half`` mirror the rest of the stem.
     edge_over : str
@@ -97,7 +97,7 @@ class Discretisation:
 
 
 class Moved(Protocol):
-    """A virtual test, whatever it does: how its tool moves, and how it is computed."""
+    """A virtual test of any kind: how its tool moves, and how it is computed."""
 
     @property
     def loading(self) -> Loading:

@@ -1,9 +1,9 @@
 """The executor beyond one machine: runs go to the workers of a Dask scheduler.
 
-The cluster is the user's own, started by hand or by dask-jobqueue on Slurm and PBS. On a worker each run has a
-process of its own, as on one machine, so that time limits and crashes are handled alike: a run that hangs or
+The cluster is the user's own, started by hand or by dask-jobqueue on Slurm and PBS. On a worker each run has its
+own process, as on one machine, so that time limits and crashes are handled alike: a run that hangs or
 crashes costs itself, not the worker with all that it holds. A worker that is lost hands its runs to the others. The
-processes belong to one command: when that ends, in whatever way it can still tell, they end.
+processes serve one command: when it ends and can still notify them, they end.
 """
 
 import functools
@@ -56,7 +56,7 @@ class DaskExecutor(RunExecutor):
     Raises
     ------
     UsageError
-        If Dask is not installed, nobody answers, or a worker has no stemcal or another version or code of it.
+        If Dask is not installed, no one answers, or a worker has no stemcal or another version or code of it.
     """
 
     def __init__(self, address: str, time_limit: float | None = None) -> None:
@@ -140,7 +140,7 @@ class DaskExecutor(RunExecutor):
 
 
 def supervised(blob: bytes, time_limit: float | None, version: str, session: str) -> Any:
-    """Let a process of this machine compute a pickled call. Runs in a thread of a Dask worker."""
+    """Compute a pickled call in a process of this machine. Runs in a thread of a Dask worker."""
     if version != code_version():
         raise WorkerDied(_mismatch("this worker", code_version(), version))
     with _making:
@@ -194,7 +194,7 @@ def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
 
 
 def _quiet() -> None:
-    """Let nothing of Dask's own reach stderr: what matters is said by us."""
+    """Keep Dask's messages off stderr; stemcal reports its own."""
     for name in [*_LOUD, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -51,14 +51,14 @@ def _around(neighbours: NDArray[np.int32]) -> NDArray[np.uint32]:
 
 
 def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array]:
-    """Return mean, scratch and known strain of so many elements, and the largest mean: nothing has strained yet."""
+    """Return mean, scratch and known strain of the elements, and the largest mean, all before any strain."""
     return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
     """Return T = A·d/|d|² of each face (E, 6), A its area vector and d the way to the neighbour's centre; mm.
 
-    Behind a face without a neighbour stands the element's own image.
+    Behind a face without a neighbour is the element's own image.
     """
     corners = mesh.nodes[mesh.hexes]
     centres = corners.mean(axis=1)

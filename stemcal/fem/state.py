@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _COLLAPSE = 1.0e-4
 # Contact candidates are listed within this share of an element's size.
 _MARGIN = 0.25
-# Elements of single precision may grow to so many times the extent of the largest, and still see their corners apart.
+# Elements of single precision may grow to this multiple of the extent of the largest and still resolve their corners.
 _STRETCH = 16.0
 
 
@@ -184,7 +184,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
 
 
 def no_pushes(nodes: int, tools: int) -> Pushes:
-    """Return room for the forces of contact of so many tools on so many nodes."""
+    """Return arrays for the contact forces of all tools on all nodes."""
     sources = KINDS * tools
     return Pushes(
         np.zeros((sources, nodes, 3)),

@@ -19,7 +19,7 @@ from stemcal.fem.threads import March, Marching
 Array = NDArray[np.float64]
 Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
-_STRIDE = 1_000_000  # steps times elements between two looks at what else is asked of this process
+_STRIDE = 1_000_000  # steps times elements between two checks for other requests to this process
 _LEAST = 1e-300  # s, until the first step is known
 
 
@@ -58,7 +58,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
 
 
 def pace(model: Model, seconds: float) -> tuple[float, float]:
-    """Return how long a step takes on cores of its own, by the steps of about so many seconds, and the time step, s.
+    """Return the wall time of a step on free cores, measured over about this number of seconds, and the time step, s.
 
     Time in which others have the cores does not count.
 

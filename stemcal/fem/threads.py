@@ -2,7 +2,7 @@
 
 Each thread advances some of the parts of the blocks (`stemcal.fem.lanes`), which meet no row of the nodal forces in
 common; what is between two parts is added when all threads are done, each node's rows by one thread in their order. So
-every node collects its forces in the same order and the result has the same bits whatever the number of threads.
+every node collects its forces in the same order and the result has the same bits for any number of threads.
 
 The threads run the compiled loop side by side, without the interpreter's lock, and meet in it several times a step.
 """
@@ -58,13 +58,13 @@ def march_to(until: float, state: State) -> int:
 
 
 def team_of(count: int) -> Team:
-    """Return a team of so many threads."""
+    """Return a team of threads."""
     single = np.zeros(1, dtype=np.int64)
     return Team(count, single, single.copy(), np.zeros(count, dtype=np.int64), np.full(1, GOING_ON, dtype=np.int64))
 
 
 def shares_of(state: State, count: int) -> list[Share]:
-    """Share the parts of the blocks, the chunks of nodes and the rows apart out to so many threads."""
+    """Share the parts of the blocks, the chunks of nodes and the rows apart out to the threads."""
     body, ends = state.body, state.lanes.ends
     blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()
     chunks = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int).tolist()

@@ -1,4 +1,4 @@
-"""Files that others wrote: only plain ones are opened, so much is read of them, and their encoding is found out."""
+"""Files from outside: only plain ones are opened, up to a limit, and their encoding is detected."""
 
 import codecs
 import errno
@@ -42,7 +42,7 @@ def read_plain(path: Path, most: int) -> bytes:
 
 
 def holds(path: Path, content: bytes) -> bool:
-    """Tell whether a plain file is there that holds just this."""
+    """Return whether a plain file is there that holds just this."""
     try:
         return read_plain(path, len(content)) == content
     except OSError:

@@ -36,7 +36,7 @@ class _Curve:
 
 @dataclass(frozen=True)
 class _Details:
-    """What of a solver's details others read; a solver may tell more."""
+    """Details of a solver that others read; a solver may add more."""
 
     time_limit: float | None = absent()
     stroke_was_enough: bool | None = absent()
@@ -82,7 +82,7 @@ class _Record:
 
 
 def is_key(text: str) -> bool:
-    """Tell whether a text may be the name of a record.
+    """Return whether a text may be the name of a record.
 
     >>> is_key("0123456789abcdef" * 2), is_key("../x"), is_key("")
     (True, False, False)
@@ -96,9 +96,9 @@ def key_of(identity: Mapping[str, Any]) -> str:
 
 
 def problem_of(content: Mapping[str, Any], key: str) -> str:
-    """Return what is wrong with a record that lies under a key, "" if nothing is.
+    """Return what is wrong with a record that is under a key, "" if nothing is.
 
-    Its seal tells that nobody has changed it since, not that it was right when it was sealed.
+    Its seal proves that it was not changed since, not that it was correct when it was sealed.
     """
     if content.get("record_version") != RECORD_VERSION:
         return f"is of record version {content.get('record_version')!r:.20}, this stemcal reads {RECORD_VERSION}"

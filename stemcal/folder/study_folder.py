@@ -1,9 +1,9 @@
 """The study folder: one durable, self-checking record per run, the stages' tables, a lock and a log.
 
 A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
-where the system can flush a folder, a power cut. Each record carries the SHA-256 of its own content; one
+where the system can flush a folder, a power cut. Each record carries the SHA-256 of its content; one
 that does not match, or holds something else than a record, is set aside in ``runs/damaged`` and counts as missing.
-Stage files are sealed in the same way. Those of versions that did not seal them are read, and that is told.
+Stage files are sealed in the same way. Unsealed ones of earlier versions are read with a warning.
 """
 
 import errno
@@ -52,7 +52,7 @@ _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 
 @dataclass(frozen=True)
 class Holder:
-    """What the process that works in a folder tells of itself; nothing where it could not write it down."""
+    """The process that is using a folder, as far as it could write this down."""
 
     pid: int | None = absent()
     host: str | None = absent()
@@ -150,7 +150,7 @@ class StudyFolder:
         return self.path / ".lock.holder"
 
     def sign(self, stage: str, workers: int) -> None:
-        """Tell others what is worked at here, with how many workers. A courtesy: the lock itself is held."""
+        """Write down the stage and the number of workers for other commands; the lock itself is independent of it."""
         self._holds = replace(self._holds, stage=stage, workers=workers)
         self._sign()
 
@@ -159,7 +159,7 @@ class StudyFolder:
             write_atomic(self._holder_file, as_json(to_json(self._holds)))
 
     def holder(self) -> Holder | None:
-        """Return what the process that works here tells of itself, None if there is none."""
+        """Return the process that is using the folder, None if there is none."""
         probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
@@ -237,7 +237,7 @@ class StudyFolder:
         write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal, to be believed; one that never had a seal is told of, once.
+        """Return a stage's JSON without its seal, verified; warn once of one that never had a seal.
 
         Raises
         ------

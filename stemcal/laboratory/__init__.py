@@ -1,4 +1,4 @@
-"""Virtual laboratory tests of a piece of stem beside cutting: bending, radial compression, axial tests.
+"""Virtual laboratory tests of a piece of stem other than cutting: bending, radial compression, axial tests.
 
 Each kind has its own module; mesh, contact, integration, curve and doubts are those of the virtual shear test.
 """

@@ -19,7 +19,7 @@ _FEWEST_LAYERS = 3
 
 
 class Kind(Protocol):
-    """What is done to the piece, which lies along x about the axis; a room of this package for each.
+    """What is done to the piece, which is along x about the axis; a room of this package for each.
 
     `PERIODS` is over how many of the piece's slowest natural periods the loading is spread at least: mass is scaled so
     far and no farther. `MOMENT` m is that of the section which the response goes by, ∫zᵐ dA: 0 its area, 2 its second
@@ -39,7 +39,7 @@ class Kind(Protocol):
         """Return the rigid tools, the moving one first; on one side of the middle only if a mirror makes the rest."""
 
     def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
-        """Return (N, 3) which components are moved as `motion` says at all times."""
+        """Return (N, 3) which components are moved as `motion` prescribes at all times."""
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
         """Return the velocities of the nodes at the start (N, 3), mm/s.
@@ -50,7 +50,7 @@ class Kind(Protocol):
 
 @dataclass(frozen=True)
 class LaboratoryTest:
-    """Everything that determines one virtual test of a piece of stem beside cutting.
+    """Everything that determines one virtual test of a piece of stem other than cutting.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class LaboratoryTest:
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
-    """Return the discretisation with three elements at least through a wall, unless it says how many.
+    """Return the discretisation with at least three elements through a wall, unless it has their number.
 
     With one, thin walls wrinkled at three quarters of the travel.
     """
@@ -88,7 +88,7 @@ def roller(x: float, radius: float, speed: float, height: float) -> Tool:
 
 
 def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
-    """Return a plate from −half_length to half_length whose flat face stands at z = `face`."""
+    """Return a plate from −half_length to half_length whose flat face is at z = `face`."""
     edge, thickness = 1.0, 5.0
     low, high = (-edge - thickness, -edge) if upwards else (edge, edge + thickness)
     left, right = -half_length, half_length

@@ -1,4 +1,4 @@
-"""Radial compression: a piece of stem that lies between two flat plates, pressed across its axis."""
+"""Radial compression: a piece of stem that is between two flat plates, pressed across its axis."""
 
 from dataclasses import dataclass
 from math import ceil, pi, sqrt
@@ -31,7 +31,7 @@ class RadialCompression:
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return a mesh that is fine at both plates and coarse at the sides and along the piece.
 
-        The plates meet nodes: where these lie farther apart than the contact is wide, a line of them bears it alone.
+        The plates meet nodes: where these are farther apart than the contact is wide, a single line of them carries it.
         """
         coarse = how.coarsening_around
         around = np.linspace(-1.0, 1.0, around_half(0.5 * stem.outer_diameter, how))

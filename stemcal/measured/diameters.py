@@ -148,7 +148,7 @@ def _label_column(table: TextTable) -> int | None:
 
 
 def _reading_columns(table: TextTable, label: int | None) -> list[int]:
-    """Return the columns called diameters, or the only one of numbers beside the labels if none has a heading."""
+    """Return the columns called diameters, or the only one of numbers next to the labels if none has a heading."""
     named = matching(table, DIAMETER, MILLIMETRES)
     if named:
         return named

@@ -1,4 +1,4 @@
-"""All shear tests of a campaign: the maximum force of every specimen, and what each grade comes to."""
+"""All shear tests of a campaign: the maximum force of every specimen, and the statistics of each grade."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
 
 
 def _is_specimens(path: Path, pattern: str | None) -> bool:
-    """Tell whether a file is one of a machine: neither an index, nor what Excel and others leave beside open files."""
+    """Return whether a file is one of a machine, not an index or a temporary file of Excel and others."""
     wanted = pattern is not None or path.suffix.lower() in SUFFIXES
     aside = path.stem.lower() in ("index", "specimens") or path.name.startswith(("~$", ".", "._"))
     return wanted and not aside and path.is_file()
@@ -237,7 +237,7 @@ def _specimens(
     index: Mapping[str, tuple[float, float | None]],
     exclude: Collection[str],
 ) -> list[TestedSpecimen]:
-    """Return the specimens of one file; `repeated` tells that another file has the same name but for its end."""
+    """Return the specimens of one file; `repeated`: whether another file has the same name but for its ending."""
     try:
         curves = read_curves(path, how)
     except UsageError as error:
@@ -268,7 +268,7 @@ def _specimen(
 
 
 def named_grade(path: Path) -> float | None:
-    """Return the grade in mm that stands in the name of a file or of its folder.
+    """Return the grade in mm in the name of a file or of its folder.
 
     >>> named_grade(Path("shear/10mm-3.csv")), named_grade(Path("7.5 mm/a.txt")), named_grade(Path("a/b.csv"))
     (10.0, 7.5, None)

@@ -77,7 +77,7 @@ class ShearCurve:
 
 
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
-    """Return the curves of all specimens in a file, be it side by side or on sheets of their own."""
+    """Return the curves of all specimens in a file, side by side or on separate sheets."""
     how.check()
     tables, skipped = _tables_of_curves(path, how)
     curves = [curve for table in tables for curve in _curves_of(table, how, several=len(tables) > 1)]
@@ -105,7 +105,7 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
 
 
 def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
-    """Return the curves of one table; `several` tells that others stand in the same file."""
+    """Return the curves of one table; `several`: whether others are in the same file."""
     channels, notes = channels_of(table, how)
     if len(channels) > 1:
         notes.insert(0, Note("side_by_side", "info", f"The file has {len(channels)} specimens side by side."))

@@ -21,7 +21,7 @@ DECIMALS = {"point": ".", "comma": ","}
 MAX_BYTES = 64 * MIB
 _MOST_SHOWN = 12  # columns in a message
 _PROBED = 3000  # lines that decide on separator and decimal mark
-_SETTLED = 3  # lines of full width after which a shorter one belongs to the run
+_SETTLED = 3  # lines of full width after which a shorter one is part of the run
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class TextTable:
     columns, units : tuple of str
         Name and unit of each column; without a heading, its number and no unit.
     labels : tuple of str
-        What stands over the heading of each column, the name of a specimen perhaps; empty if there is nothing.
+        Text above the heading of each column, possibly the name of a specimen; may be empty.
     headed : bool
         Whether there is a heading.
     sheet : str
@@ -88,7 +88,7 @@ class TextTable:
 
     @property
     def synthetic(self) -> bool:
-        """Whether the file says of itself that its data are made up."""
+        """Whether the file declares that its data are synthetic."""
         return any("synthetic" in line.lower() for line in self.preamble)
 
 
@@ -167,7 +167,7 @@ def _named(given: str, known: dict[str, str], option: str) -> str:
     raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; take one of {', '.join(known)}")
 
 
-# ---- where the numbers are among the lines, and what stands above them
+# ---- where the numbers are among the lines, and what is above them
 
 
 class _Run(NamedTuple):

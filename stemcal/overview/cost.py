@@ -1,8 +1,8 @@
-"""What a study takes on this machine: its runs, and what comes beside them.
+"""What a study takes on this machine: its runs, and what comes next to them.
 
 How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
-else from the solver's own guess. What comes beside it is a constant of a small machine; compiling is told by the last
-time.
+else from the solver's own guess. What comes next to it is a constant of a small machine; compiling is known from the
+last time.
 """
 
 import socket
@@ -29,7 +29,7 @@ recorded here."""
 
 @dataclass(frozen=True)
 class Costs:
-    """The seconds of a run on one core, None where nothing tells, how they are known, from how many recorded runs."""
+    """The seconds of a run on one core, None if unknown, their source, and the number of recorded runs."""
 
     of: Callable[[Request], float] | None
     source: Source = "none"

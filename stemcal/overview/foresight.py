@@ -13,7 +13,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import Growth, Study, factors_taken
 
-MOST_HOURS = 48.0  # what a command begins without being told that this is meant
+MOST_HOURS = 48.0  # a command with longer runs starts with a warning
 
 
 @dataclass(frozen=True)

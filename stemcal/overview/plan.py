@@ -40,8 +40,8 @@ class PlannedStage:
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `overhead` what
-    compiling, starting, statistics and page take, and `elapsed` all of it with so many `workers`, runs that are decided
+    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); `overhead` what
+    compiling, starting, statistics and page take, and `elapsed` all of it with `workers`, runs that are decided
     one by one counted as usual.
     """
 
@@ -63,7 +63,7 @@ class Plan:
 def plan(
     study: Study, folder: StudyFolder | None = None, solver: Solver | None = None, workers: int | None = None
 ) -> Plan:
-    """Return the runs of every stage, and what they take with so many workers (all cores), without running any."""
+    """Return the runs of every stage, and their cost with a number of workers (all cores), without running any."""
     solver, workers = solver or make_solver(study), workers or available_cores()
     wanted = asked(study, solver, folder)
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))

@@ -111,7 +111,7 @@ class StudyResults:
 
     @classmethod
     def read(cls, study: Study, folder: StudyFolder) -> StudyResults:
-        """Read what lies in the folder of a study."""
+        """Read what is in the folder of a study."""
         return cls(study, folder, fresh_results(study, folder))
 
     @property
@@ -160,7 +160,7 @@ class StudyResults:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the study is calibrated, with reservations or not, for which reasons, and what would mend it."""
+        """Whether the study is calibrated, with reservations or not, for which reasons, and the remedies."""
         return verdict_of(self.study, self.folder, self._results)
 
     @property
@@ -180,7 +180,7 @@ class StudyResults:
 
     @cached_property
     def records(self) -> Records:
-        """What the solver told of every run, by the label of the run: curves, checks, energies."""
+        """Curves, checks and energies of every run, by the label of the run."""
         return read_records(self._results, self.folder)
 
     # ---- every figure of the page

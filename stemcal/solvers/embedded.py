@@ -210,7 +210,7 @@ def simulate(
     Parameters
     ----------
     levels : mapping
-        Values of factors in the units of the spec; the others stand at mid-level.
+        Values of factors in the units of the spec; the others are at mid-level.
     diameter : float, optional
         Outer diameter of the stem in mm; that of the specimen by default.
     frames : path, optional
@@ -242,7 +242,7 @@ def simulate_test(
 
 
 def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
-    """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
+    """Return a test in addition to the study's shear test: a further one, or one of another kind."""
     if section.is_further_cut:
         return shear_test(study.cut_as(section, diameter), levels, diameter)
     return laboratory_test(section, shear_test(study, levels, diameter))
@@ -388,7 +388,7 @@ def _details(result: cutting.CuttingResult) -> dict[str, Any]:
 
 
 def _over_phases(results: Sequence[cutting.CuttingResult]) -> dict[str, list[float]]:
-    """Return travel and work to the peak of each mesh phase; nothing for a single one, whose curve tells."""
+    """Return travel and work to the peak of each mesh phase; nothing for a single one, which has a curve."""
     if len(results) == 1:
         return {}
     curves = [(result.history, result.peak_travel) for result in results]

@@ -36,7 +36,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Moment:
-    """What is kept of one output: time in s, nodes (N, 3) in mm, of each element whether it stands, strain and stress.
+    """The stored data of one output: time in s, nodes (N, 3) in mm, which elements remain, strain and stress.
 
     The stress is von Mises', MPa; None at the end of a test, of which it is not known.
     """
@@ -106,7 +106,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 nodes=shape.reference + moved[k],
                 standing=standing[k],
                 plastic_strain=strains[k],
-                # the blade, the first of them, higher; the supports stand still
+                # the blade, the first of them, higher; the supports are fixed
                 tools=(shape.tools[0] + [0.0, packed["stroke"] - packed["travel"][k]], *shape.tools[1:]),
             ),
             stress if k == packed["highest"] else None,

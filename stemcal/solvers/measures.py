@@ -1,4 +1,4 @@
-"""What a run tells beside its maximum force: its curve, travel to the maximum, the work done by then, scatter."""
+"""Results of a run besides its maximum force: its curve, travel and work to the maximum, scatter."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -62,7 +62,8 @@ def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: f
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``travel`` (mm), ``work`` (mJ), ``phases`` and what each gave of a run's details, as far as these tell.
+    """Return ``travel`` (mm), ``work`` (mJ), ``phases`` and the result of each from a run's details, as far as they
+    have them.
 
     Over several mesh phases they are means; otherwise the recorded curve is read.
     """

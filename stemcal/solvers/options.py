@@ -201,7 +201,7 @@ class EmbeddedSolver(SolverOptions):
         return None
 
     def at_speed(self, speed: float) -> EmbeddedSolver:
-        """Return the options for a blade of this speed (mm/s): as they stand up to 100 mm/min, above in proportion.
+        """Return the options for a blade of this speed (mm/s): unchanged up to 100 mm/min, in proportion above.
 
         Inertia grows as ρV²: added mass that is harmless there must go as V⁻², time step and filter as V⁻¹, so that
         they keep their share of the travel. From 0.17 m/s on nothing is left of a mass scaling of 1e4: the mass is the
@@ -401,7 +401,7 @@ class SheetSolver(SolverOptions):
 
 
 class PythonSolver(SolverOptions):
-    """A class of your own in a Python file beside the spec, with a method `solve(levels, condition)`.
+    """Your class in a Python file next to the spec, with a method `solve(levels, condition)`.
 
     `levels` are the values of the factors in the units of the spec, by name, `condition` is the stem's diameter in mm,
     or what the spec declares in its place. It returns the responses by name, `{"force": 12.5}`; an exception is a

@@ -1,4 +1,4 @@
-"""A class in a Python file beside the spec as a solver."""
+"""A class in a Python file next to the spec as a solver."""
 
 from __future__ import annotations
 

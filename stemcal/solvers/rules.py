@@ -70,7 +70,7 @@ def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iter
 
 
 def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
-    """Every factor stands in a template or an argument; one that does not has no effect."""
+    """Every factor is in a template or an argument; one that does not has no effect."""
     contents = [*map(_content, solver.templates), *(argument.encode() for argument in solver.command)]
     if None in contents:
         return
@@ -96,7 +96,7 @@ def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterato
 
 
 def _content(path: Path) -> bytes | None:
-    """Return what a template holds; None where it cannot be read, which another rule tells."""
+    """Return what a template holds; None where it cannot be read, which another rule reports."""
     try:
         return template_bytes(path)
     except OSError:
@@ -142,7 +142,7 @@ def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Find
 
 
 def files_are_given(study: Study) -> Iterator[Finding]:
-    """Question an argument that is a file beside the spec: a program runs in the folder of its run."""
+    """Question an argument that is a file next to the spec: a program runs in the folder of its run."""
     solver = study.solver
     assert isinstance(solver, CommandSolver)
     beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}

@@ -35,7 +35,7 @@ class Stage(Checked, Generic[R]):
     reads : tuple of str
         The sections of the spec that it is made from.
     simulates : bool
-        Whether it has runs of its own.
+        Whether it has its own runs.
     pictured : bool
         Whether its runs keep what pictures are made from: those at a solution do.
     one_by_one : bool

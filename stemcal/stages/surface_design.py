@@ -20,7 +20,7 @@ class Screened(Protocol):
 
     @property
     def shares(self) -> Mapping[str, float]:
-        """What each factor contributes, per cent; of several responses to the one it moves most."""
+        """What each factor contributes, %; of several responses to the one it moves most."""
 
     @property
     def active_factors(self) -> Sequence[str]:
@@ -80,7 +80,7 @@ def surface_factors(study: Study, solver: Solver, screening: Screened | None) ->
 
 
 def _strongest(screening: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]]:
-    """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
+    """Return the significant factors, or those of largest contribution if the spec or the design requires a number."""
     shares = screening.shares
     ranked = sorted(shares, key=lambda name: -shares[name])
     found = [name for name in ranked if name in screening.active_factors]

@@ -1,4 +1,4 @@
-"""Natural units ↔ coded units. The coding belongs to the design and is never estimated from data."""
+"""Natural units ↔ coded units. The coding is that of the design and is never estimated from data."""
 
 from __future__ import annotations
 

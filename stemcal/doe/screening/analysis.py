@@ -169,7 +169,7 @@ def centre_runs(design: Array) -> NDArray[np.bool_]:
 def curvature_of(
     corners: Array, centre: Array, residual: Residual, mean_square: float | None, alpha: float
 ) -> Curvature | None:
-    """Return how far the centre lies off the plane of the corners; None without centre runs."""
+    """Return how far the centre is off the plane of the corners; None without centre runs."""
     if not len(centre):
         return None
     n_f, n_c = len(corners), len(centre) if _pure(centre) else 1

@@ -22,7 +22,7 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     effects : array (k,)
         Effects of the active factors, mean(high) − mean(low).
     rise : bool
-        Whether the target lies above the force at the centre.
+        Whether the target is above the force at the centre.
 
     >>> ascent_path([40.0, -20.0], 2, rise=True).tolist()
     [[0.0, -0.0], [0.5, -0.25], [1.0, -0.5]]
@@ -36,12 +36,12 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
 
 
 def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise: bool) -> Array:
-    """Return (m + 1, k) coded points from the centre in steps of one's own, m ≤ `steps` of which stay in the ranges.
+    """Return (m + 1, k) coded points from the centre in given steps, m ≤ `steps` of which stay in the ranges.
 
     Parameters
     ----------
     sizes : sequence of k
-        Coded length of a step; None for factors that go along: as far as their slope stands to that of the steepest
+        Coded length of a step; None for factors that follow in the ratio of their slope to that of the steepest
         factor with a size (D. C. Montgomery, Design and Analysis of Experiments, section 11.2).
 
     >>> own_path([40.0, -20.0], [0.4, None], 5, rise=True).tolist()
@@ -62,7 +62,7 @@ def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise
 
 
 def passed(responses: Sequence[float | None], target: float) -> bool:
-    """Tell whether the forces so far lie on both sides of the target.
+    """Return whether the forces so far lie on both sides of the target.
 
     >>> passed([100.0, None, 150.0], 159.2), passed([100.0, 150.0, 165.0], 159.2)
     (False, True)

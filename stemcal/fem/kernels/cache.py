@@ -1,9 +1,9 @@
-"""Where compiled kernels are kept: in a folder that nobody else can write, for what lies there is executed.
+"""Where compiled kernels are kept: in a folder that no one else can write, because its content is executed.
 
 It is a private folder per user (`STEMCAL_CACHE_DIR` moves it), per installation and per state of the kernels' sources:
 numba by itself looks only at the file of the function that it caches, and would go on using a loop whose inlined parts
 have changed.
-One that belongs to somebody else, or that others may write, is not used; nor can one on a read-only home be. A
+A folder of another user, or one that others may write, is not used; nor can one on a read-only home be. A
 temporary folder then serves the whole command, its worker processes too, and goes with it.
 """
 
@@ -22,7 +22,7 @@ import numba
 import platformdirs
 
 logger = logging.getLogger(__name__)
-SPARE = "STEMCAL_SPARE_CACHE"  # tells worker processes of the command's temporary folder
+SPARE = "STEMCAL_SPARE_CACHE"  # passes the command's temporary folder to worker processes
 _ROOM = 2**20  # bytes that must go in
 
 
@@ -44,7 +44,7 @@ def own_folder() -> Path:
 def unusable(folder: Path) -> str:
     """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there.
 
-    It must be this user's and nobody else's to write; Windows keeps the user's cache in his profile, which is his.
+    It must be this user's and no one else's to write; Windows keeps the user's cache in his profile, which is his.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)

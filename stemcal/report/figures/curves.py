@@ -28,7 +28,7 @@ from stemcal.report.records import Curve
 def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
     """Return force over travel, that of the blade or of another test, for all runs; highlighted ones are named.
 
-    After the stem has broken a curve is dotted: there it tells of the released stem, not of cutting.
+    After the stem has broken a curve is dotted: there it shows the released stem, not cutting.
     """
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
@@ -56,7 +56,7 @@ def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
 
 
 def _until_broken(curve: Curve) -> int:
-    """Return how many points of a curve stand before the stem has broken."""
+    """Return how many points of a curve are before the break."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 

@@ -28,11 +28,11 @@ from stemcal.solvers.film import Frame
 Array = NDArray[np.float64]
 
 
-STRESS, WAY = "YlGnBu", "BuPu"  # colours: their lightness falls steadily, so that grey prints tell as much
+STRESS, WAY = "YlGnBu", "BuPu"  # colours: their lightness falls steadily, so that grey prints show as much
 
 
 def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
-    """Return the frames that tell the story: start, half-way to the peak, peak, and evenly from there to the end."""
+    """Return the main frames: start, half-way to the peak, peak, and evenly from there to the end."""
     forces = [frame.force for frame in frames]
     peak = forces.index(max(forces))
     after = np.linspace(peak, len(frames) - 1, count - 2)
@@ -101,7 +101,7 @@ def _draw_across(axes: Axes, shape: Shape) -> None:
 
 
 def fields(frames: Sequence[Frame]) -> Figure:
-    """Return von Mises' stress and the displacement of the frame that knows its stress, each with its scale."""
+    """Return von Mises' stress and the displacement of the frame that has its stress, each with its scale."""
     from matplotlib.colors import Normalize
 
     frame = next(frame for frame in frames if frame.von_mises is not None)
@@ -116,7 +116,7 @@ def fields(frames: Sequence[Frame]) -> Figure:
             scale = Normalize(0.0, max(float(np.max(values[shape.standing], initial=0.0)), 1e-9))
             draw_faces(axes, shape, section_faces(shape, values), scale, near(shape), colours)
             axes.set_xlabel("x, mm")
-            axes.set_title(label, fontsize=9)  # beside its scale it stood before the next panel
+            axes.set_title(label, fontsize=9)  # next to its scale it stood before the next panel
             colour_bar(figure, scale, [axes], "", colours)
         panels[0].set_ylabel("z, mm")
         figure.suptitle(f"blade at {fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", fontsize=9, color=INK)

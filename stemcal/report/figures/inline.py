@@ -58,7 +58,7 @@ def inline(document: str, description: str, shared: Shared, values: Sequence[Any
 
 
 def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
-    """Return an element as text; of a group that says nothing, what is in it."""
+    """Return an element as text; of a group without attributes only its content."""
     if node.tag in ("defs", "metadata"):
         return ""
     inside = str(escape((node.text or "").strip())) + "".join(_written(child, shared, ids) for child in node)

@@ -11,7 +11,7 @@ from stemcal.report.figures.style import Figure, png, svg
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: its name, the section it belongs to, its caption, and what draws it.
+    """A figure: its name, its section, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
     that `claims` intervals is shown of a calibrated study only.

@@ -54,7 +54,7 @@ def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
 def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return columns of values of responses, by key, label and form.
 
-    The unit heads the column, or stands beside each value where every row has a response of its own: then a column that
+    The unit heads the column, or follows each value where every row has a different response: then a column that
     names the response comes first.
     """
     naming, response = names.naming, names.response
@@ -99,17 +99,17 @@ def response_decimals(response: Named, values: Iterable[float | None], usual: in
 
 
 def to_decimals(places: int) -> Form:
-    """Return what writes numbers with so many decimals."""
+    """Return a function that writes numbers with fixed decimals."""
     return lambda value: fixed(value, places)
 
 
-# ---- measured responses beside what a surface or a simulation gives: what calibration and validation share
+# ---- measured responses next to what a surface or a simulation gives: what calibration and validation share
 
 
 def further_table(
     rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
 ) -> Table:
-    """Return further responses at each condition: measured, beside what the surface or the simulation `found`."""
+    """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
     of_stems = [] if names.naming.others else ["Travel and work of the blade from first touch to the maximum force."]
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))

@@ -28,7 +28,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
 
 
 def shear_tables(tests: ShearTests) -> list[Table]:
-    """Return the maximum shear force of every specimen, and what each grade comes to."""
+    """Return the maximum shear force of every specimen, and the statistics of each grade."""
     diameter = Column("diameter", "Diameter", "mm", short)
     grades = [
         diameter,
@@ -69,7 +69,7 @@ def tests_table(tests: MeasuredTests) -> Table:
 
 
 def _statistics(found: Diameters) -> dict[str, str]:
-    """Return what is told of a sample of stem diameters."""
+    """Return the statistics of a sample of stem diameters."""
     summary = found.summary
     return {
         "Stems": f"{summary.n}, {found.readings} readings",

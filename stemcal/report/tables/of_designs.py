@@ -22,7 +22,7 @@ from stemcal.stages.result import DesignRuns
 if TYPE_CHECKING:
     from stemcal.overview.status import Entry
 
-MANY = 4  # factors beyond which columns are headed by symbols in place of names
+MANY = 4  # factors beyond which columns are headed by symbols instead of names
 SHORT_KEY = 8
 LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_seconds")
 """What the terminal shows of a run; its CSV file has more."""
@@ -46,7 +46,7 @@ def _other(named: Named) -> Column:
 
 
 def checks_table(records: Records) -> Table | None:
-    """Return the solver's checks of every distinct run, None where no solver told of them."""
+    """Return the solver's checks of every distinct run, None if no solver reported them."""
     rows = [vars(one.checks) | {"run": run} for run, one in distinct_of(records).values() if one.checks is not None]
     columns = (
         Column("run", "Run"),

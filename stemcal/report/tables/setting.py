@@ -19,7 +19,7 @@ _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 
 
 def setting_tables(study: Study) -> list[Table]:
-    """Return the factors, what stood still beside them, and what was measured."""
+    """Return the factors, what stood still next to them, and what was measured."""
     tables = [_factors(study), _measured(study)]
     if (how := study.solver.explicit) is not None:
         tables.append(_values("Part", _virtual_test(study, how), "The virtual shear test"))

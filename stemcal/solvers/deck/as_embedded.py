@@ -1,4 +1,4 @@
-"""What a deck says, as a study with the embedded solver: for the force that the deck is to give."""
+"""A deck as a study with the embedded solver, for the expected force of the deck."""
 
 from stemcal.solvers.deck.model import HOURGLASS, Deck
 from stemcal.solvers.options import EmbeddedSolver
@@ -12,7 +12,7 @@ def as_embedded(deck: Deck) -> Study:
     Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
     """
     study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
-    # a nose and a program's nonlocal length stand for the study's own lengths; without them there are none
+    # a nose and a program's nonlocal length represent the study's own lengths; without them there are none
     lengths = {} if deck.form.lengths else {"internal_length": Length(0.0)}
     edge = {} if deck.form.lengths else {"edge_spread": Length(0.0)}
     return study.model_copy(

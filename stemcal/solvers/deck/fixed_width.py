@@ -1,8 +1,8 @@
 """Keyword cards: fields in columns, numbers with as many digits as these hold.
 
-A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader knows. On request, where
+A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader supports. On request, where
 one of its numbers needs more, that keyword is in long format, fields of twenty columns, marked by a ``+`` behind its
-name: LS-DYNA then reads all digits, OpenRadioss does not know the keyword.
+name: LS-DYNA then reads all digits, OpenRadioss does not support the keyword.
 """
 
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ from itertools import chain
 Card = Mapping[str, float | int | str]
 
 STANDARD, LONG = 10, 20
-# Comments that tell what no card can begin so.
+# Comments for content without a card begin with this.
 SETTINGS = "$> "
 _HEADING = "$#"
 

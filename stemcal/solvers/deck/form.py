@@ -41,7 +41,7 @@ class DeckForm:
 
     @property
     def by_density(self) -> bool:
-        """Whether the stem is made denser in place of mass on single nodes.
+        """Whether the stem is made denser instead of mass on single nodes.
 
         OpenRadioss's nonlocal field diverges where nodes are given mass.
         """

@@ -1,4 +1,4 @@
-"""Where OpenRadioss lies, and the environment its programs need."""
+"""The folder of OpenRadioss, and the environment of its programs."""
 
 import os
 import re
@@ -12,12 +12,12 @@ from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.programs.program_base import executable
 
 HOME = "OPENRADIOSS_PATH"
-# What the starter says of itself when asked, within so many seconds.
+# Version that the starter prints, and the time limit for it in seconds.
 _VERSION, _VERSION_S = (
     re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE),
     20.0,
 )
-# Usual names begin so; what follows tells platform, precision and parallel library, the shortest is the plain one.
+# Usual names begin so; the rest is platform, precision and parallel library; the shortest is the plain one.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
 _ON_PATH = {
     "starter": ("starter_linux64_gf", "starter_linuxa64_gf", "starter_win64", "starter"),
@@ -58,7 +58,7 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
 
 
 def program_version(there: Installation) -> str:
-    """Return commit and date of build as the starter tells them of itself; empty where it tells neither."""
+    """Return commit and date of build as the starter prints them; empty if it prints neither."""
     try:
         said = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
     except OSError:
@@ -68,7 +68,7 @@ def program_version(there: Installation) -> str:
 
 
 def _home_of(starter: str) -> Path | None:
-    """Return the home that a starter on PATH lies in, if it is one."""
+    """Return the home that a starter on PATH is in, if it is one."""
     home = Path(starter).resolve().parent.parent
     return home if (home / _DEFINITIONS_FOLDER).is_dir() else None
 

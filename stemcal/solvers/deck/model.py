@@ -1,4 +1,4 @@
-"""What a deck says: meshes, the stem's law and its values, and where that is not what the study says."""
+"""The content of a deck: meshes, the stem's law and its values, and the differences from the study."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from stemcal.study.model import GAP, PARAMETERS, Study
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
-# How far a nose stands beside the row of nodes that the edge is over, in element sizes of the spec. Its force goes up
+# Distance of a nose from the row of nodes that the edge is over, in element sizes of the spec. Its force goes up
 # and down with the nodes that it holds, by 5 % to either side as over a row and over the middle between two; a quarter
 # is about half way, for the rows under the edge are shorter than that size, mostly by 4 to 10 % (`cutting.build`).
 _NOSE_BESIDE = 0.25
@@ -105,7 +105,7 @@ class Deck:
 
     @property
     def edge_spread(self) -> float:
-        """How far the edge's force is spread in the study, mm; no deck says it so."""
+        """How far the edge's force is spread in the study, mm; no deck has this length."""
         return self.study.blade.edge_spread.at(self.diameter) if self._has_lengths else 0.0
 
     @property
@@ -119,13 +119,13 @@ class Deck:
 
     @property
     def nose(self) -> float:
-        """The radius of the edge in the deck, mm: that of the blade, or of the spread that it stands for."""
+        """The radius of the edge in the deck, mm: that of the blade, or of the spread that it represents."""
         radius = self.study.blade.edge_radius
         return max(radius, nose_radius(self.edge_spread)) if self.form.lengths else radius
 
     @property
     def is_sharp(self) -> bool:
-        """Whether the edge bears as a line, by as many nodes to an element of the stem as the embedded solver's.
+        """Whether the edge acts as a line, with the same number of nodes per stem element as in the embedded solver.
 
         With one, a stem of 11 mm parted at 0.73 of the force in OpenRadioss, another at 0.62: few elements bore it all.
         """
@@ -133,9 +133,9 @@ class Deck:
 
     @property
     def edge_share(self) -> float:
-        """The share of p m/Δt² for which the blade's factor stands, in the words of LS-DYNA.
+        """The share of p m/Δt² that corresponds to the blade's factor, as defined by LS-DYNA.
 
-        A sharp edge has four nodes to an element. In the embedded solver each bears on a quarter of m over 1 + η², the
+        A sharp edge has four nodes to an element. In the embedded solver each acts on a quarter of m over 1 + η², the
         4 Σ N² of a face's shape functions at −1 < η < 1 of its width: on average π/4.
         """
         if not self.is_sharp:
@@ -171,7 +171,7 @@ class Deck:
 
     @property
     def card(self) -> dict[str, float]:
-        """The law that the stem's card says, in the order of `PARAMETERS`; its density is the study's."""
+        """The values of the stem's card, in the order of `PARAMETERS`; its density is the study's."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.given["density"]
         return {**self.material, **isotropic, "ro": density}
@@ -201,12 +201,12 @@ class Deck:
 
     @cached_property
     def notes(self) -> list[str]:
-        """What the deck says otherwise than the study, or cannot say."""
+        """The differences of the deck from the study."""
         return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter(), *self._rounded()]
 
     @cached_property
     def settings(self) -> dict[str, Any]:
-        """What belongs to the model and has no card, in mm, t, s, N: it is written in comments."""
+        """Parts of the model without a card, in mm, t, s, N, which are written as comments."""
         study, solver, given = self.study, self.solver, self.given
         kept = {
             "edge_spread": self.edge_spread,

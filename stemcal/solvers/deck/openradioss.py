@@ -119,7 +119,7 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
 
 
 def starter_accepted(folder: Path, ended: Ended) -> str:
-    """Return the starter's listing; raise `SimulationFailed` if it tells of errors."""
+    """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
     listing = _text_left(folder, STARTER_LISTING)
     found = problems(listing) or problems(ended.output)
     if found:

@@ -47,7 +47,7 @@ def peak_answer(
     failed : sequence of float
         When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
     warnings : sequence of Note
-        What else is to be known before the answer is used.
+        Warnings on the answer.
     modes : CurveModes, optional
         Those of the measured curves, which the filtered force until then is scored on.
     """

@@ -11,7 +11,7 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("runT01", "runT01.csv"),
 )
 STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
-# Without it the time histories have no titles, and th_to_csv leaves impulses in place of forces.
+# Without it the time histories have no titles, and th_to_csv leaves impulses instead of forces.
 TITLES = "/TH/TITLE"
 
 
@@ -50,7 +50,7 @@ def engine_text(deck: Deck, run: str) -> str:
 
 
 def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
-    """Return the engine's file of a run of so many seconds, its outputs, and the share of the stable step it takes."""
+    """Return the engine's file of a run: its duration in s, its outputs, its part of the stable step."""
     return "\n".join(
         [
             f"/RUN/{run}/1/",

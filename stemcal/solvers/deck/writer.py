@@ -40,7 +40,7 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from stem_material(deck.material, deck.form)
     if deck.form.for_ls_dyna and deck.nonlocal_length > 0.0:
         yield from _nonlocal(deck.nonlocal_length)
-    # OpenRadioss takes the first group of elements for what says whether failure is nonlocal (``sforc3.F``), and sorts
+    # OpenRadioss decides by the first group of elements whether failure is nonlocal (``sforc3.F``), and sorts
     # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
     held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
@@ -203,7 +203,7 @@ CURVE = 1001
 
 
 def material_text(deck: Deck, said: Iterable[str]) -> str:
-    """Return an include file with the stem's card and what is said of it, one comment each."""
+    """Return an include file with the stem's card and its comments, one line each."""
     return _text([*_comments(said), *stem_material(deck.material, deck.form)])
 
 

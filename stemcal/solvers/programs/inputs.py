@@ -25,7 +25,7 @@ _KEY_LENGTH = 32
 
 @dataclass(frozen=True)
 class Inputs:
-    """Files beside the spec that a run needs, each with the hash it had when the study was read."""
+    """Files next to the spec that a run needs, each with the hash it had when the study was read."""
 
     templates: Mapping[Path, str]
     files: Mapping[Path, str]
@@ -66,7 +66,7 @@ def file_hash(path: Path) -> str:
 
 
 def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
-    """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
+    """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: number(value) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}

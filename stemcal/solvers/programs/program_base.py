@@ -23,9 +23,9 @@ _KEPT_OUTPUT = 2000
 
 @dataclass(frozen=True)
 class Program(Solver, ABC):
-    """Answers requests by running a program in a folder of its own.
+    """Answers requests by running a program in its own folder.
 
-    A kind of program says what its input files are, how a run is written and made, and what beside the files
+    A kind of program defines its input files, how a run is written and made, and what next to the files
     determines an answer.
 
     Parameters
@@ -46,7 +46,7 @@ class Program(Solver, ABC):
 
     @property
     def options(self) -> ProgramOptions:
-        """What the spec says of the program."""
+        """The keys of the program in the spec."""
         assert isinstance(self.study.solver, ProgramOptions)
         return self.study.solver
 
@@ -96,7 +96,7 @@ class Program(Solver, ABC):
 
     @abstractmethod
     def _determining(self, request: Request) -> dict[str, Any]:
-        """Return what else determines an answer."""
+        """Return further data that determine an answer."""
 
     @abstractmethod
     def _write(self, folder: Path, request: Request) -> None:
@@ -108,7 +108,7 @@ class Program(Solver, ABC):
 
 
 def executable(program: str, folder: Path, key: str = "command") -> str:
-    """Return the full path of a program: one on PATH, or, if it is written with a folder, one beside the spec.
+    """Return the full path of a program: one on PATH, or, if it is written with a folder, one next to the spec.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def run_in(
 ) -> Answer:
     """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
 
-    It may take so many `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
+    It may take `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
     is an exit code other than 0.
     """
     try:

@@ -20,7 +20,7 @@ from stemcal.files.reading import MIB, lenient, read_plain
 from stemcal.solvers.options import ResultReader
 
 Array = NDArray[np.float64]
-# 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Not what Python reads beside:
+# 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Unlike Python, not:
 # 1_000, digits of other scripts.
 NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"
 _NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
@@ -226,7 +226,7 @@ def required_number(text: str) -> float:
 
 
 def number_of(text: str) -> float | None:
-    """Return the number that a text is, NaN where it says that there is none or it did not fit; None for any other.
+    """Return the number that a text is, NaN if it marks a missing value or an overflow; None for any other.
 
     >>> [number_of(text) for text in ("1.5-101", " -2.5D+01", "****", "1_000", "12 N")]
     [1.5e-101, -25.0, nan, None, None]

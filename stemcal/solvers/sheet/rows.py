@@ -164,7 +164,7 @@ def readings(cell: str) -> list[float]:
 
 
 def _number(cell: str, decimal: str) -> float | Unread:
-    """Read a number; a single mark before three digits, 1,234, means two things where the sheet does not tell."""
+    """Read a number; a single mark before three digits, 1,234, is ambiguous unless the sheet decides."""
     first, second = as_number(cell, decimal), as_number(cell, _OTHER[decimal])
     if first is None or _OTHER[decimal] not in cell:
         first, second = (second, None) if first is None else (first, None)

@@ -39,7 +39,7 @@ class KnownRow:
 class Sheet(Solver):
     """Answers from `solver.file`; results that were entered are the records of the study folder.
 
-    Rows of a design with equal levels are runs of their own, unless the spec says that they answer equally.
+    Rows of a design with equal levels are separate runs, unless the spec declares a deterministic program.
     """
 
     immediate, asks_people = True, True

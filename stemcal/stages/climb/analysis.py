@@ -114,7 +114,7 @@ def _leap(
 
 
 def _path(study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, rise: bool) -> Array:
-    """Return the coded points of the walk; with steps of one's own where the spec has them."""
+    """Return the coded points of the walk; with the steps of the spec if it has them."""
     own = options.step_sizes
     if not any(name in own for name in names):
         return ascent_path(effects, options.steps, rise)
@@ -149,7 +149,7 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
 
 
 def later(study: Study) -> Later | None:
-    """Return the steps as many as there usually are, and how many there may be."""
+    """Return the usual and the largest number of steps."""
     if (options := study.climb) is None:
         return None
     most = f"at most {counted(options.steps + 1, 'more run')}"

@@ -41,7 +41,7 @@ def plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the misfit of each factor with all others free: below the dashed line lies its interval.
+    """Return the misfit of each factor with all others free: its interval is below the dashed line.
 
     `labels` has what to write at the axis of a factor, its name by default.
     """

@@ -128,7 +128,7 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
 
 
 def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
-    """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
+    """Return what was measured next to the surfaces, what it leaves of each parameter; nothing of a single response."""
     tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
     tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
     if stage.joint is not None and stage.joint.further:

@@ -34,7 +34,7 @@ _FIRST_SLOPE = 0.5  # of force over failure strain, both as logarithms, before a
 
 @dataclass(frozen=True)
 class SizedStrain:
-    """The failure strain for one element size (mm), and the mean force over so many positions of the mesh.
+    """The failure strain for one element size (mm), and the mean force over positions of the mesh.
 
     `interval` covers the strain with 95 % by the scatter over the positions, `sd_percent`. The size is `valid` if the
     mean force and its standard error are both within 5 % of the aim.
@@ -112,7 +112,7 @@ def strains_of(work: Work, sizes: Sequence[float]) -> SizedStrains:
 
 
 def _of_size(work: Work, there: Study, levels: Mapping[str, float], aim: float, size: float) -> SizedStrain:
-    """Search with a few positions of the mesh, then with as many as the scatter of the force requires."""
+    """Search with a few positions of the mesh, then with the number that the scatter of the force requires."""
     positions, runs = FEWEST_POSITIONS, 0
     while True:
         row = _searched(work, there, levels, aim, size, positions)
@@ -148,7 +148,7 @@ def _searched(
 
 
 def _simulating(work: Work, there: Study, size: float, positions: int) -> SimulateAt:
-    """Return what simulates failure strains as the mean over so many positions of a mesh."""
+    """Return a function that simulates a failure strain as the mean over positions of a mesh."""
     from stemcal.solvers.embedded import Embedded  # a table of strains is shown without the solver
 
     solver, policy = Embedded(there), there.runs.model_copy(update={"quorum": 0.0})

@@ -1,6 +1,6 @@
 """The loop: simulate at the solution, compare, correct, step, until the target is reached.
 
-Where the next point lies is decided by its steps. `SurfaceSteps` refits the response surface to every point and moves
+Its steps choose the next point. `SurfaceSteps` refits the response surface to every point and moves
 on it: for the study's own model. `PathSteps` moves one factor after the other: for another program or mesh, whose
 response is not that of the surface.
 """

@@ -55,7 +55,7 @@ def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
 
 
 def _signed(effect: float, places: int = 1) -> str:
-    """Return an effect with its sign and so many decimals.
+    """Return an effect with its sign and a number of decimals.
 
     >>> _signed(-8.0), _signed(74.69)
     ('−8.0', '+74.7')

@@ -124,7 +124,7 @@ def studentised(rsm: SurfaceResult) -> list[float]:
 
 
 def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
-    """Draw sorted residuals over normal scores, (i − ½)/n; a sample of the normal law lies on the line."""
+    """Draw sorted residuals over normal scores, (i − ½)/n; a sample of the normal law is on the line."""
     count = len(residuals)
     scores = [_NORMAL.inv_cdf((rank + 0.5) / count) for rank in range(count)]
     axes.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)

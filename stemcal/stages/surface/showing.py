@@ -27,7 +27,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface import figures, words
 from stemcal.stages.surface.result import SurfaceResult
 
-MANY = 3  # factors beyond which columns are headed by symbols in place of names
+MANY = 3  # factors beyond which columns are headed by symbols instead of names
 MOST_FITS = 6  # further responses whose tables are shown
 ONE = "1"  # the term of the constant
 
@@ -68,7 +68,7 @@ def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
-    """Return a term as it stands in an equation.
+    """Return a term as written in an equation.
 
     >>> written("yield_stress:failure_strain", {"yield_stress": "X4", "failure_strain": "X9"})
     'X4·X9'

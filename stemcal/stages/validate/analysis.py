@@ -1,4 +1,4 @@
-"""The validation as a stage: whatever was measured is simulated with the calibrated parameters and compared."""
+"""The validation as a stage: simulate all measurements with the calibrated parameters and compare."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
-    """Return a request per measured diameter at these levels, or as many as the program is asked for."""
+    """Return the requests at these levels: one per measured diameter, or the replicates of a stochastic program."""
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.replicates)

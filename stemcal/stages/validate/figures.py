@@ -71,7 +71,7 @@ def validation(
     """Return a response measured and simulated over the condition; that of the calibration is ringed.
 
     `spread` has the standard deviations of the measurements by the condition; the first response is the default.
-    Without a condition the two stand side by side.
+    Without a condition the two are side by side.
     """
     condition, response = validate.naming.condition, response or validate.naming.response
     pairs = _pairs(validate, response)
@@ -97,7 +97,7 @@ def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
 
 
 def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], response: Named) -> Figure:
-    """Draw what was measured, with its scatter, beside what was simulated."""
+    """Draw what was measured, with its scatter, next to what was simulated."""
     with new_figure(width=3.4, height=2.9) as figure:
         axes = figure.add_subplot()
         for pair in pairs:

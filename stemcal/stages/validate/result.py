@@ -1,4 +1,4 @@
-"""What a validation comes to: what was measured against what was simulated, at every diameter."""
+"""The result of a validation: what was measured against what was simulated, at every diameter."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it."""
+    """Travel or work of a validation run next to what was measured of it."""
 
     response: str
     unit: str

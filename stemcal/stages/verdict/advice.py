@@ -19,11 +19,11 @@ from stemcal.study.model import PARAMETERS, Factor, Study
 from stemcal.study.model.solver_kind import Explicit
 from stemcal.words import series
 
-# A range is widened by at most so many times its width, and past the target by this part of what was missing.
+# A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
 _MOST_AVERAGED = 100  # replicates that a spec may ask for
-# What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
+# What has to fall below a limit is aimed at this part of it: runs of one study scatter about their mean.
 _SAFELY = 0.5
 # Finer elements are recommended up to this many times the time of a run.
 _MOST_TIMES = 12.0
@@ -116,7 +116,7 @@ def _first(enough: Callable[[float], bool], most: float) -> float | None:
 
 
 def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) -> Remedy:
-    """Return which range to widen by half, so that a solution on the edge of the region comes to lie inside."""
+    """Return which range to widen by half, so that a solution on the edge of the region is inside."""
     region = surface.region(study)
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
@@ -220,7 +220,7 @@ def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
 def more_runs(study: Study, surface: SurfaceResult) -> Remedy:
     """Return four times as many runs as coefficients, spread over the ranges, where the design has fewer.
 
-    A design that has them already is to be narrowed to half the ranges, about the solution.
+    If the design has them already, the remedy halves the ranges about the solution.
     """
     count = max(4 * len(surface.coefficients), 2 * len(surface.design.runs))
     text = f"Use more runs: `rsm: {{design: latin-hypercube, runs: {count}}}`."

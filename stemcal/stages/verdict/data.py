@@ -92,7 +92,7 @@ class Evidence:
     def judged(self) -> list[Judged]:
         """Measured against simulated at every condition that was simulated with the parameters found here.
 
-        Beside the force that is every response that the study declares itself; one that was not fitted is a check.
+        Besides the force it includes every response that the study declares; one that was not fitted is a check.
         """
         validation = self.validation
         if validation is None or self.is_given:

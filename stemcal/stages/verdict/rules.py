@@ -33,8 +33,8 @@ _WITHIN = (
     "Use the parameters only between the measured diameters, or add another kind of test (`tests`), which no such "
     "formula predicts."
 )
-_BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
-# What ends a study before its last stage: these reasons say what to do, in place of "not done yet".
+_BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported
+# What ends a study before its last stage: these reasons say what to do, instead of "not done yet".
 _ENDS = ("undeclared_scatter", "probable_unit", "failed_runs", "out_of_reach", "conflict")
 
 Rule = Callable[[Evidence], Iterator[Note]]
@@ -54,7 +54,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 
 
 def _use(evidence: Evidence) -> Use | None:
-    """Return at which conditions the simulated response agrees, and what is off most; None where nothing tells."""
+    """Return at which conditions the simulated response agrees, and the largest error; None without a comparison."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None
@@ -180,7 +180,7 @@ def _conflict(evidence: Evidence) -> Iterator[Note]:
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
-    """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
+    """Widen a range where a mean is out of reach by itself; if each is reached, no range is changed."""
     surface = evidence.surface
     assert surface is not None and evidence.inversion is not None
     coded = list(evidence.inversion.point.coded.values())
@@ -214,7 +214,7 @@ def _refine_more(budget: int | None) -> Remedy:
 
 
 def _physics(evidence: Evidence) -> Iterator[Note]:
-    """Yield doubts for which no force is to be trusted."""
+    """Yield doubts that make all forces unreliable."""
     return (note for note in _doubts(evidence) if note.severity == "error")
 
 
@@ -247,7 +247,7 @@ def _edge(evidence: Evidence) -> Iterator[Note]:
         return
     joint = evidence.inversion.joint
     if joint is not None and any(_conflict(evidence)):
-        return  # the conflict says what to do, at a place of its own
+        return  # the rule on the conflict has the remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
@@ -256,7 +256,7 @@ def _edge(evidence: Evidence) -> Iterator[Note]:
 
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
-    """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
+    """Widen a range, unless the joint fit is there because of scatter or a flat valley."""
     surface, found = evidence.surface, evidence.inversion
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty

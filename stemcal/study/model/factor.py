@@ -1,4 +1,4 @@
-"""What every section is made of; factors, the parameters that the embedded solver knows, and own responses."""
+"""What every section is made of; factors, the parameters of the embedded solver, and own responses."""
 
 from typing import Annotated, Literal, NamedTuple
 

@@ -109,7 +109,7 @@ class MayGrow:
         grades = core_schema.dict_schema(core_schema.str_schema(), plain, min_length=2)
         forms = core_schema.union_schema([plain, handler.generate_schema(Growth), grades])
         return core_schema.json_or_python_schema(
-            json_schema=core_schema.with_info_wrap_validator_function(read, forms),  # the JSON schema tells of all
+            json_schema=core_schema.with_info_wrap_validator_function(read, forms),  # the JSON schema lists all
             python_schema=core_schema.with_info_wrap_validator_function(read, plain),
             serialization=core_schema.plain_serializer_function_ser_schema(_plainly),
         )

@@ -100,7 +100,7 @@ class Target(Frozen):
         return self.further[response].systematic if response in self.further else {}
 
     def specimens_of(self, response: str) -> str:
-        """Return a name for the specimens of a response if their curves tell it, nothing else."""
+        """Return a name for the specimens of a response if their curves give it, otherwise nothing."""
         if self.modes is None:
             return ""
         own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
@@ -139,7 +139,7 @@ class Targets(Frozen):
         return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes]) -> Targets:
-        """Return the targets with what curves tell, by the place of their entry."""
+        """Return the targets with the responses of curves, by the place of their entry."""
         means = list(self.means)
         for index, found in modes.items():
             scores = {
@@ -244,7 +244,7 @@ class LaboratorySection(Frozen):
         return self.kind == "cutting"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
+        """Return the sections that a further cutting test changes, of its study or draft."""
         given = {"blade": _given(self.blade), "supports": _given(self.supports)}
         sections = {name: getattr(own, name) for name in given}
         return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}

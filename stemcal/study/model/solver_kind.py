@@ -52,7 +52,7 @@ class SolverOptions(Frozen):
 
     @property
     def version(self) -> str:
-        """Its version as far as the spec tells it."""
+        """Its version, as far as the spec has it."""
         return ""
 
     @property
@@ -72,7 +72,7 @@ class SolverOptions(Frozen):
 
     @property
     def mesh(self) -> Mesh | None:
-        """The mesh of the stem, None where the spec does not tell it."""
+        """The mesh of the stem, None if the spec does not have it."""
         return None
 
     @property
@@ -86,7 +86,7 @@ class SolverOptions(Frozen):
         return None
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return why a run tells no force over travel and what to do, None if it does."""
+        """Return why a run has no force over travel and what to do, None if it has."""
         return f"solver {self.title} has no curve to compare", "give the force alone"
 
     def chance_remedy(self) -> Remedy:
@@ -140,7 +140,7 @@ class SolverKind:
         yield from ()
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
-        """Yield what `doctor` tells of it: a part, what was found, whether it is fine (None: not needed)."""
+        """Yield the lines for `doctor`: a part, its state, whether it is fine (None: not needed)."""
         yield from ()
 
 

@@ -79,7 +79,7 @@ def _chosen_or_names(given: Any) -> Any:
 
 
 def strongest_asked(factors: str | tuple[str, ...]) -> int:
-    """Return how many of the strongest factors `rsm.factors` asks for; 0 where it says something else.
+    """Return how many of the strongest factors `rsm.factors` asks for; 0 for other values.
 
     >>> strongest_asked("strongest 3"), strongest_asked("significant")
     (3, 0)

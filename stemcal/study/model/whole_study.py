@@ -116,7 +116,7 @@ class Study(StudyForm):
         Parameters
         ----------
         changes
-            By the name of a factor or of a section: a mapping is laid over what stands there, anything else takes its
+            By the name of a factor or of a section: a mapping is merged into the existing one, anything else takes its
             place. Quantities are written as in a spec.
 
         Raises
@@ -181,7 +181,7 @@ class Study(StudyForm):
 
     def _theirs(self) -> Any:
         if self._hands is None:
-            raise TypeError("ask and tell require a study from stemcal.load_study")
+            raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
         return self._hands
 
     def __repr__(self) -> str:
@@ -207,7 +207,7 @@ class Study(StudyForm):
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """The names of the responses that the study declares beside its first."""
+        """The names of the responses that the study declares next to its first."""
         return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
 
     def of(self, kind: type[F]) -> F:

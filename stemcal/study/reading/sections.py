@@ -35,7 +35,7 @@ from stemcal.words import listed, nearest
 
 
 def read_sections(data: Any, folder: Path) -> Sections:
-    """Read each section of a spec's tree by itself; files are found beside the spec."""
+    """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
         message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
@@ -70,11 +70,11 @@ class Sections:
 
     @property
     def context(self) -> dict[str, Any]:
-        """What the types of the model need to know beside a value."""
+        """The context that the types of the model need for a value."""
         return {"spec": self.folder, "naming": self.naming}
 
     def read(self, name: str, given: Any, told: Collection[NodePath] = ()) -> None:
-        """Read a section; of one that is wrong, what is good of it. What is wrong at some places is `told` already."""
+        """Read a section, of a wrong one its correct parts. The errors at places in `told` are reported already."""
         if given is None:
             self.findings.append(Finding((_spelled(name),), "is empty", "fill it in or remove it"))
             return
@@ -161,7 +161,7 @@ class Sections:
                 self.good["targets"] = with_tests(targets, tests)
 
     def fit_all_responses(self, data: dict[str, Any]) -> None:
-        """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
+        """Fit all measured responses of a study that declares several, unless the spec chooses."""
         targets, invert = self.good.get("targets"), self.good.get("invert")
         chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
         if self.naming.is_cutting or not _complete(targets) or invert is None or chosen:
@@ -180,7 +180,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 
 def _complete(targets: Targets | None) -> TypeGuard[Targets]:
-    """Tell whether all rows of the targets could be read."""
+    """Return whether all rows of the targets could be read."""
     return targets is not None and all({"condition", "response"} <= one.__dict__.keys() for one in targets.means)
 
 
@@ -224,7 +224,7 @@ def _adapter(section: str) -> TypeAdapter[Any]:
 
 
 def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
-    """Return what pydantic finds wrong with a section, as findings; nothing at places that are `told` already."""
+    """Return the errors of pydantic in a section as findings, except those at places in `told`."""
     found = []
     for entry in error.errors(include_url=False):
         if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:

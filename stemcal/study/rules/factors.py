@@ -70,7 +70,7 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
-    """The solver knows the factor and its unit measures the right thing."""
+    """The solver has the factor, and its unit has the right dimension."""
     if not draft.kind.parameters:
         return
     exponents = exponents_in(draft.growing.values())
@@ -108,7 +108,7 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
-    """Yield what is wrong with levels (units of the spec) and a diameter that stand in no spec."""
+    """Yield what is wrong with levels (units of the spec) and a diameter that are not in a spec."""
     if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
@@ -195,7 +195,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.parameters or not draft.names:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
-    wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # told of already
+    wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # reported already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -256,7 +256,7 @@ def reached(draft: Draft, name: str, diameter: float | None = None) -> list[floa
 
 
 def _in_material(draft: Draft) -> tuple[str, ...]:
-    """Return the parameters that `material` tells of, fixed or growing."""
+    """Return the parameters in `material`, fixed or growing."""
     return (*draft.study.material.given(), *draft.growing)
 
 
@@ -289,7 +289,7 @@ def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
 
 
 def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
-    """An exponent with a name is a factor, a pure number, and no parameter of its own."""
+    """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
         path, exponent = ("material", name, "exponent"), getattr(growth, "exponent", None)

@@ -53,7 +53,7 @@ def doubts(study: Study) -> list[Finding]:
 
 
 def _of_further_cuts(study: Study) -> Iterator[Finding]:
-    """Question a further cut as the first, at the keys of its own."""
+    """Question a further cut as the first, at its own keys."""
     keys: dict[NodePath, NodePath] = {("loading", "speed"): ("speed",), ("loading", "duration"): ("stroke",)}
     for index, test in enumerate(study.tests):
         if not test.is_further_cut:
@@ -181,7 +181,7 @@ def _scatters(study: Study) -> Iterator[Finding]:
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
-    """Question a cutting force that is far from what the others suggest, whatever power of the diameter it has."""
+    """Question a cutting force that is far from the trend of the others for all plausible powers of the diameter."""
     targets = study.targets.means
     if len(targets) < 2 or not study.kind.parameters:
         return

@@ -8,7 +8,7 @@ from stemcal.study.rules.draft import Draft, Finding
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
-    """The specimen lies on both supports."""
+    """The specimen is on both supports."""
     if draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
             f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
@@ -100,7 +100,7 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:
-    """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
+    """`rsm.coding` has keys for factors, is within their ranges and keeps the corners physical."""
     for name in draft.study.rsm.coding:
         if name not in draft.names:
             yield draft.unknown_factor(("rsm", "coding", name), name)
@@ -123,7 +123,7 @@ def _coding_in_range(draft: Draft, rsm: RsmOptions) -> Iterator[Finding]:
 
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
-    """`climb.step_sizes` belong to factors, and the first step stays in their ranges."""
+    """`climb.step_sizes` are those of factors, and the first step stays in their ranges."""
     if draft.study.climb is None:
         return
     known = {factor.name: factor for factor in draft.factors.values()}

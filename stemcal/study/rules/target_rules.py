@@ -20,7 +20,7 @@ _TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
 
 
 def names_are_free(draft: Draft) -> Iterator[Finding]:
-    """Responses and conditions have names that stand for nothing else."""
+    """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
     clashes = dict(declared_once(draft.naming, draft.names))
@@ -55,7 +55,7 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
         return
     low, high = PARAMETERS["yield_stress"].plausible
     if not draft.kind.parameters or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
-        return  # a yield stress that no plant has is told of elsewhere
+        return  # a yield stress that no plant has is reported elsewhere
     hollow = 1.0 - draft.study.specimen.diameter_ratio**2
     areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.study.targets.means]
     # two cross-sections in shear bear 2 A σy/√3
@@ -79,7 +79,7 @@ def _yield_stresses(draft: Draft) -> list[float]:
     levels = [(level, factor.unit) for factor in varied for level in (factor.low, factor.high)]
     try:
         return [convert(level, unit, "stress") for level, unit in levels]
-    except UnitError:  # told of elsewhere
+    except UnitError:  # reported elsewhere
         return []
 
 
@@ -112,7 +112,7 @@ def _listing(values: Sequence[float], draft: Draft) -> str:
 
 
 def responses_measured(draft: Draft) -> Iterator[Finding]:
-    """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
+    """What is fitted next to the force is measured, with its scatter as the weight, and simulated."""
     if draft.study.invert.responses == (FIRST,):
         return
     path, names, named = ("invert", "responses"), draft.study.invert.responses, draft.naming
@@ -201,7 +201,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Each test has a name of its own, of which the names of its responses and of its folder of sheets are made.
+    """Each test has its own name, of which the names of its responses and of its folder of sheets are made.
 
     Case does not count, as in names of folders on Windows.
     """
@@ -282,7 +282,7 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
 
 
 def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
-    """What is measured in a test belongs to a diameter that is cut too, once each."""
+    """Each measurement in a test has a diameter that is also cut, once each."""
     cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
         seen: list[float] = []

@@ -221,7 +221,7 @@ _SHARE_IN_SCHEMA = r"d */ *([0-9]+(\.[0-9]*)?|\.[0-9]+)"
 
 @dataclass(frozen=True)
 class Length:
-    """So many mm, or one part in `divisor` of the stem's outer diameter.
+    """A length in mm, or one part in `divisor` of the stem's outer diameter.
 
     >>> Length(0.5).at(8.0), Length(divisor=8.0).at(11.0)
     (0.5, 1.375)

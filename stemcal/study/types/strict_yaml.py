@@ -42,7 +42,7 @@ NodePath = tuple[str | int, ...]
 
 
 class Position(NamedTuple):
-    """Where something stands in the file, both from 1."""
+    """A place in the file, both from 1."""
 
     line: int
     column: int
@@ -59,7 +59,7 @@ class YamlProblem(NamedTuple):
 
 @dataclass
 class Document:
-    """The tree of a file, where its keys and values stand, and what was wrong on the way.
+    """The tree of a file, the places of its keys and values, and the errors found.
 
     `complete` is false when reading stopped before the end, so that `data` lacks the rest.
     """
