@@ -25,7 +25,7 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
 Program = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Card: *MAT_003 of LS-DYNA or *MAT_024.", show_default=False),
+    typer.Option("--for", help="Program: *MAT_003 (lsdyna) or *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],
@@ -52,8 +52,8 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
-    strain is adjusted until the mean force over several positions is the calibrated force. The card has the first
-    --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
+    strain is adjusted until the mean force over several positions is the calibrated force. The card is for the first
+    --element-size; with several sizes a curve is written too. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

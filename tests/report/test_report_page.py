@@ -84,7 +84,7 @@ def test_commands_and_keys_stand_as_code_and_no_mark_is_left(page: str) -> None:
 
 
 def test_details_are_folded_and_named(page: str) -> None:
-    folded = re.findall(r'<details class="more">\s*<summary>More: ([^<]*)</summary>', page)
+    folded = re.findall(r'<details class="more">\s*<summary>Details: ([^<]*)</summary>', page)
     assert "analysis of variance, response surface in coded units, canonical analysis" in folded[1]
     story = re.sub(r"<details.*?</details>", "", page, flags=re.DOTALL)
     assert "Effects on the maximum force" in story and "Calibrated parameters" in story

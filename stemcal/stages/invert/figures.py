@@ -30,8 +30,8 @@ def plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -
         "(shaded); vertical line: the calibrated value."
     )
     exact = (
-        "Where the surface meets the target exactly: the range of each factor in coded units; star: the chosen point; "
-        "dashed: ±1, dotted: the reach of the design. The error of the surface is not included."
+        "Exact solutions of the surface: range of each factor in coded units. Star: selected solution; dashed: ±1; "
+        "dotted: limit of the design region. The error of the surface is not included."
     )
     units = {name: axis_of(labels.get(name, name), rsm.factor(name).unit) for name in invert.point.solution}
     if known is not None:

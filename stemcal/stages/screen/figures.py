@@ -23,7 +23,7 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
         "or the limit of the t test is significant; beyond SME also after correction for the number of effects."
     )
     line = (
-        "Half-normal plot: effects above the line of chance and beyond Lenth's margins are significant. Symbols as in "
+        "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols as in "
         "the table of effects."
     )
     return [

@@ -87,7 +87,7 @@ class SolverOptions(Frozen):
 
     def without_curve(self) -> tuple[str, str] | None:
         """Return why a run has no force over travel and what to do, None if it has."""
-        return f"solver {self.title} has no curve to compare", "give the force alone"
+        return f"solver {self.title} has no curve to compare", "give only the force"
 
     def chance_remedy(self) -> Remedy:
         """Return how to declare, or remove, the chance in its answers."""

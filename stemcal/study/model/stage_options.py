@@ -178,7 +178,7 @@ class InvertOptions(Frozen):
     each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
     are calibrated at the first of a list."""
     responses: Responses = (FIRST,)
-    """What is fitted: the force alone, or also travel and work to the maximum."""
+    """What is fitted: only the force, or also travel and work to the maximum."""
 
 
 class ValidateOptions(Frozen):

@@ -58,7 +58,7 @@ def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[li
             )
     if not wrong and len(read) < FEWEST:
         message = f"curves of only {counted(len(read), 'specimen')}: their scatter is unknown"
-        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))
+        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give only force and sd"))
     return read, wrong[:_MOST_NAMES]
 
 

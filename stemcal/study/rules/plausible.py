@@ -40,7 +40,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
-_FALL = "elements two thirds as long give up to a tenth less"
+_FALL = "with elements two thirds as long they are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
@@ -63,7 +63,7 @@ def _of_further_cuts(study: Study) -> Iterator[Finding]:
             own = finding.path[0] in ("loading", "blade", "supports")
             yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
         if late := sorted({"travel", "work"} & set(test.measured)):
-            yield Finding(("tests", index), f"{' and '.join(late)}: {_FALL}", "fit the maximum force alone")
+            yield Finding(("tests", index), f"{' and '.join(late)}: {_FALL}", "fit only the maximum force")
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -146,7 +146,7 @@ def _path_and_work(study: Study) -> Iterator[Finding]:
     if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {_FALL}"
-        yield Finding(("invert", "responses"), message, "fit the force alone, or add as much to their sd")
+        yield Finding(("invert", "responses"), message, "fit only the force, or add this error to their sd")
 
 
 def _conditions(study: Study) -> list[float]:

@@ -187,7 +187,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, *missing)
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
-            yield Finding(path, message, "add curves there, or use the force alone")
+            yield Finding(path, message, "add curves there, or use only the force")
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the section machine has no effect"

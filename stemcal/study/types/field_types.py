@@ -166,7 +166,7 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and _, such as yield_stress"
-        raise complain(f"{name[:60]!r} cannot be the name of a column", remedy)
+        raise complain(f"{name[:60]!r} is not allowed as the name of a column", remedy)
     if len(name) > 40:
         raise complain(f"the name has {len(name)} characters", "use at most 40")
     return name
@@ -198,7 +198,7 @@ def _study_name(name: str) -> str:
         raise complain(f"the name has {len(name)} characters, too many for a folder", remedy)
     bad = next((letter for letter in name if letter in '<>:"/\\|?*' or not letter.isprintable()), None)
     if bad:
-        raise complain(f"{bad!r} cannot be in the name of a folder", remedy)
+        raise complain(f"{bad!r} is not allowed in a folder name", remedy)
     if name != name.strip():
         raise complain(f"{name!r} begins or ends with a space", remedy)
     if name.startswith(".") or name.endswith("."):

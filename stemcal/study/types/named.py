@@ -120,5 +120,5 @@ def declared_once(naming: Naming, factors: Sequence[str]) -> Iterator[tuple[str,
     for named in (*naming.responses, *condition):
         if named.name in taken:
             yield named.name, taken[named.name]
-        first = {FIRST: "the first response in files"} if named == naming.response else {}
+        first = {FIRST: "the key of the first response"} if named == naming.response else {}
         taken |= {named.name: "another response or condition", **first}
