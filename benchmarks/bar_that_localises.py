@@ -35,15 +35,12 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import simulate
 from stemcal.processes import Ended
+from stemcal.solvers.deck.cards import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.equivalents import nonlocal_length
-from stemcal.solvers.deck.fixed_width import Card, fitted, keyword
-from stemcal.solvers.deck.form import DeckForm
-from stemcal.solvers.deck.installation import installation
-from stemcal.solvers.deck.openradioss import leave_engine_input, run_programs, starter_accepted
-from stemcal.solvers.deck.radioss_files import DECK, STARTER_INPUT, TABLE, engine_over, starter_around
-from stemcal.solvers.deck.writer import STEM, stem_material
+from stemcal.solvers.deck.openradioss import installation, leave_engine_input, run_programs, starter_accepted
+from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, STEM, TABLE, engine_over, starter_around, stem_material
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.programs.inputs import discard, run_folder
+from stemcal.solvers.program import discard, run_folder
 from stemcal.solvers.protocol import Answer
 
 Array = NDArray[np.float64]

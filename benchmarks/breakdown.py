@@ -31,7 +31,7 @@ from stemcal.fem.kernels import march
 from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
 from stemcal.fem.kernels.precision import ONE, ZERO
 from stemcal.fem.state import State, start
-from stemcal.fem.threads import march_to
+from stemcal.fem.stepper import march_to
 from stemcal.fem.warm import warm
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.gallery import write_figures

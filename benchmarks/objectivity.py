@@ -29,7 +29,7 @@ from contact_energy import centre as centre_of_sizes
 from contact_energy import crops as tests_of_crops
 
 from stemcal import cutting
-from stemcal.cutting import CuttingResult, ShearTest, build, in_phases
+from stemcal.cutting import CuttingResult, ShearTest, build, placed
 from stemcal.fem.stepper import simulate
 
 CALIBRATED = Case("validate", {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}, 8.0, 169.0)
@@ -59,10 +59,15 @@ def scatter(results: list[CuttingResult]) -> str:
     return f"{force.mean():.1f} N, SD {share:.2f} %, {force.min():.1f} to {force.max():.1f} N"
 
 
+def at_places(test: ShearTest, count: int) -> list[ShearTest]:
+    """Return the test with its mesh at so many places along the stem."""
+    return [placed(test, (i + 0.5) / (2 * count)) for i in range(count)]
+
+
 def phases() -> None:
     """Print the scatter over ten phases of the mesh along the stem."""
     for test in centre():
-        print("ten phases:", scatter(simulate_all(list(in_phases(test, 10)))), flush=True)
+        print("ten phases:", scatter(simulate_all(at_places(test, 10))), flush=True)
 
 
 def edge() -> None:
@@ -250,7 +255,7 @@ def crops() -> None:
         print(
             f"{name}: {here:.1f} N, d/24 {finer / here:.3f}, coefficient 0.02 {other / here:.3f}; "
             f"penalty 0.25: {soft:.1f} N, with the shipped study's mesh {shipped:.1f} N; "
-            f"five phases: {scatter(simulate_all(list(in_phases(test, 5))))}",
+            f"five phases: {scatter(simulate_all(at_places(test, 5)))}",
             flush=True,
         )
 

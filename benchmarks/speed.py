@@ -41,7 +41,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import State, start
-from stemcal.fem.threads import Marching, march_to
+from stemcal.fem.stepper import Marching, march_to
 from stemcal.fem.warm import warm
 
 STEEL_FREE_FALL = Material(1.1e-5, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 1e9, "paper")

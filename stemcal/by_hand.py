@@ -25,7 +25,7 @@ from stemcal.runs.answer import Watch, ignore, keep
 from stemcal.runs.outcome import answer_of, record_key, stands
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
-from stemcal.solvers.programs.inputs import seed_of
+from stemcal.solvers.program import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
 from stemcal.solvers.sheet.reading import Filled, narrow

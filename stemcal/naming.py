@@ -152,6 +152,10 @@ class Naming:
     condition: Named | None = DIAMETER
     responses: tuple[Named, ...] = (FORCE, TRAVEL, WORK)
 
+    def __post_init__(self) -> None:
+        if not self.responses:
+            raise ValueError("no response is named")
+
     @property
     def is_cutting(self) -> bool:
         """Whether these are the shear test's own words."""

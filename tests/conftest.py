@@ -1,5 +1,6 @@
 """The published study, replayed once; `fakes` importable from every folder of tests, and by the workers they start."""
 
+import functools
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,34 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 ROOT = Path(__file__).parents[1]
+SIMULATING = {"cutting", "fem", "laboratory", "verification"}
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Have the kernels compiled before the first test that runs them."""
+    if item.path.parent.name in SIMULATING:
+        compile_kernels()
+
+
+@functools.cache
+def compile_kernels() -> None:
+    """Compile the kernels, and the element in double precision, in one worker of pytest while the others wait."""
+    from exact import EXACT
+    from filelock import FileLock
+
+    from stemcal.fem.kernels.compile import CACHE
+    from stemcal.fem.kernels.element import add_internal_forces
+    from stemcal.fem.material import Material
+    from stemcal.fem.mesh import brick
+    from stemcal.fem.model import Model
+    from stemcal.fem.state import start
+    from stemcal.fem.warm import warm
+
+    warm()
+    with FileLock(CACHE / ".exact"):
+        one = start(Model(brick((1.0, 1.0, 1.0), (1, 1, 1)), Material(1.0, 1.0, 0.3), integration=EXACT))
+        body = one.body
+        add_internal_forces(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, 1.0e-3, one.material)
 
 
 @pytest.fixture(scope="session")

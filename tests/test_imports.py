@@ -41,6 +41,7 @@ FLOORS = {
     "stemcal.workflow": 11,
     "stemcal.report": 13,
     "stemcal.python": 14,
+    "stemcal.testing": 14,
     "stemcal.cli": 14,
     "stemcal.__main__": 15,
 }

@@ -1,9 +1,12 @@
 """Stages and designs by their entry points: the package's own, and those of other packages, which may be broken."""
 
+import json
+import math
 import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -20,7 +23,6 @@ from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
 from stemcal.stages.surface_design import surface_design
 
 ROOT = Path(__file__).parents[1]
-EXAMPLE = ROOT / "examples" / "plugins" / "repeatability" / "stemcal_repeatability.py"
 
 
 def installed(folder: Path, name: str, entry_points: str, source: str) -> Path:
@@ -96,41 +98,119 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
     assert coded.shape == (13, 3) and np.linalg.matrix_rank(term_columns(coded)) == 10
     between = np.linalg.norm(coded[:, None] - coded[None], axis=2)[~np.eye(13, dtype=bool)]
     assert between.min() == pytest.approx(1.0) and np.linalg.norm(coded, axis=1)[:-1] == pytest.approx(1.0)
-    assert stage_called("rsm").inputs(study)["package"].startswith("stemcal_doehlert:Doehlert+")
+    assert str(stage_called("rsm").inputs(study)["package"]).startswith("stemcal_doehlert:Doehlert+")
     with pytest.raises(SpecError, match="doehlert exists for 2 to 8 factors, not 9"):
         make_study(tmp_path, extra.replace("[density, yield_stress, failure_strain]", str(list(study.names))))
 
 
+# ---- the examples, installed
+
+PLUGINS = ROOT / "examples" / "plugins"
+CHECKED = """
+from stemcal.registry import stages, surface_designs
+from stemcal.study.model import SOLVERS, TESTS
+from stemcal.testing import check_design, check_laboratory_test, check_solver, check_stage
+
+check_design(surface_designs().named("doehlert"))
+check_solver(SOLVERS.named("beam"), "beam.yaml")
+check_stage(stages().named("repeatability"), "piece.yaml")
+check_laboratory_test(TESTS.named("four-point-bending"), "piece.yaml")
+"""
+PIECE = """
+name: piece
+factors:
+  - {name: elastic_modulus, unit: MPa, low: 800, high: 1200}
+  - {name: yield_stress, unit: MPa, low: 10, high: 20}
+material: {density: 1100 kg/m3, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa, hardening_parameter: 0.05,
+  failure_strain: 0.03, internal_length: d/5}
+blade: {edge_spread: d/5}
+specimen: {outer_diameter: 8 mm, diameter_ratio: 0.41, length: 30 mm}
+loading: {duration: 0.8 s}
+solver: {kind: embedded, element_size: d/4, rate_law: none, coarsening: 2, outputs: 200}
+tests: [{name: four, kind: four-point-bending, span: 96 mm, inner: 32 mm, stroke: 0.5 mm, element_size: d/3}]
+targets:
+  - {diameter: 8 mm, force: 160 N, sd: 8 N, n: 5}
+  - {test: four, diameter: 8 mm, slope: 14 N/mm, sd: 0.7 N/mm, n: 5}
+screen: {design: none}
+rsm: {design: doehlert, factors: [elastic_modulus, yield_stress], centre_points: 1}
+repeatability: {positions: 2}
+"""
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the four example packages, installed by pip; the spec of the solver beside it."""
+    folder = tmp_path_factory.mktemp("plugins")
+    copies = [str(shutil.copytree(path, folder / path.name)) for path in PLUGINS.iterdir() if path.is_dir()]
+    pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", str(folder / "site"), *copies]
+    subprocess.run(pip, check=True, timeout=600)
+    shutil.copy(PLUGINS / "beam" / "beam.yaml", folder)
+    (folder / "piece.yaml").write_text(PIECE, encoding="utf-8")
+    return folder / "site"
+
+
+def python(site: Path, *args: str) -> str:
+    """Run Python beside the specs, with the packages on its path."""
+    path = os.pathsep.join([str(ROOT), str(site)])
+    done = subprocess.run(
+        [sys.executable, *args],
+        cwd=site.parent,
+        env={**os.environ, "PYTHONPATH": path, "PYTHONUTF8": "1"},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=500,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 @pytest.mark.slow
-def test_the_example_of_a_stage_runs_installed(tmp_path: Path) -> None:
-    """Nothing in stemcal names it; it has a command, runs, page, figure, Python object, and goes stale when changed."""
-    entry = "repeatability = stemcal_repeatability:Repeatability"
-    module = installed(tmp_path / "site", "stemcal_repeatability", entry, EXAMPLE.read_text("utf-8"))
-    smoke = (ROOT / "configs" / "smoke.yaml").read_text("utf-8")
-    spec = "screen: {design: none}\nrepeatability: {positions: 2}\n"
-    (tmp_path / "study.yaml").write_text(f"{smoke}\n{spec}", encoding="utf-8")
-    shutil.copytree(ROOT / "configs" / "data", tmp_path / "data")
+def test_the_examples_pass_the_checks(site: Path) -> None:
+    python(site, "-c", CHECKED)
 
-    def stemcal(*args: str) -> str:
-        path = os.pathsep.join([str(ROOT), str(tmp_path / "site")])
-        done = subprocess.run(
-            [sys.executable, "-m", "stemcal", *args],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": path, "PYTHONUTF8": "1"},
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            timeout=300,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
 
+@pytest.mark.slow
+def test_the_example_of_a_solver_is_calibrated(site: Path) -> None:
+    """Two responses of a beam: 12 π E R⁴ (1 − ρ⁴)/L³ gives E, 16/3 σ R³ (1 − ρ³)/L the yield stress."""
+    stemcal = partial(python, site, "-m", "stemcal")
+    stemcal("run", "beam.yaml", "--out", "beam", "--workers", "1")
+    found = json.loads((site.parent / "beam" / "invert.json").read_text("utf-8"))["solution"]
+    assert found == pytest.approx({"elastic_modulus": 1000.0, "yield_stress": 15.0}, rel=1e-3)
+    assert "Force of the plastic hinge" in (site.parent / "beam" / "report.html").read_text("utf-8")
+    stemcal("export", "tables", "beam.yaml", "--out", "beam", "--format", "md")
+    assert "plastic hinge" in "".join(path.read_text("utf-8") for path in (site.parent / "beam").rglob("*.md"))
+    assert "Distance between the supports" in stemcal("explain", "solver.span")
+
+
+@pytest.mark.slow
+def test_the_other_examples_are_in_commands_page_files_and_python(site: Path) -> None:
+    """Design, stage and laboratory test in one study; they have known numbers, and go stale when their code changes."""
+    stemcal, out = partial(python, site, "-m", "stemcal"), site.parent / "piece"
     assert "repeatability" in stemcal("--help")
-    assert "The number of positions of the mesh." in stemcal("explain", "--schema")
-    assert "Force over positions of" in stemcal("repeatability", "study.yaml", "--out", "out", "--workers", "1")
-    stemcal("run", "study.yaml", "--out", "out", "--workers", "2")
-    assert "Repeatability" in (tmp_path / "out" / "report.html").read_text("utf-8")
-    assert (tmp_path / "out" / "repeatability.csv").is_file()
-    assert "repeatability" in stemcal("export", "figures", "study.yaml", "list", "--out", "out")
-    module.write_text(module.read_text("utf-8") + "# corrected\n", encoding="utf-8")
-    assert "repeatability.json is stale: package changed since" in stemcal("status", "study.yaml", "--out", "out")
+    packages = ("stage repeatability", "solver beam", "design doehlert", "laboratory test four-point-bending")
+    looked_at = stemcal("doctor", "--json")
+    assert all(name in looked_at for name in packages)
+    schema = stemcal("explain", "--schema")
+    assert all(text in schema for text in ("The number of positions", "between the axes of the noses", "doehlert"))
+    four = json.loads(stemcal("simulate", "piece.yaml", "--test", "four", "--json"))["result"]["responses"]
+    # two supports 96 mm apart, noses c = 32 mm from them: F = 12 E I w/(c² (3L − 4c)), I = π d⁴ (1 − 0.41⁴)/64
+    beam = 12.0 * 1000.0 * math.pi * 8.0**4 * (1.0 - 0.41**4) / 64.0 / (32.0**2 * (3.0 * 96.0 - 4.0 * 32.0))
+    assert four["slope"] == pytest.approx(beam, rel=0.03)
+    stemcal("run", "piece.yaml", "--out", "piece", "--workers", "2")
+    runs = (out / "rsm_runs.csv").read_text("utf-8").splitlines()
+    assert len(runs) == 8 and "four_slope" in runs[0]
+    page = (out / "report.html").read_text("utf-8")
+    assert "Four slope" in page and "Force over positions of the mesh" in page
+    assert "repeatability" in stemcal("export", "figures", "piece.yaml", "list", "--out", "piece")
+    code = """
+import stemcal
+results = stemcal.open_results("piece")
+print(len(results.repeatability.forces), len(results.surface.tables()["rsm_runs"].rows))
+"""
+    assert python(site, "-c", code).split() == ["2", "7"]
+    with (site / "stemcal_four_point.py").open("a", encoding="utf-8") as file:
+        file.write("# corrected\n")
+    assert "rsm.json is stale: package of four-point-bending changed" in stemcal(
+        "status", "piece.yaml", "--out", "piece"
+    )

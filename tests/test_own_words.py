@@ -120,7 +120,7 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
         "[python, heap.py]", f'[{json.dumps(sys.executable)}, heap.py, "{{{{seed}}}}"]'
     )
     text = text.replace("kind: command", "kind: command\n  replicates: 3")
-    spec.write_text(text + "rsm: {factors: [static, grain_density]}\n", "utf-8")
+    spec.write_text(text + "screen: {design: none}\nrsm: {factors: [static, grain_density]}\n", "utf-8")
     study = load_study(spec)
     store = StudyFolder(tmp_path / "out")
     calibrate(study, store, InlineExecutor())

@@ -7,8 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
-from stemcal.cli.options import AsJson, Out, Spec, Workers
-from stemcal.cli.session import folder_of
+from stemcal.cli.session import AsJson, Out, Spec, Workers, folder_of
 from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting
-from stemcal.cli.options import AsJson
+from stemcal.cli.session import AsJson
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from stemcal.registry import Registry
 
 
 EXTRAS = {"dask": "distributed", "docs": "sphinx"}
@@ -85,12 +87,21 @@ def _extras() -> Iterator[Finding]:
 
 
 def _plugins() -> Iterator[Finding]:
+    from stemcal.doe.designs.catalogue import SURFACES
     from stemcal.stages.stage import STAGES
+    from stemcal.study.model import SOLVERS, TESTS
 
-    for stage in STAGES.external:
-        yield Finding(f"stage {stage.name}", STAGES.version_of(stage.name))
-    for name, reason in STAGES.broken.items():
-        yield Finding(f"stage {name}", f"skipped: {reason}", None)
+    registries: dict[str, Registry[Any]] = {
+        "stage": STAGES,
+        "solver": SOLVERS,
+        "design": SURFACES,
+        "laboratory test": TESTS,
+    }
+    for noun, found in registries.items():
+        for one in found.external:
+            yield Finding(f"{noun} {one.name}", found.version_of(one.name))
+        for name, reason in found.broken.items():
+            yield Finding(f"{noun} {name}", f"skipped: {reason}", None)
 
 
 def _machine() -> Iterator[Finding]:
@@ -107,7 +118,7 @@ def _cache() -> Iterator[Finding]:
     from stemcal.fem.kernels.cache import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
-    hint = f"not used, {reason}: each command compiles the kernels again; set STEMCAL_CACHE_DIR to a folder of yours"
+    hint = f"not used, {reason}: kernels are kept among the temporary files; set STEMCAL_CACHE_DIR to a folder of yours"
     yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 
@@ -123,13 +134,11 @@ def _fonts() -> Iterator[Finding]:
 
 
 def _solvers() -> Iterator[Finding]:
-    """Look at what the kinds of solvers need, and at kinds of other packages that cannot be used."""
+    """Look at what the kinds of solvers need."""
     from stemcal.study.model import SOLVERS
 
     for kind in SOLVERS.all:
         yield from (Finding(*part) for part in kind.ready())
-    for name, reason in SOLVERS.broken.items():
-        yield Finding(f"solver {name}", reason, False)
 
 
 def _statistics() -> Iterator[Finding]:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from stemcal.cli.console import envelope, say, say_json, say_text
-from stemcal.cli.options import AsJson
+from stemcal.cli.session import AsJson
 from stemcal.errors import UsageError
 from stemcal.words import near, series
 

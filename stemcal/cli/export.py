@@ -8,8 +8,7 @@ import typer
 
 from stemcal.cli import export_deck, export_material
 from stemcal.cli.console import say, say_json, say_tables, warn
-from stemcal.cli.options import AsJson, Out, Spec
-from stemcal.cli.session import existing_folder, read_study
+from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Out, Quiet, Spec
-from stemcal.cli.session import folder_of, read_study
+from stemcal.cli.session import AsJson, Out, Quiet, Spec, folder_of, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_atomic
@@ -52,7 +51,7 @@ def export_deck(
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
-    from stemcal.solvers.deck.form import form_of
+    from stemcal.solvers.deck.cards import form_of
 
     study = read_study(spec)
     chosen = _program_of(study, path, program)
@@ -132,7 +131,7 @@ def _diameter(study: Study, given: str | None) -> float:
 
 def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     """Return the deck's text, and OpenRadioss's starter and engine files where these are needed, by their paths."""
-    from stemcal.solvers.deck.radioss_files import engine_text, starter_text
+    from stemcal.solvers.deck.writer import engine_text, starter_text
 
     is_radioss = path.suffix == RADIOSS
     name = path.stem.removesuffix("_0000") if is_radioss else path.stem
@@ -153,7 +152,7 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
     """
     from stemcal.executors.machine import machine_memory
     from stemcal.overview.foresight import demand_of_one, excess
-    from stemcal.solvers.deck.as_embedded import as_embedded
+    from stemcal.solvers.deck.model import as_embedded
     from stemcal.solvers.embedded import simulate
 
     of_deck, own = as_embedded(deck), deck.study.kind.force_history

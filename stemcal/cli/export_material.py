@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import opened
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.typed import to_json
@@ -125,10 +124,8 @@ def _deck(study: Study, found: SizedStrains, row: SizedStrain, program: str) -> 
     """Return the shear test with the elements and the failure strain there, whose card is written."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
-    from stemcal.solvers.protocol import Request
     from stemcal.stages.refine.element_size import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
-    request = Request("material", 0, levels, found.condition, element_size=f"{row.element_size:g} mm")
     form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
-    return Deck.of(meshed_as(without_lengths(study), request), levels, found.condition, form)
+    return Deck.of(meshed_as(without_lengths(study), row.element_size), levels, found.condition, form)

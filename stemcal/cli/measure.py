@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
-from stemcal.cli.options import AsJson, Quiet
+from stemcal.cli.session import AsJson, Quiet
 from stemcal.errors import UsageError
 from stemcal.files.reading import decode, read_plain
 from stemcal.files.typed import to_json

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_whole, warn
-from stemcal.cli.options import AsJson, ExecutorName, Out, Quiet, Spec, Workers
-from stemcal.cli.session import Session, existing_folder, opened, read_study
+from stemcal.cli.session import (
+    AsJson,
+    ExecutorName,
+    Out,
+    Quiet,
+    Session,
+    Spec,
+    Workers,
+    existing_folder,
+    opened,
+    read_study,
+)
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.options import AsJson, Quiet, Spec
-from stemcal.cli.session import read_study, require_sense
+from stemcal.cli.session import AsJson, Quiet, Spec, read_study, require_sense
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.showing import csv_text
@@ -169,11 +168,10 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
-    from stemcal.laboratory import LaboratoryResult
+    from stemcal.laboratory.result import LaboratoryResult
     from stemcal.solvers.measures import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
-    numbers.pop("peak_sd", None)
     warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses

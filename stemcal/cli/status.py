@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import fail, say, say_json, say_tables
-from stemcal.cli.options import AsJson, Out, Spec
-from stemcal.cli.session import existing_folder, read_study
+from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
 from stemcal.cli.show import counted_reasons
 from stemcal.files.typed import to_json
 from stemcal.words import counted

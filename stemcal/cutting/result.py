@@ -109,8 +109,6 @@ class CuttingResult:
     stroke_was_enough: bool
     warnings: tuple[Note, ...]
     history: ForceHistory
-    peak_sd: float | None = None
-    phase_peaks: tuple[float, ...] = ()
     break_travel: float | None = None
     stroke_end: End = "fallen"
     shape: Shape | None = None

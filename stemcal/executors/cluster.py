@@ -33,7 +33,6 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 CONNECT_S = 10.0  # for the whole handshake
-USUAL_PORT, DASHBOARD_PORT = 8786, 8787
 _LENGTH = struct.Struct("<Q")
 _MOST_GREETING = 1 << 20  # bytes
 FAREWELL_S = 5.0  # for telling the workers that a command ends
@@ -167,9 +166,6 @@ def end_session(session: str) -> None:
 def _started_processes() -> LocalExecutor:
     from distributed import get_worker
 
-    from stemcal.fem.kernels.cache import cache_folder
-
-    cache_folder()  # where the user's cannot be used, one temporary folder serves all processes of this worker
     return LocalExecutor(min(int(get_worker().state.nthreads), _MOST_PROCESSES))
 
 
@@ -223,14 +219,9 @@ def _connected(address: str) -> Any:
         left = max(0.1, until - time.monotonic())
         return Client(f"{_scheme()}://{address}", timeout=left, set_as_default=False)
     except Exception as error:  # what speaks another protocol makes Dask raise all kinds
-        host, _, port = address.rpartition(":")
-        likely = (
-            f"port {DASHBOARD_PORT} is usually the dashboard: write dask://{host}:{USUAL_PORT}"
-            if port == str(DASHBOARD_PORT)
-            else f"start one with `dask scheduler`, whose usual port is {USUAL_PORT}"
-        )
         raise UsageError(
-            f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); {likely}"
+            f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); start "
+            "one with `dask scheduler`, whose usual port is 8786"
         ) from None
 
 

@@ -182,15 +182,15 @@ def sealed(content: Mapping[str, Any]) -> str:
     return as_json({SEAL: digest(content), **content})
 
 
-def opened(path: Path) -> tuple[dict[str, Any], bool]:
-    """Return the content of a file without its seal, and whether it had one.
+def opened(path: Path) -> dict[str, Any]:
+    """Return the content of a sealed file without its seal.
 
     Raises
     ------
     FileNotFoundError
         If there is no file.
     Broken
-        If a bit of it has changed since it was sealed, or it never held a JSON object.
+        If a bit of it has changed since it was sealed, or it never held a JSON object with a seal.
     """
     try:
         blob = read_plain(path, MAX_BYTES)
@@ -201,10 +201,10 @@ def opened(path: Path) -> tuple[dict[str, Any], bool]:
         raise Broken(why if why.startswith("is ") else f"cannot be read: {why}") from None
     content = _parsed(blob)
     if SEAL not in content:
-        return content, False
+        raise Broken("has no SHA-256")
     if not _agrees(blob, content, content.pop(SEAL)):
         raise Broken("does not agree with its SHA-256")
-    return content, True
+    return content
 
 
 def _parsed(blob: bytes) -> dict[str, Any]:

@@ -3,14 +3,14 @@
 A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
 where the system can flush a folder, a power cut. Each record carries the SHA-256 of its content; one
 that does not match, or holds something else than a record, is set aside in ``runs/damaged`` and counts as missing.
-Stage files are sealed in the same way. Unsealed ones of earlier versions are read with a warning.
+Stage files are sealed in the same way.
 """
 
-import errno
 import json
 import logging
 import os
 import platform
+import re
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -27,6 +27,7 @@ from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import (
     Broken,
     as_json,
+    digest,
     make_folder,
     opened,
     plain,
@@ -38,16 +39,16 @@ from stemcal.files.durable import (
 from stemcal.files.reading import read_plain
 from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
-from stemcal.folder.record import RECORD_VERSION, is_key, problem_of
 
 logger = logging.getLogger(__name__)
 
 SCHEMA_VERSION = 2  # of stage files
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
-UNSEALED = "has no SHA-256, so changes cannot be detected: an earlier version wrote it, or the line was removed"
+RECORD_VERSION = 4
+_KEY = re.compile(r"[0-9a-f]{32}")
+_RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
-_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS)
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,6 @@ class StudyFolder:
         self.path = Path(path)
         self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
         self._holds = Holder()
-        self._told: set[str] = set()
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
@@ -114,29 +114,21 @@ class StudyFolder:
 
     def lock(self) -> None:
         """Take the folder for this process; raise `FolderLocked` if another one has it."""
-        _make_folder(self.runs)
-        refuse_link(self.path / ".lock")
         try:
+            make_folder(self.runs)
+            refuse_link(self.path / ".lock")
             self._lock.acquire()
         except Timeout:
             raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
-        except NotImplementedError:
-            raise self._without_locks(os.strerror(errno.ENOSYS)) from None
-        except OSError as error:
-            if error.errno not in _NO_LOCKS:
-                raise
-            raise self._without_locks(error.strerror or str(error)) from None
+        except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
+            place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error
+            raise StemcalError(
+                f"{place}: {why}; choose another place with --out, on a disk that can lock files"
+            ) from None
         if self._lock.lock_counter == 1:
             self._holds = Holder(os.getpid(), socket.gethostname(), now())
             self._sign()
             remove_leftovers(self.path, self.runs)
-
-    def _without_locks(self, reason: str) -> StemcalError:
-        return StemcalError(
-            f"{self.path}: its file system cannot lock files ({reason}), so two commands could overwrite each other's "
-            f"results; name a folder on a local disk with --out, or have it mounted with locks (NFS: without "
-            "nolock and with its lock service, Lustre: with flock)"
-        )
 
     def unlock(self) -> None:
         """Give the folder back."""
@@ -214,12 +206,12 @@ class StudyFolder:
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
         """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
         try:
-            record, has_seal = opened(self.record_path(key))
+            record = opened(self.record_path(key))
         except FileNotFoundError:
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        problem = problem_of(record, key) if has_seal else "has no SHA-256"
+        problem = problem_of(record, key)
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
@@ -237,7 +229,7 @@ class StudyFolder:
         write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal, verified; warn once of one that never had a seal.
+        """Return a stage's JSON without its seal, to be believed.
 
         Raises
         ------
@@ -245,29 +237,26 @@ class StudyFolder:
             If the stage has not run yet, or its file is of another version, has changed since it was written or cannot
             be read.
         """
-        content, has_seal = self.examine_stage(stage)
+        content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             raise UsageError(
                 f"{self.path / stage}.json has schema version {version!r:.20}, this stemcal reads {SCHEMA_VERSION}; "
                 f"run `stemcal {stage} SPEC` again: recorded runs are not repeated"
             )
-        if not has_seal and stage not in self._told:
-            self._told.add(stage)
-            logger.warning("%s/%s.json %s; `stemcal %s SPEC` seals it", self.path, stage, UNSEALED, stage)
         return content
 
-    def examine_stage(self, stage: str) -> tuple[dict[str, Any], bool]:
-        """Return a stage's JSON without its seal, and whether it had one; raises as `read_stage` does."""
+    def examine_stage(self, stage: str) -> dict[str, Any]:
+        """Return a stage's JSON of any version without its seal; raises as `read_stage` does."""
         path = self.path / f"{stage}.json"
         try:
-            content, has_seal = opened(path)
+            content = opened(path)
         except FileNotFoundError:
             raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
         except Broken as broken:
             raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
         if content.get("stage") != stage:
             raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
-        return content, has_seal
+        return content
 
     def has_stage(self, stage: str) -> bool:
         """Whether a stage has left its file."""
@@ -304,6 +293,37 @@ class StudyFolder:
             logger.warning("log.jsonl: %s", error)
 
 
+# ---- records: what one must hold, and that its key follows from it
+
+
+def is_key(text: str) -> bool:
+    """Return whether a text may be the name of a record.
+
+    >>> is_key("0123456789abcdef" * 2), is_key("../x"), is_key("")
+    (True, False, False)
+    """
+    return _KEY.fullmatch(text) is not None
+
+
+def key_of(identity: Mapping[str, Any]) -> str:
+    """Return the name of the record of a run: a hash of what determines the answer."""
+    return digest(identity)[:32]
+
+
+def problem_of(record: Mapping[str, Any], key: str) -> str:
+    """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
+    if (version := record.get("record_version")) != RECORD_VERSION:
+        return f"is of record version {version!r:.20}, this stemcal reads {RECORD_VERSION}"
+    if missing := [name for name in _RECORDED if name not in record]:
+        return f"is not the record of a run: without {', '.join(missing)}"
+    status, response = record["status"], record["response"]
+    if status not in ("ok", "failed") or (status == "ok") != (response is not None):
+        return f"is not the record of a run: status {status!r:.20} with response {response!r:.20}"
+    if record.get("key") != key or key_of(record["identity"]) != key:
+        return "its name does not match the request that it contains"
+    return ""
+
+
 def _file_lock(path: Path, patience: float) -> FileLock:
     """Return a lock of the kernel: one that is only a file would stay when its holder is killed."""
     kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
@@ -329,10 +349,3 @@ def provenance() -> dict[str, str]:
 def now() -> str:
     """Return the time, UTC, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _make_folder(runs: Path) -> None:
-    try:
-        make_folder(runs)
-    except OSError as error:
-        raise StemcalError(f"{error.filename or runs}: {error.strerror}; choose another place with --out") from error

@@ -1,23 +1,63 @@
 """Axial compression and tension of a piece of stem, its ends held or lubricated."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import stem_mesh
-from stemcal.cutting.parts import Discretisation, Loading, Stem
-from stemcal.fem.contact import Tool
-from stemcal.fem.mesh import Mesh
-from stemcal.laboratory.parts import Array, layered
+from stemcal.laboratory.kind import Array, Kind
+from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
+
+if TYPE_CHECKING:
+    from stemcal.cutting.parts import Discretisation, Loading, Stem
+    from stemcal.fem.mesh import Mesh
 
 # How much thinner the middle is, as a share of the radius. With half of it, or twice, the work changes by 1 %.
 _WAIST = 0.001
 
 
+class AxialSection(PieceSection):
+    """Two ends that move along the axis."""
+
+    ends: Literal["held", "lubricated"] = "held"
+    """`held` ends keep the size of their section, `lubricated` ends can expand about a fixed middle."""
+
+
+class CompressionSection(AxialSection):
+    """Compression along the axis."""
+
+    kind: Literal["axial-compression"] = "axial-compression"
+
+
+class TensionSection(AxialSection):
+    """Tension along the axis."""
+
+    kind: Literal["axial-tension"] = "axial-tension"
+
+
+class Compression(LaboratoryKind):
+    """Slope, maximum force, travel and work of a piece of stem in compression."""
+
+    name, options = "axial-compression", CompressionSection
+
+    def make(self, section: AxialSection, diameter: float) -> Kind:
+        return Axial("compression", section.ends)
+
+
+class Tension(LaboratoryKind):
+    """Slope, maximum force, travel and work of a piece of stem in tension."""
+
+    name, options = "axial-tension", TensionSection
+
+    def make(self, section: AxialSection, diameter: float) -> Kind:
+        return Axial("tension", section.ends)
+
+
 @dataclass(frozen=True)
-class Axial:
+class Axial(Kind):
     """A piece of stem between two ends that move along its axis, each with half the speed.
 
     `held` ends keep the size of their section, as glued or clamped ones do; `lubricated` ones allow it to grow and
@@ -29,7 +69,11 @@ class Axial:
     sense: Literal["compression", "tension"]
     ends: Literal["held", "lubricated"] = "held"
     PERIODS: ClassVar[float] = 120.0
-    MOMENT: ClassVar[int | None] = 0
+
+    @property
+    def widens_evenly(self) -> bool:
+        """Whether the piece widens evenly as long as it does not buckle."""
+        return self.sense == "compression" and self.ends == "lubricated"
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of a wave along the piece and back."""
@@ -37,15 +81,14 @@ class Axial:
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return the mesh of any stem, in tension with a waist: r (1 − w cos² πx/L)."""
+        from stemcal.cutting.build import stem_mesh
+        from stemcal.laboratory.parts import layered
+
         if self.sense == "compression":
             return stem_mesh(stem, layered(stem, how))
         mesh = stem_mesh(stem, how)
         thinner = 1.0 - _WAIST * np.cos(np.pi * mesh.nodes[:, :1] / stem.length) ** 2
         return replace(mesh, nodes=np.hstack([mesh.nodes[:, :1], thinner * mesh.nodes[:, 1:]]))
-
-    def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return none: the ends are moved."""
-        return ()
 
     def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
         """Return the nodes of both ends: along the axis, and across it where they are held.

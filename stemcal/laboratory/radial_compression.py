@@ -1,25 +1,52 @@
 """Radial compression: a piece of stem that is between two flat plates, pressed across its axis."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from math import ceil, pi, sqrt
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stemcal.cutting.build import around_half, stem_mesh
-from stemcal.cutting.parts import Discretisation, Loading, Stem
-from stemcal.fem.contact import Tool
-from stemcal.fem.mesh import Mesh
-from stemcal.laboratory.parts import Array, plate, whole
+from stemcal.laboratory.kind import Array, Kind
+from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
+from stemcal.study.types.field_types import Length
+
+if TYPE_CHECKING:
+    from stemcal.cutting.parts import Discretisation, Loading, Stem
+    from stemcal.fem.contact import Tool
+    from stemcal.fem.mesh import Mesh
+
+
+class RadialSection(PieceSection):
+    """Compression across the stem between two plates. `element_size` is the width of the elements at the plates; they
+    are four times as wide elsewhere.
+    """
+
+    kind: Literal["radial-compression"] = "radial-compression"
+
+    usual_size = Length(divisor=64.0)
+
+    def room(self, diameter: float) -> float:
+        return diameter
+
+
+class Radial(LaboratoryKind):
+    """Slope, maximum force, travel and work of a ring between two plates."""
+
+    name, options = "radial-compression", RadialSection
+
+    def make(self, section: RadialSection, diameter: float) -> Kind:
+        return RadialCompression()
 
 
 @dataclass(frozen=True)
-class RadialCompression:
+class RadialCompression(Kind):
     """Plates that reach beyond the piece on all sides."""
 
-    PERIODS: ClassVar[float] = 60.0
     MOMENT: ClassVar[int | None] = None
+    LAYERS: ClassVar[int | None] = 8
+    WIDER: ClassVar[float] = 4.0
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R²; no less than that of a wave across."""
@@ -33,6 +60,8 @@ class RadialCompression:
 
         The plates meet nodes: where these are farther apart than the contact is wide, a single line of them carries it.
         """
+        from stemcal.cutting.build import around_half, stem_mesh
+
         coarse = how.coarsening_around
         around = np.linspace(-1.0, 1.0, around_half(0.5 * stem.outer_diameter, how))
         widths = 1.0 + (coarse - 1.0) * (1.0 - np.abs(around))
@@ -43,15 +72,13 @@ class RadialCompression:
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
         """Return the upper plate and the lower one."""
+        from stemcal.laboratory.parts import plate
+
         outer, half = 0.5 * stem.outer_diameter, stem.length
         return (
             plate(outer + loading.gap, half, upwards=False, speed=-loading.speed),
             plate(-outer, half, upwards=True, speed=0.0),
         )
-
-    def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
-        """Return nothing: all forces come from the tools."""
-        return whole(mesh)
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
         """Return the velocities of an even squeeze, the lower plate at rest: ż = −v (z + R)/2R."""

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from stemcal.cutting.result import CuttingResult, ForceHistory
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
-from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.parts import LaboratoryTest
 
 Array = NDArray[np.float64]
@@ -115,7 +114,7 @@ class Gauges:
 
     def __init__(self, test: LaboratoryTest, model: Model) -> None:
         self._start = model.mesh.nodes
-        self._widening = test.kind == Axial("compression", "lubricated")  # evenly, unless it buckles
+        self._widening = test.kind.widens_evenly
         self.give: list[float] = []
         self.buckling: list[float] = []
 
@@ -124,7 +123,7 @@ class Gauges:
         weighted, force = state.tools.sunk.T
         depths = np.divide(weighted, force, out=np.zeros_like(force), where=force > 0.0).tolist()
         # on one side of a mirror, or on both: the supports give alike
-        self.give.append(depths[0] + float(np.mean(depths[1:])) if depths else 0.0)
+        self.give.append(depths[0] + float(np.mean(depths[1:] or [0.0])) if depths else 0.0)
         if self._widening:
             self.buckling.append(_unevenness(self._start[:, 1:], state.body.x[:, 1:]))
 

@@ -11,7 +11,7 @@ from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
-from stemcal.laboratory import curve_responses, secant
+from stemcal.laboratory.result import curve_responses, secant
 from stemcal.measured.channels import CurveOptions
 from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
@@ -19,7 +19,7 @@ from stemcal.measured.statistics import Summary, summarise
 from stemcal.note import Note
 from stemcal.solvers.options import BREAK_DROP
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.measured_targets import RESPONSES
+from stemcal.study.model.laboratory_kind import RESPONSES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ def _folder_of(name: str, folders: Sequence[Path]) -> Path | None:
 
 def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:
     """Return the mean of each response that the test's targets have, else those usual for its kind."""
-    wanted = test.measured or test.told
+    wanted = test.measured or test.usual
     found = []
     for grade in read.grades:
         pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]

@@ -45,8 +45,6 @@ class Entry:
     again: bool
     condition: float
     levels: dict[str, float]
-    phases: int | None = absent()
-    element_size: str | None = absent()
     replicate: int | None = absent()
     started: str | None = None
     wall_seconds: float | None = None
@@ -57,10 +55,8 @@ class Entry:
     @property
     def request(self) -> Request:
         """What was asked."""
-        own = self.phases is None and self.element_size is None
-        pictured = own and self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
-        mesh = (self.phases, self.element_size)
-        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, *mesh, self.replicate or 0)
+        pictured = self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
+        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
 @dataclass(frozen=True)
@@ -114,10 +110,10 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
 def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    levels, mesh = dict(request.levels), (request.phases, request.element_size, request.replicate or None)
+    levels, replicate = dict(request.levels), request.replicate or None
     if record is None:
         status = "damaged" if problem else "left"
-        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, *mesh)
+        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
     answer = counted(record)
     status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
@@ -130,7 +126,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
         not stands(record, study.runs),
         request.condition,
         levels,
-        *mesh,
+        replicate,
         *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
     )
 
@@ -262,12 +258,11 @@ class Damage:
 
 @dataclass(frozen=True)
 class StageState:
-    """A stage's file: what is wrong with it, what has changed since, whether it is sealed, its changed CSV tables."""
+    """A stage's file: what is wrong with it, what has changed since, its changed CSV tables."""
 
     stage: str
     problem: str
     changed: tuple[str, ...]
-    sealed: bool = True
     changed_tables: tuple[str, ...] = ()
 
 
@@ -300,7 +295,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
 def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> StageState:
     name = f"{stage.name}.json"
     try:
-        content, sealed = folder.examine_stage(stage.name)
+        content = folder.examine_stage(stage.name)
         if (version := content.get("schema_version")) != FILE_VERSION:
             return StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
         changed = changes_since(study, solver, folder, stage.name)
@@ -310,4 +305,4 @@ def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any])
     except UsageError as error:
         without_place = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
         return StageState(stage.name, without_place, ())
-    return StageState(stage.name, "", tuple(changed), sealed, tables)
+    return StageState(stage.name, "", tuple(changed), tables)

@@ -9,7 +9,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
 from stemcal.numbers import duration
-from stemcal.solvers.programs.inputs import file_hash
+from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import Study

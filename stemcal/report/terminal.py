@@ -25,7 +25,8 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.measured_targets import BEFORE_MAXIMUM, RESPONSES, Mean
+from stemcal.study.model.laboratory_kind import BEFORE_MAXIMUM, RESPONSES
+from stemcal.study.model.measured_targets import Mean
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -161,7 +162,7 @@ def response_text(value: float | None, unit: str, measured: Mean | None, at_leas
 
 
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
-    from stemcal.laboratory import LaboratoryResult
+    from stemcal.laboratory.result import LaboratoryResult
 
     found = result.responses if isinstance(result, LaboratoryResult) else {}
     measured = section.means_at(diameter)

@@ -11,7 +11,7 @@ from statistics import fmean
 from typing import Any
 
 from stemcal.files.typed import absent
-from stemcal.folder.record import key_of
+from stemcal.folder.study_folder import key_of
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.registry import package_hash
@@ -109,12 +109,6 @@ def _lower_bound(rows: Sequence[int], ended: str) -> Note:
 
 # ---- what a stage stores of a run
 
-# Name in a result, and what solvers call it among the details of an answer.
-_DETAILS = {
-    **{name: name for name in ("travel", "work", "phases", "phase_responses")},
-    **{"sd": "peak_sd", "responses": RESPONSES},
-}
-
 
 @dataclass(frozen=True)
 class Replicates:
@@ -135,17 +129,13 @@ class Outcome:
 
     `responses` has the others that a study declares itself, by name.
 
-    `travel` (mm) and `work` (mJ) reach to the maximum force; `sd` is the scatter of the response over that many mesh
-    `phases`. None if the solver does not report it. Of a point simulated several times over the response is the mean
-    of its `replicates`.
+    `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it. Of a point
+    simulated several times over the response is the mean of its `replicates`.
     """
 
     response: float | None
     travel: float | None = absent()
     work: float | None = absent()
-    phases: int | None = absent()
-    sd: float | None = absent()
-    phase_responses: tuple[float, ...] | None = absent()
     responses: dict[str, float] | None = absent()
     status: str = "ok"
     censored: bool = False
@@ -184,12 +174,12 @@ class Outcome:
 
 def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
     """Return the stored row of an answered request."""
-    fields: dict[str, Any] = (
-        {name: answer.details.get(detail) for name, detail in _DETAILS.items()} if answer.ok else {}
-    )
+    told = answer.details if answer.ok else {}
     return Outcome(
         response=answer.response,
-        **fields,
+        travel=told.get("travel"),
+        work=told.get("work"),
+        responses=told.get(RESPONSES),
         status=answer.status,
         censored=is_censored(answer),
         reason=answer.reason,

@@ -10,10 +10,9 @@ from stemcal.naming import FIRST
 from stemcal.processes import Ended
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver
-from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
-from stemcal.solvers.programs.program_base import Program, executable, run_command
-from stemcal.solvers.programs.readers import read_curve, read_number
+from stemcal.solvers.program import Inputs, Program, executable, run_command, seed_of, values_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
+from stemcal.solvers.readers import read_curve, read_number
 
 
 @dataclass(frozen=True)

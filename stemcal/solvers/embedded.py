@@ -1,12 +1,10 @@
 """The embedded finite element solver: a study's levels become a virtual shear test."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from stemcal import cutting
 from stemcal.cutting.build import through_wall
@@ -19,8 +17,8 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
 from stemcal.files.typed import to_json
-from stemcal.laboratory import LaboratoryResult, LaboratoryTest
-from stemcal.measured.curve_modes import CurveModes
+from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.result import LaboratoryResult
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
@@ -35,11 +33,11 @@ from stemcal.solvers.laboratory_runs import (
     perform_all,
     seconds,
 )
-from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows, work_until
+from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
-from stemcal.solvers.programs.inputs import MOST_SEED, seed_of
+from stemcal.solvers.program import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import DAMPING, GAP, LaboratorySection, Study
+from stemcal.study.model import DAMPING, GAP, LaboratorySection, PieceSection, Study
 from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
@@ -60,6 +58,8 @@ class Embedded(Solver):
     of_spec_alone = True
 
     study: Study
+    drawn: bool = True
+    """Whether the places of replicates are drawn, others at other levels."""
 
     def prepare(self) -> None:
         """Compile the kernels before workers load them, unless the cache has them."""
@@ -75,30 +75,28 @@ class Embedded(Solver):
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
-        tests = self._tests(request)
         beside = [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
-            "tests": [determining(test) for test in tests],
+            "tests": [determining(self._test(request))],
             **({"laboratory": beside} if beside else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({"pictured": True} if request.pictured else {}),
         }
 
     def solve(self, request: Request) -> Answer:
-        """Run the virtual shear tests that a request asks for; their mean is the answer."""
+        """Run the virtual shear test that a request asks for, and the laboratory tests next to it."""
         try:
-            tests = self._tests(request)
-            film = Film(tests[0].discretisation.integration.outputs) if request.pictured else None
-            results = [cutting.shear(tests[0], inspect=film), *(cutting.shear(test) for test in tests[1:])]
+            test, modes = self._test(request), self.study.targets.modes_at(request.condition)
+            film = Film(test.discretisation.integration.outputs) if request.pictured else None
+            result = cutting.shear(test, inspect=film)
             beside = perform_all(self._beside(request))
-            scores = _scores(self.study.targets.modes_at(request.condition), results)
+            scores = curve_scores(modes, result.history.travel, result.history.force_filtered, result.break_travel)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
-        result = cutting.mean_over_phases(results)
         result = replace(result, warnings=(*result.warnings, *beside.warnings))
-        details = _details(result) | _over_phases(results)
+        details = _details(result)
         if further := {**beside.responses, **scores}:
             details |= {RESPONSES: further}
         if beside.details:
@@ -112,14 +110,14 @@ class Embedded(Solver):
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
         beside = (test for _, test in self._beside(request))
-        return sum(map(_seconds, (*beside, *self._tests(request))))
+        return sum(map(_seconds, (*beside, self._test(request))))
 
     def pace(self, request: Request) -> float | None:
         """Return what a request takes on this machine over the estimate, by half a second of a run like it.
 
         None as long as the kernels are not compiled, or if no such run is small enough to be tried.
         """
-        test = _small_enough(self._tests(request)[0])
+        test = _small_enough(self._test(request))
         if test is None or not is_compiled():
             return None
         warm()
@@ -129,7 +127,7 @@ class Embedded(Solver):
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
         cuts = [test for _, test in self._beside(request) if isinstance(test, cutting.ShearTest)]
-        meshes = [cutting.mesh_size(one.stem, one.discretisation) for one in (*self._tests(request), *cuts)]
+        meshes = [cutting.mesh_size(one.stem, one.discretisation) for one in (self._test(request), *cuts)]
         return _PROCESS + max(mesh.memory for mesh in meshes)
 
     def belongings(self, diameter: float) -> dict[str, str]:
@@ -157,41 +155,36 @@ class Embedded(Solver):
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = measured_at(self.study, request.condition)
-        each = [(one, _test_of(self.study, one, request.levels, request.condition)) for one in wanted]
+        each = [(one, test_of(self.study, one, request.levels, request.condition)) for one in wanted]
         return [
             (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
         ]
 
-    def _tests(self, request: Request) -> tuple[cutting.ShearTest, ...]:
-        test = shear_test(meshed_as(self.study, request), request.levels, request.condition)
-        if request.phases is not None:
-            return cutting.in_phases(test, request.phases)
-        return (self._placed(test, request),)
+    def _test(self, request: Request) -> cutting.ShearTest:
+        return self._placed(shear_test(self.study, request.levels, request.condition), request)
 
     def _placed(self, test: cutting.ShearTest, request: Request) -> cutting.ShearTest:
         """Return the test with its mesh where a replicate has it."""
         if not request.replicate:
             return test
-        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED
+        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
         return cutting.placed(test, (request.replicate - 1 + drawn) / (2 * self.study.replicates))
 
 
-def meshed_as(study: Study, request: Request) -> Study:
-    """Return the study with the mesh that a request asks for.
+def meshed_as(study: Study, element_size: float) -> Study:
+    """Return the study with elements of another size, mm.
 
-    With elements of another size the time step follows, so that as much mass is added, and an own number of elements
-    through the wall.
+    The time step follows, so that as much mass is added, and an own number of elements through the wall.
     """
-    options, diameter, changes = _options(study), study.targets.calibrate_at, dict[str, object]()
-    if request.element_size is not None:
-        size = Length.of(request.element_size)
-        ratio, through = size.at(diameter) / options.element_size.at(diameter), options.elements_through_wall
-        changes |= {
-            "element_size": size,
-            "time_step": None if options.time_step is None else options.time_step * ratio,
-            "elements_through_wall": None if through is None else max(1, round(through / ratio)),
-        }
-    return study.model_copy(update={"solver": options.model_copy(update=changes)}) if changes else study
+    options, size = _options(study), Length.of(f"{element_size:g} mm")
+    diameter = study.targets.calibrate_at
+    ratio = size.at(diameter) / options.element_size.at(diameter)
+    changes = {
+        "element_size": size,
+        "time_step": None if (step := options.time_step) is None else step * ratio,
+        "elements_through_wall": None if (n := options.elements_through_wall) is None else max(1, round(n / ratio)),
+    }
+    return study.model_copy(update={"solver": options.model_copy(update=changes)})
 
 
 def seconds_to_prepare() -> float | None:
@@ -235,17 +228,17 @@ def simulate_test(
     """
     warm()
     section = next(section for section in study.tests if section.name == name)
-    test = _test_of(study, section, levels, diameter)
+    test = test_of(study, section, levels, diameter)
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
     result = perform(test, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 
-def _test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
+def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return a test in addition to the study's shear test: a further one, or one of another kind."""
-    if section.is_further_cut:
-        return shear_test(study.cut_as(section, diameter), levels, diameter)
-    return laboratory_test(section, shear_test(study, levels, diameter))
+    if isinstance(section, PieceSection):
+        return laboratory_test(section, shear_test(study, levels, diameter))
+    return shear_test(study.cut_as(section, diameter), levels, diameter)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
@@ -331,13 +324,6 @@ def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symme
     )
 
 
-def _scores(modes: CurveModes | None, results: Sequence[cutting.CuttingResult]) -> dict[str, float]:
-    """Return how the curves score on the modes of those that were measured, means over the phases."""
-    curves = [(result.history, result.break_travel) for result in results]
-    each = [curve_scores(modes, curve.travel, curve.force_filtered, broke) for curve, broke in curves]
-    return {name: float(np.mean([scores[name] for scores in each])) for name in each[0]}
-
-
 def _seconds(test: AnyTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
     if isinstance(test, LaboratoryTest):
@@ -382,17 +368,4 @@ def _details(result: cutting.CuttingResult) -> dict[str, Any]:
     """Return the result's numbers and its curve, thinned, as JSON values."""
     scalars: dict[str, Any] = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
     curve = kept_curve(result.history.travel, result.history.force_filtered)
-    if result.phase_peaks:
-        scalars["phase_peaks"] = list(result.phase_peaks)
     return {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
-
-
-def _over_phases(results: Sequence[cutting.CuttingResult]) -> dict[str, list[float]]:
-    """Return travel and work to the peak of each mesh phase; nothing for a single one, which has a curve."""
-    if len(results) == 1:
-        return {}
-    curves = [(result.history, result.peak_travel) for result in results]
-    return {
-        "phase_travels": [end for _, end in curves],
-        "phase_works": [work_until(curve.travel, curve.force_filtered, end) for curve, end in curves],
-    }

@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from stemcal.errors import UsageError
 from stemcal.solvers import rules
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
 from stemcal.study.model.factor import EMBEDDED, PARAMETERS
-from stemcal.study.model.measured_targets import TestKind
 from stemcal.study.model.solver_kind import SolverKind
 from stemcal.study.rules.draft import Finding
 
@@ -24,10 +23,9 @@ class Embedded(SolverKind):
     """The explicit finite element solver that comes with stemcal."""
 
     name, options = "embedded", EmbeddedSolver
-    of_spec_alone = foresees = force_history = travel_and_work = any_element_size = True
+    of_spec_alone = foresees = force_history = travel_and_work = any_element_size = simulates_tests = True
     own_responses = False
     replicates = "mesh"
-    tests = frozenset(get_args(TestKind))
     parameters = EMBEDDED
     rules = (rules.elements_fit_stem,)
 
@@ -89,7 +87,7 @@ class Deck(SolverKind):
         return DeckProgram(study)
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
-        from stemcal.solvers.deck.installation import HOME, installation
+        from stemcal.solvers.deck.openradioss import HOME, installation
 
         try:
             yield "OpenRadioss", installation(DeckSolver(program="openradioss"), Path.cwd()).starter, True

@@ -62,16 +62,7 @@ def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: f
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``travel`` (mm), ``work`` (mJ), ``phases`` and the result of each from a run's details, as far as they
-    have them.
-
-    Over several mesh phases they are means; otherwise the recorded curve is read.
-    """
-    if phases := details.get("phase_peaks"):
-        found = {name: list(details[f"phase_{name}s"]) for name in ("travel", "work") if details.get(f"phase_{name}s")}
-        means = {name: float(np.mean(values)) for name, values in found.items()}
-        each = {f"phase_{name}s": values for name, values in found.items()}
-        return {"phases": len(phases), "phase_responses": list(phases), **means, **each}
+    """Return ``travel`` (mm) and ``work`` (mJ) to the maximum of the recorded curve, if a run's details have one."""
     if (end := details.get("peak_travel")) is None:
         return {}
     curve = details.get("curve")

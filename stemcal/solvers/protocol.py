@@ -27,10 +27,6 @@ class Request:
         Outer diameter of the stem, mm; or the study's own condition, in its unit.
     pictured : bool
         Whether the answer should contain the data for pictures of the run, if the solver can.
-    phases : int, optional
-        Asked of the embedded solver: the mean over this number of mesh positions, instead of one.
-    element_size : str, optional
-        Asked of the embedded solver: elements of this size, as in a spec, at the position of its mesh.
     replicate : int
         Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
         by chance: its answer also depends on its stage and row.
@@ -41,12 +37,10 @@ class Request:
     levels: Mapping[str, float]
     condition: float
     pictured: bool = False
-    phases: int | None = None
-    element_size: str | None = None
     replicate: int = 0
 
     def as_record(self) -> dict[str, Any]:
-        """Return it as a record holds it: mesh and replicate only where another one is asked for."""
+        """Return it as a record holds it: the replicate only where there are several."""
         fields = {**vars(self), "levels": dict(self.levels), "replicate": self.replicate or None}
         return {name: value for name, value in fields.items() if value is not None}
 

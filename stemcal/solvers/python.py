@@ -14,7 +14,7 @@ from typing import Any
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import Naming
 from stemcal.solvers.options import PythonSolver
-from stemcal.solvers.programs.inputs import file_hash
+from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import Study
 

@@ -21,11 +21,11 @@ from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch
 from stemcal.runs.outcome import counted, identity_of, stands
 from stemcal.solvers import make_solver
-from stemcal.solvers.programs.inputs import file_hash
+from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
-from stemcal.study.model import Study
+from stemcal.study.model import TESTS, Study
 from stemcal.version import __version__
 
 logger = logging.getLogger(__name__)
@@ -53,6 +53,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     parts |= {name: dump[name] for name in of.reads}
     if study.tests:
         parts["tests"] = dump["tests"]
+        parts |= {f"package of {one.kind}": package for one in study.tests if (package := TESTS.version_of(one.kind))}
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     if not study.naming.is_cutting:
@@ -133,7 +134,7 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
 
 def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
     """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
-    old = folder.examine_stage(stage)[0].get("inputs")
+    old = folder.examine_stage(stage).get("inputs")
     if not _is_of_this_code(old):
         return [CODE]
     try:
@@ -181,7 +182,7 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     if not folder.has_stage(stage):
         return
     try:
-        old = folder.examine_stage(stage)[0].get("inputs")
+        old = folder.examine_stage(stage).get("inputs")
     except UsageError:
         return
     if changed := _differences(old, inputs):

@@ -209,11 +209,6 @@ def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: p
         kept[0].close()
 
 
-def test_the_port_of_the_dashboard_is_named() -> None:
-    with pytest.raises(UsageError, match=r"8787 is usually the dashboard: write dask://127\.0\.0\.1:8786"):
-        DaskExecutor("127.0.0.1:8787")
-
-
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 2.0)
     begun = time.monotonic()

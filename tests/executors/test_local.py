@@ -1,7 +1,6 @@
 """Workers compute, die, are replaced and leave no orphans."""
 
 import os
-import pickle
 import signal
 import subprocess
 import sys
@@ -234,11 +233,6 @@ def test_time_while_the_whole_command_is_stopped_does_not_count(tmp_path: Path) 
     assert (study.returncode, out) == (0, "done\n"), errors
 
 
-def test_a_limit_for_one_call() -> None:
-    with LocalExecutor(1) as executor:
-        assert isinstance(executor.submit_pickled(pickle.dumps((whoami, (9.0,), {})), 0.3).exception(), RunTimedOut)
-
-
 def test_an_exception_in_the_block_stops_the_workers() -> None:
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt), LocalExecutor(1) as executor:
@@ -261,16 +255,6 @@ def test_shutdown_finishes_the_queue() -> None:
     assert [future.result(timeout=0) for future in futures] == [0, 1, 4, 9, 16]
     with pytest.raises(RuntimeError, match="shutdown"):
         executor.submit(square, 1)
-
-
-def test_shutdown_can_cancel_the_queue() -> None:
-    executor = LocalExecutor(1)
-    futures = [executor.submit(whoami, 0.5) for _ in range(5)]
-    while not futures[0].running():
-        time.sleep(0.01)
-    executor.shutdown(cancel_futures=True)
-    assert futures[0].done() and not futures[0].cancelled()
-    assert all(future.cancelled() for future in futures[1:])
 
 
 def test_idle_executors_start_nothing() -> None:

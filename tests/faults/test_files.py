@@ -2,7 +2,6 @@
 
 import copy
 import errno
-import json
 import os
 import random
 from collections.abc import Iterator
@@ -56,12 +55,12 @@ def test_a_file_system_without_locks(folder: Path, number: int, _rng: random.Ran
         assert StudyFolder(study).holder() is None
         assert StudyFolder(study).read_stage("screen")["runs_used"] == 12
         refused = command("screen", CONFIGS / "paper-replay.yaml", "--out", folder / "new")
-    assert refused.exit_code == 1 and "cannot lock files" in refused.stderr
+    assert refused.exit_code == 1 and "on a disk that can lock files" in " ".join(refused.stderr.split())
     assert str(folder / "new") in refused.stderr and "--out" in refused.stderr
     assert not list((folder / "new").glob("screen.*"))
 
 
-# ---- stage files without a seal, or sealed anew
+# ---- stage files sealed anew
 
 
 @trials(1, 120)
@@ -69,12 +68,12 @@ def test_keys_left_out_or_of_another_type(folder: Path, number: int, rng: random
     """Four variants each: read, or refused with the path to the key and the command that mends it."""
     study, found = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(folder / "out")
     workflow.calibrate(study, found, InlineExecutor())
-    contents = {name: found.examine_stage(name)[0] for name in STAGES}
+    contents = {name: found.examine_stage(name) for name in STAGES}
     everything = [(name, *variant) for name in STAGES for variant in variants(contents[name])]
     for name, what, content in rng.sample(everything, 4):
         file = found.path / f"{name}.json"
         whole = file.read_bytes()
-        file.write_text(sealed(content) if number % 2 else json.dumps(content), encoding="utf-8")
+        file.write_text(sealed(content), encoding="utf-8")
         try:
             inspect(study, found)
             status(study, found)

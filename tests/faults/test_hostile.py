@@ -25,8 +25,8 @@ from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export import export_tables
 from stemcal.report.tables.printed import PaperTable
 from stemcal.solvers.options import ResultReader
-from stemcal.solvers.programs.readers import read_number
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.readers import read_number
 from stemcal.study.reading import read_study
 
 REPLAY, SMOKE = CONFIGS / "paper-replay.yaml", CONFIGS / "smoke.yaml"

@@ -6,13 +6,12 @@ from called import called
 from numpy.typing import NDArray
 
 from stemcal.cutting import Discretisation, ShearTest, Stem, build
-from stemcal.fem.averaging import exchange
 from stemcal.fem.kernels import erosion
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, STATE_ROWS
 from stemcal.fem.kernels.search import Topology
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
-from stemcal.fem.state import element_shares
+from stemcal.fem.state import element_shares, exchange
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,7 @@ POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX rights")
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The configured folder of this user, with a compiled kernel in a folder of its own."""
     monkeypatch.setenv("STEMCAL_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setenv(cache.SPARE, "")  # restored afterwards, whatever is put there
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr("atexit.register", lambda *_: None)
     found = cache.cache_folder()
     (found / "kernels_1").mkdir()
     (found / "kernels_1" / "march.nbc").write_bytes(b"code")
@@ -38,13 +36,13 @@ def test_each_installation_has_its_own(folder: Path, tmp_path: Path, monkeypatch
 
 
 def is_not_used(folder: Path, word: str) -> None:
-    """Not used, but left as it is; a folder beside, for this process, is used in its place."""
+    """Not used, but left as it is; the same folder among the temporary files serves all who look for one."""
     assert word in cache.unusable(folder)
     before = sorted(folder.rglob("*"))
     spare = cache.cache_folder()
     assert spare != folder and spare.stat().st_mode & 0o777 == 0o700 and list(spare.iterdir()) == []
     assert sorted(folder.rglob("*")) == before
-    assert cache.cache_folder() == spare == Path(os.environ[cache.SPARE])
+    assert cache.cache_folder() == spare and spare.parent == Path(tempfile.gettempdir())
 
 
 @POSIX
@@ -59,3 +57,12 @@ def test_a_folder_of_someone_else_is_not_used(folder: Path, monkeypatch: pytest.
     me = os.geteuid()
     monkeypatch.setattr(os, "geteuid", lambda: me + 1)
     assert "other users may write" in cache.unusable(folder)
+
+
+def test_what_cannot_be_made_is_replaced(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a read-only home."""
+    (tmp_path / "a-file").write_bytes(b"")
+    monkeypatch.setenv("STEMCAL_CACHE_DIR", str(tmp_path / "a-file"))
+    assert "cannot be written" in cache.unusable(cache.own_folder())
+    spare = cache.cache_folder()
+    assert spare.is_dir() and spare.name.endswith(folder.name) and spare == cache.cache_folder()

@@ -10,7 +10,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
-from stemcal.fem.threads import march_to
+from stemcal.fem.stepper import march_to
 
 work_out_compliance, list_met = map(called, (spread.work_out_compliance, spread.list_met))
 

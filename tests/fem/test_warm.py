@@ -14,7 +14,6 @@ import psutil
 import pytest
 
 import stemcal.fem.warm as module
-from stemcal.fem.kernels.cache import SPARE, cache_folder
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.warm import is_compiled, sweep, warm
 from stemcal.interrupts import heard
@@ -42,21 +41,6 @@ def test_nothing_is_compiled_again_once_it_is() -> None:
     before = {path: path.stat().st_mtime_ns for path in entries(CACHE)}
     warm()
     assert before and {path: path.stat().st_mtime_ns for path in entries(CACHE)} == before
-
-
-def test_cache_folder_is_ours_and_names_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same sources give the same folder below the configured place; what cannot be made gives a temporary one."""
-    monkeypatch.setenv("STEMCAL_CACHE_DIR", str(tmp_path))
-    monkeypatch.setenv(SPARE, "")
-    folder = cache_folder()
-    assert folder.parent == tmp_path
-    assert folder == cache_folder()
-    occupied = tmp_path / "a-file"
-    occupied.write_text("", encoding="utf-8")
-    monkeypatch.setenv("STEMCAL_CACHE_DIR", str(occupied))
-    spare = cache_folder()
-    assert spare.is_dir()
-    assert tmp_path not in spare.parents
 
 
 @pytest.mark.slow

@@ -9,7 +9,11 @@ import pytest
 from pieces import RATIO, E, material, piece
 
 from stemcal.errors import SimulationFailed
-from stemcal.laboratory import Axial, LaboratoryResult, LaboratoryTest, build, perform
+from stemcal.laboratory.axial import Axial
+from stemcal.laboratory.build import build
+from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.perform import perform
+from stemcal.laboratory.result import LaboratoryResult
 from stemcal.solvers import laboratory_runs
 
 LENGTH, YIELD, TANGENT, NU = 16.0, 15.0, 50.0, 0.3

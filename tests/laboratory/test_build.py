@@ -8,8 +8,11 @@ import pytest
 from pieces import RATIO, material, piece
 
 from stemcal.fem.mesh import Mesh
-from stemcal.laboratory import Axial, Kind, RadialCompression, ThreePointBending
+from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import rounded
+from stemcal.laboratory.kind import Kind
+from stemcal.laboratory.radial_compression import RadialCompression
+from stemcal.laboratory.three_point_bending import ThreePointBending
 
 AREA, SECOND_MOMENT = pi * 4.0**2 * (1.0 - RATIO**2), 0.25 * pi * 4.0**4 * (1.0 - RATIO**4)
 

@@ -9,7 +9,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
 from stemcal.fem.material import Material
-from stemcal.laboratory import LaboratoryTest, RadialCompression, perform
+from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.perform import perform
+from stemcal.laboratory.radial_compression import RadialCompression
 
 
 def ring(ratio: float, of: Material, travel: float, length: float = 0.6, **how: object) -> LaboratoryTest:

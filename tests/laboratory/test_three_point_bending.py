@@ -15,8 +15,11 @@ from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
-from stemcal.laboratory import LaboratoryTest, ThreePointBending, build, perform, secant
-from stemcal.laboratory.build import rounded
+from stemcal.laboratory.build import build, rounded
+from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.perform import perform
+from stemcal.laboratory.result import secant
+from stemcal.laboratory.three_point_bending import ThreePointBending
 
 NU = 0.3
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "hinge_in_calculix.py"

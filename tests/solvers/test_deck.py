@@ -15,7 +15,7 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
-from stemcal.solvers.deck.as_embedded import as_embedded
+from stemcal.solvers.deck.cards import fitted, keyword
 from stemcal.solvers.deck.equivalents import (
     contact_scale,
     nonlocal_length,
@@ -24,10 +24,9 @@ from stemcal.solvers.deck.equivalents import (
     shortest,
     wanted_step,
 )
-from stemcal.solvers.deck.fixed_width import fitted, keyword
-from stemcal.solvers.deck.radioss_files import engine_text, starter_text
+from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.solvers.deck.writer import stem_material
+from stemcal.solvers.deck.writer import engine_text, starter_text, stem_material
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from stemcal import cutting, laboratory
+from stemcal import cutting
 from stemcal.cutting import ShearTest
 from stemcal.errors import SimulationFailed
-from stemcal.laboratory import cut
+from stemcal.laboratory import perform as laboratory
+from stemcal.laboratory.perform import cut
 from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
 from stemcal.solvers.laboratory_runs import distrusted
 from stemcal.solvers.protocol import Request

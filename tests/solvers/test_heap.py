@@ -16,7 +16,7 @@ from stemcal.doe.calibration.intervals import holds
 from stemcal.doe.calibration.region import Region
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers.programs.inputs import values_of
+from stemcal.solvers.program import values_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult

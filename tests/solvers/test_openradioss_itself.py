@@ -7,9 +7,9 @@ import pytest
 
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
-from stemcal.solvers.deck.as_embedded import as_embedded
-from stemcal.solvers.deck.form import form_of
-from stemcal.solvers.deck.installation import HOME
+from stemcal.solvers.deck.cards import form_of
+from stemcal.solvers.deck.model import as_embedded
+from stemcal.solvers.deck.openradioss import HOME
 from stemcal.solvers.embedded import simulate
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.solvers.protocol import Request

@@ -13,7 +13,7 @@ from stemcal.errors import SpecError
 from stemcal.runs.outcome import code_of, record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.model import SOLVERS, RefineOptions, Study, StudyForm, solver_kind
+from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import json_schema, load_study, sections
 
 PACKAGE = Path(__file__).parents[2] / "stemcal"
@@ -118,8 +118,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         "[stemcal.solvers]\nspring = springs:Spring\nbroken = springs:Broken\nsheet = springs:Spring\n",
         encoding="utf-8",
     )
-    monkeypatch.setattr(solver_kind, "_learned", {})
-    for name, value in (("_loaded", {}), ("broken", {})):
+    for name, value in (("_loaded", {}), ("broken", {}), ("learned", [])):
         monkeypatch.setitem(vars(SOLVERS), name, value)
     known = vars(SOLVERS).pop("_entries", None)
     yield tmp_path
@@ -127,17 +126,10 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     if known is not None:
         vars(SOLVERS)["_entries"] = known
     sys.modules.pop("springs", None)
-    solver_kind._learned.clear()
+    SOLVERS.learned.clear()
     code_of.cache_clear()
-    forget()
-
-
-def forget() -> None:
-    """Have the spec's form made anew."""
-    for model in (RefineOptions, StudyForm, Study):
-        model.model_rebuild(force=True)
+    json_schema.made_anew()
     sections._adapter.cache_clear()
-    json_schema.form.cache_clear()
 
 
 def study_of(folder: Path, kind: str) -> Study:

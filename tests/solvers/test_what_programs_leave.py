@@ -16,7 +16,7 @@ from stemcal.files.reading import open_plain, read_plain
 from stemcal.solvers.deck.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
-from stemcal.solvers.programs.readers import read_text
+from stemcal.solvers.readers import read_text
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")
 WRITTEN = {"ro": 1.1e-9, "e": 1000.0, "pr": 0.3, "sigy": 15.0, "etan": 0.5, "fail": 0.03, "c": 0.0, "p": 0.0}
@@ -59,8 +59,8 @@ READERS: dict[str, Callable[[str], object]] = {
     "differences": lambda text: differences(text, 1, WRITTEN),
     "problems": problems,
     "deleted": lambda text: deleted_elements(text, text),
-    "table": lambda text: contact_force(text, 1),
-    "rcforc": lambda text: rcforc_force(text, 1, "z"),
+    "table": lambda text: contact_force(text),
+    "rcforc": lambda text: rcforc_force(text),
 }
 TEXTS: dict[str, Callable[[int], str]] = {
     "line ends": lambda n: "\n" * n,

@@ -66,12 +66,6 @@ def test_work_is_the_area_under_the_curve_from_first_touch() -> None:
     assert work_until([-0.5, 0.0, 2.0], [0.0, 0.0, 100.0], 1.0) == pytest.approx(25.0)
     told = measures({"peak_travel": 1.0, "curve": {"travel": [0.0, 2.0], "force": [0.0, 100.0]}})
     assert told == pytest.approx({"travel": 1.0, "work": 25.0})
-
-
-def test_phases_give_means() -> None:
-    told = measures({"phase_peaks": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]})
-    each = {"phase_responses": [90.0, 110.0], "phase_travels": [1.0, 1.2], "phase_works": [40.0, 50.0]}
-    assert told == {"phases": 2, **each, "travel": 1.1, "work": 45.0}
     assert measures({"stroke_was_enough": True}) == {}
 
 

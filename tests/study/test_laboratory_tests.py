@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.laboratory import Axial, RadialCompression, ThreePointBending
+from stemcal.laboratory.axial import Axial
+from stemcal.laboratory.radial_compression import RadialCompression, RadialSection
+from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.run_warnings import buckles, hourglass_energy
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.laboratory_runs import laboratory_test, measured_at
@@ -60,7 +62,7 @@ def test_a_piece_is_of_the_stem_that_is_cut(study: Study) -> None:
     assert laboratory_test(study.tests[0], shear_test(careful, levels, 10.0)).discretisation.integration.safety == 0.4
     assert pull.kind == Axial("tension", "lubricated")
     assert pull.stem.length == 20.0
-    ring = study.tests[1].model_copy(update={"kind": "radial-compression", "element_size": None})
+    ring = RadialSection(name="ring", stroke=study.tests[1].stroke)
     found = laboratory_test(ring, shear_test(study, levels, 9.6))
     assert found.kind == RadialCompression()
     assert (found.discretisation.element_size, found.discretisation.through_wall) == (pytest.approx(0.15), 8)
@@ -100,7 +102,7 @@ def test_an_answer_has_the_responses_of_all_tests(study: Study) -> None:
 
 
 def test_a_slope_needs_no_maximum(study: Study) -> None:
-    from stemcal.laboratory import perform
+    from stemcal.laboratory.perform import perform
     from stemcal.solvers.laboratory_runs import doubts
 
     pull = study.tests[1].model_copy(update={"stroke": study.tests[1].stroke.of("0.1 mm")})

@@ -13,7 +13,7 @@ from stemcal.fem.material import BulkViscosity
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
-from stemcal.fem.threads import march_to
+from stemcal.fem.stepper import march_to
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.solvers.deck.installation import HOME
+from stemcal.solvers.deck.openradioss import HOME
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "bar_that_localises.py"
 

@@ -73,10 +73,14 @@ class SurfaceOptions:
 
 
 class SurfaceDesign(Checked):
-    """A design for the response surface of k factors, in coded units; `factors` are how few and how many it takes."""
+    """A design for the response surface of k factors, in coded units.
+
+    `factors` are how few and how many it takes; the levels of a `balanced` one have the mean 0.
+    """
 
     name: ClassVar[str] = ""
     factors: ClassVar[tuple[int, int]] = (2, 100)
+    balanced: ClassVar[bool] = True
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
         """Return the runs (n, k)."""
@@ -125,7 +129,7 @@ class BoxBehnken(SurfaceDesign):
 class ThreeLevels(SurfaceDesign):
     """Every combination of low, middle and high."""
 
-    name = "full-factorial"
+    name, factors = "full-factorial", (2, 7)
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
         return full_factorial(k, 3)
@@ -134,7 +138,7 @@ class ThreeLevels(SurfaceDesign):
 class LatinHypercube(SurfaceDesign):
     """Points spread over the whole box."""
 
-    name = "latin-hypercube"
+    name, balanced = "latin-hypercube", False
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
         return latin_hypercube(k, options.size(k))

@@ -2,18 +2,14 @@
 
 It is a private folder per user (`STEMCAL_CACHE_DIR` moves it), per installation and per state of the kernels' sources:
 numba by itself looks only at the file of the function that it caches, and would go on using a loop whose inlined parts
-have changed.
-A folder of another user, or one that others may write, is not used; nor can one on a read-only home be. A
-temporary folder then serves the whole command, its worker processes too, and goes with it.
+have changed. A folder of another user, or one that others may write, is not used; nor can one on a read-only home
+be. One among the temporary files then serves.
 """
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import logging
 import os
-import shutil
 import stat
 import tempfile
 from pathlib import Path
@@ -21,24 +17,19 @@ from pathlib import Path
 import numba
 import platformdirs
 
-logger = logging.getLogger(__name__)
-SPARE = "STEMCAL_SPARE_CACHE"  # passes the command's temporary folder to worker processes
 _ROOM = 2**20  # bytes that must go in
 
 
 def cache_folder() -> Path:
-    """Return the folder for compiled kernels: the user's own, or the command's temporary one."""
-    if spare := os.environ.get(SPARE):
-        return Path(spare)
-    folder = own_folder()
-    return folder if not (reason := unusable(folder)) else _spare_folder(reason)
+    """Return the folder for compiled kernels: the user's own, or, where that is unusable, one that is temporary."""
+    return own_folder() if not unusable(own_folder()) else _spare_folder()
 
 
 def own_folder() -> Path:
     """Return the folder that the user has configured, or that of his cache, be it usable or not."""
     configured = os.environ.get("STEMCAL_CACHE_DIR")
     root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
-    return root / f"kernels-{_sources()}-numba-{numba.__version__}"
+    return root / _name()
 
 
 def unusable(folder: Path) -> str:
@@ -58,28 +49,17 @@ def unusable(folder: Path) -> str:
     return ""
 
 
-def _spare_folder(reason: str) -> Path:
-    """Make a temporary folder for this command and its workers; it is removed when this process ends."""
-    logger.warning(
-        "%s: the cache of compiled kernels is not used; this command compiles them again into a temporary folder, "
-        "which takes minutes; set STEMCAL_CACHE_DIR to a folder of yours",
-        reason,
-    )
-    folder = Path(tempfile.mkdtemp(prefix="stemcal-kernels-"))
-    os.environ[SPARE] = str(folder)
-    atexit.register(_remove, folder, os.getpid())
-    return folder
+def _spare_folder() -> Path:
+    """Return a folder among the temporary files: the same for this user's later commands, else for this process."""
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    found = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"
+    return Path(tempfile.mkdtemp(prefix="stemcal-kernels-")) if unusable(found) else found
 
 
-def _remove(folder: Path, owner: int) -> None:
-    if os.getpid() == owner:  # not a copy of the process
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _sources() -> str:
-    """Return a short hash of all kernels' sources and of their place, by which numba finds what it has compiled."""
+def _name() -> str:
+    """Return a name by all kernels' sources and by their place, by which numba finds what it has compiled."""
     place = Path(__file__).parent
     digest = hashlib.sha256(str(place).encode("utf-8", "surrogateescape"))
     for source in sorted(place.glob("*.py")):
         digest.update(source.read_bytes())
-    return digest.hexdigest()[:12]
+    return f"kernels-{digest.hexdigest()[:12]}-numba-{numba.__version__}"

@@ -36,7 +36,7 @@ _ROUNDED = 1.0 - 1.0e-9
 
 
 class Exchange(NamedTuple):
-    """How plastic strain spreads over neighbours; `stemcal.fem.averaging.exchange` makes it."""
+    """How plastic strain spreads over neighbours; `stemcal.fem.state.exchange` makes it."""
 
     share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none

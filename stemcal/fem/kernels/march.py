@@ -109,7 +109,7 @@ class Settings(NamedTuple):
 
 
 class Team(NamedTuple):
-    """The threads that march together and their shared data; `stemcal.fem.threads` creates it."""
+    """The threads that march together and their shared data; `stemcal.fem.stepper` creates it."""
 
     threads: int
     arrived: NDArray[np.int64]  # (1,) how many wait for the rest

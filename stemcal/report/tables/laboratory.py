@@ -7,7 +7,7 @@ from stemcal.numbers import fixed, interval, short, signed_probability, signific
 from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
 from stemcal.report.tables.columns import to_decimals
-from stemcal.study.model.measured_targets import RESPONSES
+from stemcal.study.model.laboratory_kind import RESPONSES
 
 
 def diameter_tables(found: Diameters) -> list[Table]:

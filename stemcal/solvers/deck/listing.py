@@ -10,8 +10,8 @@ import numpy as np
 
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.radioss_files import TITLES
-from stemcal.solvers.programs.readers import NUMBER, required_number
+from stemcal.solvers.deck.writer import BLADE_CONTACT, TITLES
+from stemcal.solvers.readers import NUMBER, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _BLOCK = re.compile(
@@ -141,8 +141,8 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
     return sorted(times.values())
 
 
-def contact_force(text: str, interface: int) -> ContactForce:
-    """Return the force along z of a contact from the table of time histories, FNZ + FTZ, its peak positive.
+def contact_force(text: str) -> ContactForce:
+    """Return the force along z of the blade's contact from the table of time histories, FNZ + FTZ, its peak positive.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     except (csv.Error, ValueError) as error:
         raise SimulationFailed("bad_result", f"the table of time histories is not a CSV table: {error}") from None
     names = [" ".join(name.split()) for name in header]
-    chosen = [index for index, number in _columns(names) if number == interface]
+    chosen = [index for index, number in _columns(names) if number == BLADE_CONTACT]
     if not any(_columns(names)):
         raise SimulationFailed(
             "impulse",
@@ -166,15 +166,13 @@ def contact_force(text: str, interface: int) -> ContactForce:
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
-        raise SimulationFailed(
-            "no_result", f"the time histories have no contact {interface}, only {there}; see solver.interface"
-        )
+        raise SimulationFailed("no_result", f"the time histories have no contact {BLADE_CONTACT}, only {there}")
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
         raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
     if len(values) < 2 or not np.isfinite(values).all():
-        raise SimulationFailed("nan", f"the force of contact {interface} has no numbers")
+        raise SimulationFailed("nan", "the force of the blade has no numbers")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
     if not (np.diff(time) > 0).all():
         raise SimulationFailed("bad_result", "the times of the time histories do not rise")
@@ -182,7 +180,7 @@ def contact_force(text: str, interface: int) -> ContactForce:
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(
             "impulse",
-            f"the force of contact {interface} never drops, so the time histories contain impulses instead of forces; "
+            "the force of the blade never drops, so the time histories contain impulses instead of forces; "
             "install a th_to_csv of the same OpenRadioss",
         )
     return found

@@ -11,11 +11,11 @@ from stemcal.errors import SimulationFailed
 from stemcal.files.reading import lenient, open_plain
 from stemcal.processes import Ended
 from stemcal.solvers.deck.peak import Array, ContactForce
-from stemcal.solvers.deck.radioss_files import DECK
+from stemcal.solvers.deck.writer import BLADE_CONTACT, DECK
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.programs.program_base import executable, run_command
-from stemcal.solvers.programs.readers import NUMBER, number_of, read_text
+from stemcal.solvers.program import run_command
 from stemcal.solvers.protocol import Answer
+from stemcal.solvers.readers import NUMBER, number_of, read_text
 
 FORCES = "rcforc"
 # Where LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
@@ -25,34 +25,24 @@ _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
 _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({NUMBER})", re.IGNORECASE)
 _VALUE = rf"({NUMBER}|[-+]?NaN|[-+]?Inf(?:inity)?|\*+)"
 _ROW = re.compile(
-    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x\s*{_VALUE}\s+y\s*{_VALUE}\s+z\s*{_VALUE}",
+    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x.*?\s+z\s*{_VALUE}",
     re.IGNORECASE,
 )
-_COLUMN = {"x": 4, "y": 5, "z": 6}
-
-
-def prepare(options: DeckSolver, folder: Path) -> None:
-    """Refuse to begin if the program is not there; `folder` is that of the spec."""
-    executable(options.command[0], folder)
 
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer]) -> Answer:
     """Run the deck in `folder` and return its answer, or why there is none."""
-    read = partial(_read, folder, options, peak)
-    return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, read)
+    return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, partial(_read, folder, peak))
 
 
-def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], ended: Ended) -> Answer:
+def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
     """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
     _require_normal_termination(folder, ended.output)
-    contact = contact_force(read_text(folder, FORCES), 1, "z")
-    return peak(contact, failed=failed_elements(folder, ended.output))
+    return peak(contact_force(read_text(folder, FORCES)), failed=failed_elements(folder, ended.output))
 
 
-def contact_force(text: str, interface: int, component: str) -> ContactForce:
-    """Return the force of a contact from the text of an ``rcforc`` in ASCII.
-
-    Interfaces count from 1 in the order of the deck, or by their numbers where the deck gives them.
+def contact_force(text: str) -> ContactForce:
+    """Return the force along z of the blade's contact from the text of an ``rcforc`` in ASCII.
 
     Raises
     ------
@@ -60,17 +50,17 @@ def contact_force(text: str, interface: int, component: str) -> ContactForce:
         ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
     """
     rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
-    mine = [match for match in rows if int(match[2]) == interface]
+    mine = [match for match in rows if int(match[2]) == BLADE_CONTACT]
     if not mine:
         there = sorted({int(match[2]) for match in rows})
-        raise SimulationFailed("no_result", f"{FORCES} has no contact {interface}, only {there}; see solver.interface")
+        raise SimulationFailed("no_result", f"{FORCES} has no contact {BLADE_CONTACT}, only {there}")
     side = mine[0][1].lower()
-    series = [(number_of(m[3]), number_of(m[_COLUMN[component]])) for m in mine if m[1].lower() == side]
+    series = [(number_of(match[3]), number_of(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
     if not np.isfinite(time).all() or not np.isfinite(force).all():
-        raise SimulationFailed("nan", f"the force of contact {interface} is NaN from {_last_good(time, force):g} s on")
+        raise SimulationFailed("nan", f"the force of the blade is NaN from {_last_good(time, force):g} s on")
     if len(time) < 2 or not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", f"the times of contact {interface} in {FORCES} do not rise")
+        raise SimulationFailed("bad_result", f"the times of the blade's contact in {FORCES} do not rise")
     return ContactForce.turned(time, force)
 
 

@@ -1,17 +1,17 @@
-"""A run of OpenRadioss: starter, engine and ``th_to_csv``, and what they may leave instead of a force."""
+"""A run of OpenRadioss: where starter, engine and ``th_to_csv`` lie, and what they may leave instead of a force."""
 
+import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from stemcal.errors import SimulationFailed
+from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import write_atomic
-from stemcal.processes import Ended
+from stemcal.processes import Ended, run_program
 from stemcal.run_warnings import nothing_deleted
-from stemcal.solvers.deck.installation import Installation, installation, program_version
 from stemcal.solvers.deck.listing import (
     contact_force,
     deleted_elements,
@@ -21,23 +21,138 @@ from stemcal.solvers.deck.listing import (
     problems,
 )
 from stemcal.solvers.deck.model import Deck
-from stemcal.solvers.deck.radioss_files import (
+from stemcal.solvers.deck.writer import (
     DECK,
     ENGINE_INPUT,
     ENGINE_LISTING,
     HISTORY,
     STARTER_INPUT,
     STARTER_LISTING,
+    STEM,
     TABLE,
     TITLES,
     engine_text,
 )
-from stemcal.solvers.deck.writer import STEM
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.programs.inputs import OUTPUT
-from stemcal.solvers.programs.program_base import code_is_zero, run_in
-from stemcal.solvers.programs.readers import read_text
+from stemcal.solvers.program import OUTPUT, code_is_zero, executable, run_in
 from stemcal.solvers.protocol import Answer
+from stemcal.solvers.readers import read_text
+
+HOME = "OPENRADIOSS_PATH"
+# Version that the starter prints, and the time limit for it in seconds.
+_VERSION, _VERSION_S = (
+    re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE),
+    20.0,
+)
+# Usual names begin so; the rest is platform, precision and parallel library; the shortest is the plain one.
+_BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
+_ON_PATH = {
+    "starter": ("starter_linux64_gf", "starter_linuxa64_gf", "starter_win64", "starter"),
+    "engine": ("engine_linux64_gf", "engine_linuxa64_gf", "engine_win64", "engine"),
+    "th_to_csv": ("th_to_csv", "th_to_csv_linux64_gf", "th_to_csv_win64"),
+}
+_LIBRARIES = ("exec", "extlib/hm_reader/linux64", "extlib/h3d/lib/linux64")
+# Where the definitions of keywords lie: the variable that names the folder, and its name in a home.
+DEFINITIONS, _DEFINITIONS_FOLDER = "RAD_CFG_PATH", "hm_cfg_files"
+
+
+class Installation(NamedTuple):
+    """Full paths of the three programs, and variables to be set for them."""
+
+    starter: str
+    engine: str
+    th_to_csv: str
+    environment: dict[str, str]
+
+
+def installation(options: DeckSolver, folder: Path) -> Installation:
+    """Return the programs that a spec in `folder` means.
+
+    Raises
+    ------
+    UsageError
+        If one of them is nowhere, or the definitions of keywords that the starter reads.
+    """
+    named = options.programs.get("home") or options.environment.get(HOME) or os.environ.get(HOME)
+    home = None if named is None else folder / named
+    if home is not None and not home.is_dir():
+        raise UsageError(f"solver.programs.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
+    given: Mapping[str, str] = {str(name): program for name, program in options.programs.items()}
+    programs = {name: _program(name, given.get(name), home, folder) for name in _BEGINNINGS}
+    environment = {**_variables(home or _home_of(programs["starter"])), **options.environment}
+    _require_definitions(environment)
+    return Installation(**programs, environment=environment)
+
+
+def program_version(there: Installation) -> str:
+    """Return commit and date of build as the starter prints them; empty if it prints neither."""
+    try:
+        said = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
+    except OSError:
+        return ""
+    found = [" ".join(match[0].split()) for match in _VERSION.finditer(said)]
+    return ", ".join(dict.fromkeys(found))
+
+
+def _home_of(starter: str) -> Path | None:
+    """Return the home that a starter on PATH is in, if it is one."""
+    home = Path(starter).resolve().parent.parent
+    return home if (home / _DEFINITIONS_FOLDER).is_dir() else None
+
+
+def _require_definitions(environment: Mapping[str, str]) -> None:
+    """Refuse where the definitions of keywords are missing: without them the starter reads no deck."""
+    named = environment.get(DEFINITIONS) or os.environ.get(DEFINITIONS)
+    if named and Path(named).is_dir():
+        return
+    where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
+    raise UsageError(
+        f"solver.programs.home: {where}, so the starter ends every run with 'Check "
+        f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
+    )
+
+
+def _program(name: str, given: str | None, home: Path | None, folder: Path) -> str:
+    if given is not None:
+        return executable(given, folder, key=name)
+    found = sorted(_in_home(name, home), key=lambda path: (len(path.name), path.name))
+    if found:
+        return str(found[0].absolute())
+    for candidate in _ON_PATH[name]:
+        try:
+            return executable(candidate, folder, key=name)
+        except UsageError:
+            continue
+    where = f"in {home / 'exec'} nor on PATH" if home is not None else f"on PATH, and {HOME} is not set"
+    raise UsageError(f"solver.programs: there is no {name} {where}; install OpenRadioss, or name it in solver.programs")
+
+
+def _in_home(name: str, home: Path | None) -> list[Path]:
+    if home is None:
+        return []
+    return [path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK)]
+
+
+def _variables(home: Path | None) -> dict[str, str]:
+    """Return what OpenRadioss asks for, but for what the environment has already; a run has one thread."""
+    threads = {"OMP_NUM_THREADS": "1"}
+    if home is None:
+        return threads
+    at = home.absolute()
+    wanted = {
+        HOME: str(at),
+        DEFINITIONS: str(at / _DEFINITIONS_FOLDER),
+        "RAD_H3D_PATH": str(at / "extlib" / "h3d" / "lib" / "linux64"),
+        "OMP_STACKSIZE": "400m",
+    }
+    libraries = [str(at / name) for name in _LIBRARIES]
+    before = [path for path in (os.environ.get("LD_LIBRARY_PATH"),) if path]
+    return {
+        **{name: value for name, value in wanted.items() if name not in os.environ},
+        "LD_LIBRARY_PATH": os.pathsep.join([*libraries, *before]),
+        **threads,
+    }
+
 
 _LEAST_SECONDS = 2.0  # for each program, also after one that took all of the time
 
@@ -50,16 +165,11 @@ class _Step(NamedTuple):
     check: Callable[[Ended], None]
 
 
-def prepare(options: DeckSolver, folder: Path) -> None:
-    """Refuse to begin if a program is not there; `folder` is that of the spec."""
-    installation(options, folder)
-
-
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
     """Run the deck in `folder` and return its answer, or why there is none."""
     given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
     there, started = installation(options, spec_folder), partial(_starter_ran, folder, deck)
-    return run_programs(folder, there, options, given, started, partial(_read, folder, options, peak))
+    return run_programs(folder, there, options, given, started, partial(_read, folder, peak))
 
 
 def run_programs(
@@ -100,9 +210,9 @@ def run_programs(
             path.unlink(missing_ok=True)
 
 
-def _read(folder: Path, options: DeckSolver, peak: Callable[..., Answer], _ended: Ended) -> Answer:
+def _read(folder: Path, peak: Callable[..., Answer], _ended: Ended) -> Answer:
     """Return the peak force by what the programs have left."""
-    contact = contact_force(read_text(folder, TABLE), 1)
+    contact = contact_force(read_text(folder, TABLE))
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), _text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)

@@ -7,14 +7,12 @@ from typing import Any, ClassVar
 
 from stemcal.files.durable import write_atomic
 from stemcal.solvers.deck import lsdyna, openradioss
-from stemcal.solvers.deck.form import form_of
+from stemcal.solvers.deck.cards import form_of
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
-from stemcal.solvers.deck.radioss_files import DECK, STARTER_INPUT, starter_text
-from stemcal.solvers.deck.writer import deck_text
+from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_text
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.programs.inputs import Inputs
-from stemcal.solvers.programs.program_base import Program
+from stemcal.solvers.program import Inputs, Program, executable
 from stemcal.solvers.protocol import Answer, Request
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
@@ -40,7 +38,11 @@ class DeckProgram(Program):
 
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""
-        (lsdyna if self._is_lsdyna else openradioss).prepare(self.options, self.study.source.parent)
+        folder = self.study.source.parent
+        if self._is_lsdyna:
+            executable(self.options.command[0], folder)
+        else:
+            openradioss.installation(self.options, folder)
 
     def _inputs(self) -> Inputs:
         return Inputs.of([], self.options.files)

@@ -6,8 +6,7 @@ from math import ceil, cos, pi, radians, sin, tan
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.blade import Blade
-from stemcal.cutting.parts import Stem, Supports
+from stemcal.cutting.parts import Blade, Stem, Supports
 from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]

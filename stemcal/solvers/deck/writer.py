@@ -10,15 +10,25 @@ from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
+from stemcal.solvers.deck.cards import SETTINGS, Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
-from stemcal.solvers.deck.fixed_width import SETTINGS, Card, fitted, keyword
-from stemcal.solvers.deck.form import DeckForm
 from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import DAMPING
 
+# Files of a run: all are named after the deck.
+DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
+    *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),
+    *("runT01", "runT01.csv"),
+)
+STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
+# Without it the time histories have no titles, and th_to_csv leaves impulses instead of forces.
+TITLES = "/TH/TITLE"
+
+
 # Numbers of the parts, and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
+BLADE_CONTACT, SUPPORTS_CONTACT = 1, 2
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
 # Of tools that are held: the density over the stem's, and what they never reach.
 _HEAVY, _NEVER = 100.0, 1e6
@@ -150,7 +160,7 @@ def _motion(deck: Deck, of: str) -> Iterator[str]:
 
 
 def _contacts(deck: Deck) -> Iterator[str]:
-    """Yield blade and stem, interface 1, then stem and supports, interface 2."""
+    """Yield the contact of blade and stem, then that of stem and supports."""
     study, c = deck.study, deck.study.contact
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * DAMPING:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
@@ -159,8 +169,8 @@ def _contacts(deck: Deck) -> Iterator[str]:
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
     for number, name, tool, title, cards in (
-        (1, "ERODING", BLADE, "blade and stem", blade),
-        (2, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
+        (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
+        (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
     ):
         heading = f"{number:10d}{title}"
         yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", _pair(tool), *cards, title=heading)
@@ -197,6 +207,64 @@ def _elements(meshes: Mapping[int, Mesh]) -> Iterable[str]:
         for number, corners in enumerate((mesh.hexes + node).tolist(), start=element):
             yield f"{number:8d}{part:8d}" + "".join(f"{corner:8d}" for corner in corners)
         node, element = node + len(mesh.nodes), element + len(mesh.hexes)
+
+
+# ---- files of OpenRadioss around a deck, for what its reader of decks does not convert
+
+
+def starter_text(deck: Deck, name: str) -> str:
+    """Return the starter's file that includes the deck of a file `name` (run.k)."""
+    return starter_around(name, deck.nonlocal_length)
+
+
+def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = ()) -> str:
+    """Return the starter's file around any deck, with `further` lines; a length (mm) makes the failure nonlocal."""
+    length = (f"/NONLOCAL/MAT/{STEM}", f"#{'LENGTH':>19}{'LE_MAX':>20}", f"{nonlocal_length!r:>20}{0:>20}")
+    averaging = length if nonlocal_length > 0.0 else ()
+    units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
+    return "\n".join(
+        [
+            "#RADIOSS STARTER",
+            "/BEGIN",
+            name.rpartition(".")[0] or name,
+            f"{2022:10d}{0:10d}",
+            units,
+            units,
+            "/INCLUDE_LS-DYNA/",
+            name,
+            *averaging,
+            *further,
+            "/END",
+            "",
+        ]
+    )
+
+
+def engine_text(deck: Deck, run: str) -> str:
+    """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
+    seconds = deck.study.loading.duration_at(deck.diameter)
+    return engine_over(run, seconds, deck.solver.outputs, deck.solver.time_step_safety)
+
+
+def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
+    """Return the engine's file of a run: its duration in s, its outputs, its part of the stable step."""
+    return "\n".join(
+        [
+            f"/RUN/{run}/1/",
+            f"{duration!r}",
+            "/TFILE/4",
+            f"{duration / outputs!r}",
+            "/DT",
+            f"{safety!r} 0",
+            "/PARITH/OFF",
+            TITLES,
+            "/PRINT/-1000",
+            "",
+        ]
+    )
+
+
+# ---- files with the material alone
 
 
 CURVE = 1001

@@ -11,7 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import make_folder
 from stemcal.files.reading import read_plain
 from stemcal.solvers.options import SheetSolver
-from stemcal.solvers.programs.inputs import Inputs, seed_of, values_of
+from stemcal.solvers.program import Inputs, seed_of, values_of
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.sheet.columns import run_name
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled

@@ -8,13 +8,14 @@ calibrated study and leaves records only.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, sqrt
+from statistics import stdev
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
-from stemcal.runs.outcome import Outcome, outcome_of
+from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.refine.loop import Loop, PathSteps
@@ -52,7 +53,8 @@ class SizedStrain:
     @property
     def positions_needed(self) -> int:
         """The number of positions with which the standard error of the mean is at most 5 %."""
-        return ceil(((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2)
+        positions = ((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2
+        return ceil(round(positions, 6))  # 20 % needs 16, also where round-off makes it a little more
 
 
 @dataclass(frozen=True)
@@ -133,14 +135,16 @@ def _searched(
     loop.run()
     point = loop.best.point
     outcome, tried = loop.responses(point.levels)[at], next(one for one in steps.tried if one.place == point.place)
-    error = None if outcome.sd is None else outcome.sd / tried.response / sqrt(positions)
-    interval = None if error is None else ends_of(steps.tried, tried, path, error, positions - 1.0)[STRAIN]
+    forces = () if outcome.replicates is None else outcome.replicates.values
+    share = stdev(forces) / tried.response if len(forces) > 1 else None
+    error = None if share is None else share / sqrt(len(forces))
+    interval = None if error is None else ends_of(steps.tried, tried, path, error, len(forces) - 1.0)[STRAIN]
     return SizedStrain(
         element_size=size,
         failure_strain=point.levels[STRAIN],
         interval=interval,
         force=tried.response,
-        sd_percent=None if outcome.sd is None else 100.0 * outcome.sd / tried.response,
+        sd_percent=None if share is None else 100.0 * share,
         positions=positions,
         runs=len(loop.runs),
         valid=error is not None and error <= VALID and abs(tried.response / aim - 1.0) <= VALID,
@@ -149,19 +153,19 @@ def _searched(
 
 def _simulating(work: Work, there: Study, size: float, positions: int) -> SimulateAt:
     """Return a function that simulates a failure strain as the mean over positions of a mesh."""
-    from stemcal.solvers.embedded import Embedded  # a table of strains is shown without the solver
+    from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
 
-    solver, policy = Embedded(there), there.runs.model_copy(update={"quorum": 0.0})
+    meshed = meshed_as(there, size)
+    placed = meshed.solver.model_copy(update={"replicates": positions})
+    solver = Embedded(meshed.model_copy(update={"solver": placed}), drawn=False)
+    policy = there.runs.model_copy(update={"quorum": 0.0})
 
     def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
-        rows, sized = enumerate(points, first), f"{size:g} mm"
-        requests = [
-            Request(STAGE, row, levels, at, phases=positions, element_size=sized)
-            for row, levels in rows
-            for at in conditions
-        ]
+        rows = enumerate(points, first)
+        requests = repeated([Request(STAGE, row, levels, at) for row, levels in rows for at in conditions], positions)
         answers = answer_all(requests, solver, work.folder, work.executor, work.watch, policy)
-        return [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+        told = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
+        return merged(told, positions)
 
     return simulate
 

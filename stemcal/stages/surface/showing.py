@@ -117,9 +117,9 @@ def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
     columns = [
         Column("term", "Term", of=lambda row: written(row.term, symbols)),
         Column("value", "Coefficient", response.written, form),
-        Column("standard_error", "Std. error", form=form),
-        Column("low", "95 % low", form=form),
-        Column("high", "95 % high", form=form),
+        Column("standard_error", "Std. error", response.written, form),
+        Column("low", "95 % low", response.written, form),
+        Column("high", "95 % high", response.written, form),
     ]
     coded = (
         f"{entry.symbol or entry.factor} = ({entry.factor} − {short(entry.center)}) / {short(entry.half_step)}"

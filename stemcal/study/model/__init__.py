@@ -6,7 +6,8 @@ that `stemcal init` writes, `check` and `explain` all take it from there.
 
 from stemcal.study.model.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
-from stemcal.study.model.measured_targets import LaboratoryMeans, LaboratorySection, Mean, Target, TargetRow, Targets
+from stemcal.study.model.laboratory_kind import TESTS, LaboratoryKind, LaboratoryMeans, LaboratorySection, PieceSection
+from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets
 from stemcal.study.model.shear_test import (
     DAMPING,
     GAP,
@@ -42,6 +43,7 @@ __all__ = [
     "MOST_FACTORS",
     "PARAMETERS",
     "SOLVERS",
+    "TESTS",
     "AnySolver",
     "BladeSection",
     "ClimbOptions",
@@ -50,6 +52,7 @@ __all__ = [
     "Grades",
     "Growth",
     "InvertOptions",
+    "LaboratoryKind",
     "LaboratoryMeans",
     "LaboratorySection",
     "LoadingSection",
@@ -59,6 +62,7 @@ __all__ = [
     "Mesh",
     "OwnQuantity",
     "Parameter",
+    "PieceSection",
     "RefineOptions",
     "RsmOptions",
     "RunsOptions",

@@ -8,11 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
-from pydantic import GetCoreSchemaHandler
-from pydantic_core import CoreSchema, core_schema
-
 from stemcal.note import Remedy
-from stemcal.registry import Registry
+from stemcal.registry import OneOf, Registry
 from stemcal.study.model.factor import Frozen, Parameter
 from stemcal.study.types.field_types import Length
 
@@ -124,8 +121,8 @@ class SolverKind:
     """In what replicates of a run differ."""
     any_element_size: ClassVar[bool] = False
     """Whether a request may ask for elements of another size."""
-    tests: ClassVar[frozenset[str]] = frozenset()
-    """The kinds of laboratory tests that it simulates."""
+    simulates_tests: ClassVar[bool] = False
+    """Whether it simulates laboratory tests besides cutting."""
     parameters: ClassVar[Mapping[str, Parameter]] = {}
     """The parameters that factors can be; none where they may have any name."""
     rules: ClassVar[tuple[Callable[[Any, Any], Iterator[Any]], ...]] = ()
@@ -149,7 +146,6 @@ SOLVERS: Registry[SolverKind] = Registry(
     "stemcal.solvers",
     tuple(f"stemcal.solvers.kinds:{name}" for name in ("Embedded", "Command", "Sheet", "Deck", "Python")),
 )
-_learned: dict[str, SolverKind] = {}  # of other packages, as far as specs have named them
 
 
 def kind_of(options: SolverOptions) -> SolverKind:
@@ -159,28 +155,7 @@ def kind_of(options: SolverOptions) -> SolverKind:
     return found
 
 
-def known_kinds() -> dict[str, SolverKind]:
-    """Return the kinds that a spec can name, by name, those of other packages as far as they were learned."""
-    return {**{kind.name: kind for kind in SOLVERS.built_in}, **_learned}
-
-
-def learn(name: object) -> bool:
-    """Look for a kind of another package; return whether a new one was found."""
-    if not isinstance(name, str) or name in known_kinds() or (found := SOLVERS.named(name)) is None:
-        return False
-    _learned[name] = found
-    return True
-
-
-class _OfAKind:
-    """Has a solver read by the options of its kind."""
-
-    def __get_pydantic_core_schema__(self, _source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        choices = {name: handler.generate_schema(kind.options) for name, kind in known_kinds().items()}
-        return core_schema.tagged_union_schema(choices, discriminator="kind")
-
-
-AnySolver = Annotated[SolverOptions, _OfAKind()]
+AnySolver = Annotated[SolverOptions, OneOf(SOLVERS)]
 
 
 def usual_solver() -> SolverOptions:

@@ -112,7 +112,7 @@ class RsmOptions(Frozen):
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design; all except Box–Behnken (3 to 7 factors) allow any number of factors. From five factors on,
+    """The design. Box–Behnken takes 3 to 7 factors, full-factorial up to 7, others any number. From five factors on,
     central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[

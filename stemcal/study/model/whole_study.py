@@ -17,7 +17,8 @@ from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.study.model.factor import MOST_FACTORS, PARAMETERS, Factor, Frozen, OwnQuantity
 from stemcal.study.model.growth import exponents_in
-from stemcal.study.model.measured_targets import LaboratorySection, Target, Targets, named_modes, named_responses
+from stemcal.study.model.laboratory_kind import AnyTest, LaboratorySection, named_responses
+from stemcal.study.model.measured_targets import Target, Targets, named_modes
 from stemcal.study.model.shear_test import (
     GAP,
     BladeSection,
@@ -78,7 +79,7 @@ class StudyForm(Frozen):
     """Fixed values of the parameters that are no factors, and the length behind failure."""
     solver: AnySolver = Field(default_factory=usual_solver)
     """What answers which force a set of levels gives."""
-    tests: Annotated[tuple[LaboratorySection, ...], Field(max_length=20)] = ()
+    tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
     """Laboratory tests of pieces of the same stems besides cutting, which the sections above describe."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""

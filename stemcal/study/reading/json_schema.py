@@ -8,9 +8,8 @@ from itertools import pairwise
 from typing import Any
 
 from stemcal.registry import stages
-from stemcal.study.model import StudyForm
+from stemcal.study.model import SOLVERS, TESTS, RefineOptions, Study, StudyForm
 from stemcal.study.model.factor import Frozen
-from stemcal.study.model.solver_kind import known_kinds
 from stemcal.study.types.strict_yaml import NodePath
 
 _DEFS = "#/$defs/"
@@ -30,6 +29,8 @@ def json_schema() -> dict[str, Any]:
 
 def _form() -> dict[str, Any]:
     """Return the schema of the parts inside the study, which allow only the names of the shear test."""
+    if [kind for registry in (SOLVERS, TESTS) for kind in registry.external if registry.learn(kind.name)]:
+        made_anew()
     schema = StudyForm.model_json_schema()
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
@@ -143,8 +144,15 @@ def meanings() -> dict[str, str]:
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
     sections = [name for name in form()["properties"] if key in keys_of((name,))]
-    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in known_kinds()) else []
+    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in SOLVERS.known()) else []
     return sections[0] if len(sections) == 1 else None
+
+
+def made_anew() -> None:
+    """Have the form of a spec made anew, with the kinds of other packages that have become known."""
+    for model in (RefineOptions, StudyForm, Study):
+        model.model_rebuild(force=True)
+    form.cache_clear()
 
 
 @functools.cache

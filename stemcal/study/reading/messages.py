@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stemcal.study.model.solver_kind import known_kinds
+from stemcal.study.model import SOLVERS, TESTS
 from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types.strict_yaml import NodePath
@@ -93,15 +93,19 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
     return Finding(path, f"{_show(given)} is not one of the choices", remedy)
 
 
-def _solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+def _unknown_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     given = error["input"].get("kind") if isinstance(error["input"], dict) else None
-    near = nearest(given, known_kinds()) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else f"write kind: {listed(list(known_kinds()))}"
-    return Finding((*path, "kind"), f"{_show(given)} is not a kind of solver", remedy)
+    kinds, noun = (TESTS, "laboratory test") if path[0] == "tests" else (SOLVERS, "solver")
+    near = nearest(given, kinds.known()) if isinstance(given, str) else None
+    remedy = f"did you mean {near}?" if near else f"write kind: {listed(list(kinds.known()))}"
+    if (broken := kinds.broken.get(str(given))) is not None:
+        remedy = f"its package cannot be loaded: {broken}"
+    return Finding((*path, "kind"), f"{_show(given)} is not a kind of {noun}", remedy)
 
 
-def _no_solver_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    return Finding(path, "'kind' is missing", f"add kind: {listed(list(known_kinds()))}")
+def _no_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+    kinds = TESTS if path[0] == "tests" else SOLVERS
+    return Finding(path, "'kind' is missing", f"add kind: {listed(list(kinds.known()))}")
 
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
@@ -117,8 +121,8 @@ _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] 
     "extra_forbidden": _unknown_key,
     "unexpected_keyword_argument": _unknown_key,
     "literal_error": _choice,
-    "union_tag_invalid": _solver_kind,
-    "union_tag_not_found": _no_solver_kind,
+    "union_tag_invalid": _unknown_kind,
+    "union_tag_not_found": _no_kind,
     "too_short": _length,
     "too_long": _length,
     "string_too_short": _length,

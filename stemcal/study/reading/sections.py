@@ -15,17 +15,18 @@ from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.registry import stages
 from stemcal.study.model import (
     MOST_FACTORS,
+    SOLVERS,
+    TESTS,
     Factor,
     LaboratorySection,
     MachineSection,
-    RefineOptions,
-    Study,
     StudyForm,
     Targets,
 )
-from stemcal.study.model.measured_targets import fitted_responses, named_modes, named_responses, with_tests
-from stemcal.study.model.solver_kind import known_kinds, learn, usual_solver
-from stemcal.study.reading.json_schema import form, section_with
+from stemcal.study.model.laboratory_kind import AnyTest, named_responses, with_tests
+from stemcal.study.model.measured_targets import fitted_responses, named_modes
+from stemcal.study.model.solver_kind import usual_solver
+from stemcal.study.reading.json_schema import made_anew, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.rules.draft import Finding
@@ -124,9 +125,10 @@ class Sections:
             self.take_in_tests(targets)
 
     def read_tests(self, name: str, given: Any) -> None:
-        """Read the tests: good ones are kept by their place in the list."""
+        """Read the tests: good ones, and those with unknown keys, are kept by their place in the list."""
         self.read(name, given)
-        read = [_field(LaboratorySection, test, self.context) for test in given] if isinstance(given, list) else []
+        tests = map(_with_known_keys, given) if isinstance(given, list) else ()
+        read = [_field(AnyTest, test, self.context) for test in tests]
         self.tests = {index: test for index, test in enumerate(read) if test is not None}
 
     def read_invert(self, name: str, given: Any) -> None:
@@ -206,16 +208,22 @@ def _with_defaults(entry: Any, index: int) -> Any:
     return {"symbol": f"X{index + 1}", "label": label, **entry}
 
 
+def _with_known_keys(test: Any) -> Any:
+    kind = TESTS.known().get(str(test.get("kind"))) if isinstance(test, dict) else None
+    return test if kind is None else {key: test[key] for key in test if key in kind.options.model_fields}
+
+
 def _learn_kinds(data: dict[str, Any]) -> None:
-    """Make kinds of solvers known that other packages bring, as far as this spec names them."""
-    refine = data.get("refine")
-    named = (data.get("solver"), refine.get("in") if isinstance(refine, dict) else None)
-    learned = [learn(solver.get("kind")) for solver in named if isinstance(solver, dict)]
+    """Make kinds of solvers and tests known that other packages bring, as far as this spec names them."""
+    refine, tests = data.get("refine"), data.get("tests")
+    solvers = (data.get("solver"), refine.get("in") if isinstance(refine, dict) else None)
+    learned = [SOLVERS.learn(solver.get("kind")) for solver in solvers if isinstance(solver, dict)]
+    learned += [
+        TESTS.learn(test.get("kind")) for test in (tests if isinstance(tests, list) else ()) if isinstance(test, dict)
+    ]
     if any(learned):
-        for model in (RefineOptions, StudyForm, Study):
-            model.model_rebuild(force=True)
+        made_anew()
         _adapter.cache_clear()
-        form.cache_clear()
 
 
 @functools.cache
@@ -232,8 +240,9 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
         shown = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
         if shown in told:
             continue
-        depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") else 0
-        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in known_kinds()
+        depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") or shown[0] == "tests" else 0
+        kinds = TESTS if shown[0] == "tests" else SOLVERS
+        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in kinds.known()
         path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown
         found.append(finding_of(entry, path, shown))
     return found

@@ -17,7 +17,8 @@ from stemcal.measured.curve_modes import FEWEST, MOST, Curve, Machine, modes_of,
 from stemcal.measured.shear_curves import read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
-from stemcal.study.model.measured_targets import RESPONSES, LaboratoryMeans, Mean, Patterns, Target, Targets
+from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
+from stemcal.study.model.measured_targets import Mean, Patterns, Target, Targets
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units

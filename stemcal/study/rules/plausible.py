@@ -31,7 +31,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "time_step"): (1e-6, 1e-3, "s"),
     ("refine", "duration"): (1e-5, 1000, "s"),
 }
-_OF_TESTS = {"radius": (0.1, 100), "stroke": (0.01, 500), "span": (1, 2000)}  # mm
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s
@@ -78,12 +77,10 @@ def _sizes(study: Study) -> Iterator[Finding]:
 def _tests(study: Study) -> Iterator[Finding]:
     """Question the sizes of laboratory tests that are simulated here."""
     for index, test in enumerate(study.tests):
-        if not test.is_further_cut:
-            at = study.targets.calibrate_at
-            lengths = {"radius": test.radius, "stroke": test.stroke_at(at)}
-            lengths |= {"span": test.span.at(at)} if test.span is not None else {}
-            for key, value in lengths.items():
-                yield from _doubt(("tests", index, key), value, *_OF_TESTS[key], "mm")
+        for key, (low, high) in test.plausible.items():
+            length = getattr(test, key)
+            mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length
+            yield from _doubt(("tests", index, key), mm, low, high, "mm")
 
 
 def _speed(study: Study) -> Iterator[Finding]:

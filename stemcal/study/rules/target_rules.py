@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import isclose
 
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
-from stemcal.study.model import LaboratorySection, OwnQuantity, Target
+from stemcal.study.model import OwnQuantity, Target
 from stemcal.study.model.factor import PARAMETERS
 from stemcal.study.rules import surface_rules
 from stemcal.study.rules.draft import Draft, Finding
@@ -154,7 +154,6 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
 
 
 _CUTTING = "cutting"
-_OF_CUTTING = {"name", "kind", "blade", "supports", "stroke", "speed"}
 _ABOUT_CUTTING = (
     surface_rules.stem_reaches_over_supports,
     surface_rules.edge_fits_blade,
@@ -165,7 +164,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
-    if any(test.kind not in draft.kind.tests for test in draft.tests.values()):
+    if not draft.kind.simulates_tests:
         message = f"solver {draft.study.solver.kind} does not simulate laboratory tests"
         yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
     if draft.study.refine is not None and draft.study.refine.elsewhere:
@@ -219,35 +218,16 @@ def tests_differ(draft: Draft) -> Iterator[Finding]:
 
 
 def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
-    """Bending has a span; what is measured has a scatter."""
-    for index, test in draft.tests.items():
-        path = ("tests", index)
-        yield from _simulated_needs(path, test)
+    """What is measured has a scatter, and is a response of the stem."""
+    for test in draft.tests.values():
         for means in test.targets:
+            if test.is_further_cut and "slope" in means.means:
+                message = "the slope of a cut contains the compliance of the contact, which depends on the mesh"
+                yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
             for response, mean in means.means.items():
                 if mean.sd is None:
                     message = f"{response} has no sd: its weight is unknown"
                     yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
-
-
-def _simulated_needs(path: NodePath, test: LaboratorySection) -> Iterator[Finding]:
-    bends = test.kind == "three-point-bending"
-    if test.is_further_cut:
-        for key in sorted(test.model_fields_set - {*_OF_CUTTING, "targets"}):
-            yield Finding((*path, key), f"{key} is no key of a further cutting test", "remove it", at_key=True)
-        for means in test.targets:
-            if "slope" in means.means:
-                message = "the slope of a cut contains the compliance of the contact, which depends on the mesh"
-                yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
-        return
-    for key in sorted({"blade", "supports"} & test.model_fields_set):
-        yield Finding((*path, key), f"{test.kind} has no {key}", "remove it", at_key=True)
-    if test.stroke is None:
-        yield Finding(path, "'stroke' is missing", "add a line stroke: …")
-    if bends and test.span is None:
-        yield Finding(path, "'span' is missing", "add span: …, the distance between the supports")
-    if not bends and test.span is not None:
-        yield Finding((*path, "span"), f"{test.kind} has no span", "remove it", at_key=True)
 
 
 def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
@@ -267,18 +247,8 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     """The piece reaches over its supports, and the machine does not move farther than there is room."""
     thickest = max(draft.diameters.values(), default=None)
     for index, test in draft.tests.items():
-        if thickest is None:
-            return
-        if test.is_further_cut:
-            continue
-        path, stroke, length = ("tests", index), test.stroke_at(thickest), test.long(thickest)
-        if test.span is not None and length <= test.span.at(thickest):
-            message = f"the piece is {length:g} mm long, the span {test.span.at(thickest):g} mm"
-            yield Finding((*path, "length"), message, "use a longer piece")
-        room = thickest if test.kind == "radial-compression" else length
-        if stroke >= 0.5 * room:
-            message = f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm"
-            yield Finding((*path, "stroke"), message, "shorten it")
+        for key, message, remedy in () if thickest is None else test.misfits(thickest):
+            yield Finding(("tests", index, key), message, remedy)
 
 
 def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:

@@ -6,8 +6,6 @@ Numbers are in ASCII, with Fortran's exponents, or say that they are none.
 import csv
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,19 +25,7 @@ _NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
 _PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
 _NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
-LONGEST_LINE = 10_000
-SEARCH_SECONDS = 10.0
-# Prints every match as [x, y]. A regular expression cannot be interrupted, so the search has its own process, which
-# ends itself after the given number of seconds, even if no other process is left to end it.
-_SEARCH = """
-import faulthandler, json, re, sys
-faulthandler.dump_traceback_later(float(sys.argv[1]), exit=True)
-pattern = re.compile(sys.argv[2])
-named = pattern.groupindex
-lines = sys.stdin.buffer.read().decode().splitlines()
-found = (match for line in lines for match in pattern.finditer(line[:int(sys.argv[3])]))
-print(json.dumps([(m["x"] if "x" in named else None, m["y" if "y" in named else 1]) for m in found]))
-"""
+LONGEST_LINE = 10_000  # characters of a line that a pattern searches
 
 
 class Series(NamedTuple):
@@ -154,17 +140,13 @@ def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> li
 
 
 def _regex(text: str, file: str, pattern: str) -> Series:
-    limits = str(SEARCH_SECONDS), pattern, str(LONGEST_LINE)
-    search = [sys.executable, "-I", "-S", "-X", "utf8", "-c", _SEARCH, *limits]
-    done = subprocess.run(search, input=text.encode(), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    if done.returncode:
-        message = f"{file}: searching it took more than {SEARCH_SECONDS:g} s; simplify solver.result.pattern"
-        raise SimulationFailed("timeout", message)
-    found = json.loads(done.stdout)
+    search = re.compile(pattern)
+    along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
+    found = [match for line in text.splitlines() for match in search.finditer(line[:LONGEST_LINE])]
     if not found:
         raise SimulationFailed("no_result", f"{file} has no match for the pattern")
-    travel, numbers = ([_number(text, file) for text in texts] for texts in zip(*found, strict=True))
-    return Series(numbers, None if found[0][0] is None else travel)
+    numbers = [_number(match[number], file) for match in found]
+    return Series(numbers, [_number(match["x"], file) for match in found] if along else None)
 
 
 # ---- from a series to one number

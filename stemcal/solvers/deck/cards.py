@@ -1,4 +1,4 @@
-"""Keyword cards: fields in columns, numbers with as many digits as these hold.
+"""Keyword cards: fields in columns, numbers with as many digits as these hold; and which of them a deck has.
 
 A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader supports. On request, where
 one of its numbers needs more, that keyword is in long format, fields of twenty columns, marked by a ``+`` behind its
@@ -6,7 +6,12 @@ name: LS-DYNA then reads all digits, OpenRadioss does not support the keyword.
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import chain
+from typing import Literal
+
+from stemcal.solvers.options import DeckSolver
+from stemcal.study.model import Study
 
 Card = Mapping[str, float | int | str]
 
@@ -80,3 +85,54 @@ def _short_exponent(text: str) -> str:
     if not exponent:
         return mantissa if "." in mantissa else f"{mantissa}.0"
     return f"{mantissa}e{int(power)}"
+
+
+# ---- which of them a deck has
+
+
+DeckProgramName = Literal["lsdyna", "openradioss"]
+
+
+@dataclass(frozen=True)
+class DeckForm:
+    """Choices in writing a deck.
+
+    Parameters
+    ----------
+    program : str
+        ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters, and twenty columns where a value needs more than
+        ten, which OpenRadioss does not read. ``openradioss``: piecewise linear plasticity with failure, by which both
+        programs delete elements; the hardening is isotropic.
+    lengths : bool
+        Whether cards of this program carry the study's lengths: nonlocal failure over an equivalent of
+        `internal_length`, and a nose of radius `edge_spread`.
+    pictures : bool
+        Whether states are written to look at.
+    """
+
+    program: DeckProgramName = "openradioss"
+    lengths: bool = False
+    pictures: bool = True
+
+    @property
+    def for_ls_dyna(self) -> bool:
+        """Whether material, contact and rate are as LS-DYNA has them.
+
+        The rate is that of plastic strain, as in the study (VP = 1), in LS-DYNA alone: with VP = 1 OpenRadioss forgets
+        the rate (``sigeps44.F``). A stem gave 158.4 N with its effect, 158.2 N without, where VP = 0 gives 220 N.
+        """
+        return self.program == "lsdyna"
+
+    @property
+    def by_density(self) -> bool:
+        """Whether the stem is made denser instead of mass on single nodes.
+
+        OpenRadioss's nonlocal field diverges where nodes are given mass.
+        """
+        return self.lengths and not self.for_ls_dyna
+
+
+def form_of(study: Study) -> DeckForm:
+    """Return the form that the study's own program reads."""
+    solver = study.solver
+    return DeckForm(solver.program, solver.nonlocal_failure) if isinstance(solver, DeckSolver) else DeckForm()

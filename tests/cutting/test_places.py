@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stemcal.cutting import ShearTest, in_phases, mean_over_phases, shear, stem_mesh
+from stemcal.cutting import ShearTest, placed, shear, stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.cutting.result import BreakWatch, break_row, moving_mean
 from stemcal.fem.material import Material
@@ -18,18 +18,8 @@ MATERIAL = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, 90.0, 8.0, 0.01, "pape
 TEST = ShearTest(MATERIAL, stem=Stem(length=30.0), discretisation=COARSE, loading=Loading(duration=0.5))
 
 
-def test_phases_are_midpoints_of_half_an_element() -> None:
-    """Shifts s and −s mirror each other, so equal parts of [0, ½] stand for all places."""
-    tests = in_phases(TEST, 4)
-    assert [test.discretisation.shift for test in tests] == [0.0625, 0.1875, 0.3125, 0.4375]
-    assert {test.discretisation.symmetry for test in tests} == {"half"}
-    assert in_phases(TEST, 1) == (TEST,)
-
-
 def test_a_shift_moves_the_mesh_by_that_share_of_an_element() -> None:
-    still, moved = (
-        stem_mesh(test.stem, test.discretisation) for test in (in_phases(TEST, 2)[0], in_phases(TEST, 2)[1])
-    )
+    still, moved = (stem_mesh(test.stem, test.discretisation) for test in (placed(TEST, 0.125), placed(TEST, 0.375)))
     step = np.diff(np.unique(still.nodes[:, 0].round(9)))[0]
     np.testing.assert_allclose(moved.nodes - still.nodes, [[0.25 * step, 0.0, 0.0]] * len(still.nodes), atol=1e-12)
 
@@ -42,16 +32,6 @@ def test_shifts_and_their_mirror_images_agree() -> None:
         for shift in (0.3, -0.3)
     )
     assert there == pytest.approx(back, rel=1e-3)
-
-
-def test_the_mean_over_phases_keeps_the_scatter() -> None:
-    results = [shear(test) for test in in_phases(TEST, 2)]
-    peaks = [result.peak_force for result in results]
-    mean = mean_over_phases(results)
-    assert mean.peak_force == pytest.approx(np.mean(peaks), rel=1e-14)
-    assert mean.peak_sd == pytest.approx(abs(peaks[0] - peaks[1]) / np.sqrt(2.0), rel=1e-12)
-    assert mean.phase_peaks == tuple(peaks)
-    assert mean.energy_drift_percent == max(result.energy_drift_percent for result in results)
 
 
 def test_coarsening_keeps_the_cut_and_the_length() -> None:

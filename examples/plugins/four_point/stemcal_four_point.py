@@ -1,0 +1,99 @@
+"""A laboratory test from another package: four-point bending, two noses between two supports.
+
+Between the noses the moment is the same everywhere, and there is no shear. A test in a spec::
+
+    tests:
+      - {name: four, kind: four-point-bending, span: 96 mm, inner: 32 mm, stroke: 4 mm}
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil, hypot, pi
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from stemcal.cutting import Discretisation, Loading, Stem
+from stemcal.cutting.build import stem_mesh
+from stemcal.fem.contact import Tool
+from stemcal.fem.mesh import Mesh
+from stemcal.laboratory.kind import Array, Kind
+from stemcal.laboratory.parts import roller
+from stemcal.study.model import LaboratoryKind, PieceSection
+from stemcal.study.model.factor import Size
+from stemcal.study.types.field_types import Length, StemLength
+
+
+class FourPointSection(PieceSection):
+    """Bending by two noses between two supports."""
+
+    kind: Literal["four-point-bending"] = "four-point-bending"
+    span: StemLength
+    """Distance between the axes of the supports."""
+    inner: StemLength
+    """Distance between the axes of the noses."""
+    radius: Size = 5.0
+    """Radius of noses and supports."""
+
+    usual_size = Length(divisor=12.0)
+
+    def long(self, diameter: float) -> float:
+        return 1.2 * self.span.at(diameter) if self.length is None else self.length.at(diameter)
+
+    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
+        if self.inner.at(diameter) >= self.span.at(diameter):
+            yield "inner", "the noses are not between the supports", "move them closer"
+        if self.long(diameter) <= self.span.at(diameter):
+            yield "length", "the piece does not reach over the supports", "take a longer piece"
+        yield from super().misfits(diameter)
+
+
+class FourPoint(LaboratoryKind):
+    """The entry point."""
+
+    name, options = "four-point-bending", FourPointSection
+
+    def make(self, section: FourPointSection, diameter: float) -> Kind:
+        return FourPointBending(section.span.at(diameter), section.inner.at(diameter), section.radius)
+
+
+@dataclass(frozen=True)
+class FourPointBending(Kind):
+    """Distances between the supports and between the noses, radius of all, mm."""
+
+    span: float
+    inner: float
+    radius: float
+    PERIODS: ClassVar[float] = 16.0
+    MOMENT: ClassVar[int | None] = 2
+
+    def slowest_period(self, stem: Stem, wave_speed: float) -> float:
+        """Return the period of the first bending mode between the supports, 2 L²/π √(ρA/EI)."""
+        gyration = 0.25 * stem.outer_diameter * hypot(1.0, stem.diameter_ratio)  # √(I/A) of a ring
+        return 2.0 / pi * self.span**2 / (wave_speed * gyration)
+
+    def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
+        """Return a mesh with a layer of nodes under each nose and over each support."""
+        at = (0.0, 0.5 * self.inner, 0.5 * self.span, 0.5 * stem.length)
+        parts = [np.linspace(a, b, ceil((b - a) / how.element_size) + 1) for a, b in pairwise(at)]
+        return stem_mesh(stem, how, layers=np.concatenate([parts[0], parts[1][1:], parts[2][1:]]))
+
+    def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
+        """Return a nose and a support: the quarter of the piece that is simulated has one of each."""
+        height = 0.5 * stem.outer_diameter + self.radius
+        nose = roller(0.5 * self.inner, self.radius, -loading.speed, height + loading.gap)
+        return nose, roller(0.5 * self.span, self.radius, 0.0, -height)
+
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+        """Return the velocities of a slender beam; with s from the support, c from there to the nose, and span L:
+
+        w ∝ s (3c(L − c) − s²) up to the nose, c (3s(L − s) − c²) between the noses, straight beyond the supports.
+        """
+        x, z, span = mesh.nodes[:, 0], mesh.nodes[:, 2], self.span
+        s, c = 0.5 * span - x, 0.5 * (span - self.inner)
+        end, outside, between = 3.0 * c * (span - c), s < 0.0, s > c
+        down = np.where(outside, end * s, np.where(between, c * (3.0 * s * (span - s) - c**2), s * (end - s**2)))
+        slope = np.where(outside, end, np.where(between, 3.0 * c * (span - 2.0 * s), end - 3.0 * s**2))
+        scale = loading.speed / (c**2 * (3.0 * span - 4.0 * c))  # the noses move as fast as the machine
+        return scale * np.stack([-z * slope, np.zeros_like(x), -down], axis=1)

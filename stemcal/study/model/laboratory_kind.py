@@ -1,0 +1,214 @@
+"""Laboratory tests besides cutting: the keys that a spec gives a test of each kind, and the kinds by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, ValidationInfo
+from pydantic.json_schema import SkipJsonSchema
+
+from stemcal.naming import Named, capital
+from stemcal.registry import Checked, OneOf, Registry
+from stemcal.study.model.factor import Frozen
+from stemcal.study.model.measured_targets import Mean, Targets
+from stemcal.study.model.shear_test import BladeSection, SupportsSection
+from stemcal.study.types.field_types import ColumnName, Length, Quantity, StemLength, complain
+
+# Responses by name: symbol, unit and what they are called behind the test's name.
+RESPONSES = {
+    "slope": ("k", "N/mm", "slope"),
+    "force": ("F", "N", "maximum force"),
+    "travel": ("u", "mm", "travel"),
+    "work": ("W", "mJ", "work"),
+}
+# Those that do not depend on whether the maximum was passed.
+BEFORE_MAXIMUM = frozenset({"slope"})
+
+
+class LaboratoryMeans(Frozen):
+    """Measured means of one test at one stem diameter by response; `row` is their place in the spec."""
+
+    diameter: float
+    means: dict[str, Mean] = {}
+    row: int = Field(default=0, exclude=True, repr=False)
+
+
+def _as_rows(given: Any, info: ValidationInfo) -> Any:
+    if info.context is not None:
+        raise complain("unknown key 'targets'", "write rows under the targets of the spec: {test: NAME, diameter: …}")
+    return given
+
+
+class LaboratorySection(Frozen):
+    """A laboratory test besides cutting. Rows of `targets` with its name hold what was measured in it, which is then
+    fitted. Without rows the test is there for `simulate --test`.
+    """
+
+    name: ColumnName
+    """Name in tables, files and `simulate --test`."""
+    kind: str
+    """The kind of test."""
+    speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
+    """Speed of the machine; in cutting that of the spec's blade by default."""
+    targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
+
+    is_further_cut: ClassVar[bool] = False
+    """Whether it is the spec's own cutting test in another way, simulated as that is."""
+    usual: ClassVar[tuple[str, ...]] = ("slope", "force", "work")
+    """The responses that a calibration uses if all were measured."""
+    plausible: ClassVar[Mapping[str, tuple[float, float]]] = {"stroke": (0.01, 500.0)}
+    """Lengths by key with the range outside which they are questioned, mm."""
+
+    def stroke_at(self, diameter: float) -> float:
+        """Return how far the machine moves at a stem diameter, mm; 0 where a further cut has the spec's own stroke."""
+        raise NotImplementedError
+
+    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
+        """Yield what does not fit a stem of that diameter: the key, what is wrong, what to do."""
+        yield from ()
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """The responses that have targets, in the order of `RESPONSES`."""
+        given = {name for means in self.targets for name in means.means}
+        return tuple(name for name in RESPONSES if name in given)
+
+    def means_at(self, diameter: float) -> dict[str, Mean]:
+        """Return what was measured at a stem diameter, by response."""
+        return {
+            name: mean
+            for means in self.targets
+            if abs(means.diameter - diameter) < 1e-6
+            for name, mean in means.means.items()
+        }
+
+    def called(self, response: str) -> str:
+        """Return what the study calls one of its responses."""
+        return f"{self.name}_{response}"
+
+    def in_place_of(self, own: object) -> dict[str, Any]:
+        """Return the sections that a further cutting test changes, of its study or draft."""
+        return {}
+
+
+class PieceSection(LaboratorySection):
+    """A test of a piece of stem. Lengths may be shares of the diameter, such as d/12. A subclass adds the keys of its
+    kind, `kind` with its name among them.
+    """
+
+    length: StemLength | None = None
+    """Length of the piece; by default 1.2 times the span in bending, otherwise two diameters."""
+    stroke: StemLength
+    """How far the machine moves."""
+    element_size: StemLength | None = None
+    """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/64, their width at the
+    plates, and four times that elsewhere."""
+
+    usual_size: ClassVar[Length] = Length(divisor=8.0)
+    """The length of its elements where the spec does not give it."""
+
+    def stroke_at(self, diameter: float) -> float:
+        return self.stroke.at(diameter)
+
+    def size(self) -> Length:
+        """Return the length of the elements."""
+        return self.element_size or self.usual_size
+
+    def long(self, diameter: float) -> float:
+        """Return the length of the piece at a stem diameter, mm."""
+        return 2.0 * diameter if self.length is None else self.length.at(diameter)
+
+    def room(self, diameter: float) -> float:
+        """Return the size of the piece in the direction of the stroke, mm."""
+        return self.long(diameter)
+
+    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
+        stroke, room = self.stroke_at(diameter), self.room(diameter)
+        if stroke >= 0.5 * room:
+            yield "stroke", f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm", "shorten it"
+
+
+class FurtherCutSection(LaboratorySection):
+    """The cut of the sections above in another way."""
+
+    kind: Literal["cutting"] = "cutting"
+    blade: BladeSection | None = None
+    """What differs from the spec's blade: keys that are not given here are the spec's."""
+    supports: SupportsSection | None = None
+    """What differs from the spec's supports."""
+    stroke: StemLength | None = None
+    """How far the machine moves; as far as the spec's blade by default."""
+
+    is_further_cut = True
+    usual = ("force",)
+    plausible: ClassVar[Mapping[str, tuple[float, float]]] = {}  # questioned as the first cut is
+
+    def stroke_at(self, diameter: float) -> float:
+        return 0.0 if self.stroke is None else self.stroke.at(diameter)
+
+    def in_place_of(self, own: object) -> dict[str, Any]:
+        given = {name: _given(one) for name, one in (("blade", self.blade), ("supports", self.supports))}
+        sections = {name: getattr(own, name) for name in given}
+        return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}
+
+
+def _given(section: Frozen | None) -> dict[str, object]:
+    """Return the keys of a section that its author wrote."""
+    return {} if section is None else {name: getattr(section, name) for name in section.model_fields_set}
+
+
+class LaboratoryKind(Checked):
+    """A kind of laboratory test that the embedded solver simulates: its name, its keys, and how a piece is tested."""
+
+    name: ClassVar[str] = ""
+    options: ClassVar[type[LaboratorySection]] = LaboratorySection
+
+    def make(self, section: Any, diameter: float) -> Any:
+        """Return what is done to a piece of a stem of that diameter, a `laboratory.kind.Kind`."""
+        raise NotImplementedError
+
+
+class FurtherCut(LaboratoryKind):
+    """The maximum force of a further cut."""
+
+    name, options = "cutting", FurtherCutSection
+
+
+TESTS: Registry[LaboratoryKind] = Registry(
+    LaboratoryKind,
+    "stemcal.tests",
+    (
+        "stemcal.study.model.laboratory_kind:FurtherCut",
+        "stemcal.laboratory.three_point_bending:Bending",
+        "stemcal.laboratory.radial_compression:Radial",
+        "stemcal.laboratory.axial:Compression",
+        "stemcal.laboratory.axial:Tension",
+    ),
+)
+AnyTest = Annotated[LaboratorySection, OneOf(TESTS)]
+
+
+def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
+    """Return the measured responses of all tests as the study's own."""
+    found = []
+    for test in tests:
+        for response in test.measured:
+            symbol, unit, words = RESPONSES[response]
+            label = f"{test.name.replace('_', ' ')} {words}"
+            found.append(Named(test.called(response), capital(label), symbol, unit))
+    return tuple(found)
+
+
+def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
+    """Return the targets with what was measured in the tests at the same diameters."""
+    further: dict[float, dict[str, Mean]] = {}
+    for test in tests:
+        for means in test.targets:
+            named = {test.called(response): mean for response, mean in means.means.items()}
+            further.setdefault(round(means.diameter, 9), {}).update(named)
+    merged = [
+        target.model_copy(update={"further": {**target.further, **further.get(round(target.condition, 9), {})}})
+        for target in targets.means
+    ]
+    return targets.model_copy(update={"means": tuple(merged)})

@@ -1,0 +1,141 @@
+"""Checks that a stage, a kind of solver, a design or a laboratory test of any package should pass; ours pass them too.
+
+Without pytest ``check_design(Doehlert())`` runs all checks and raises one `ChecksFailed`. With pytest::
+
+    @parametrize_with_checks([Doehlert(), (Spring(), "spring.yaml")])
+    def test_checks(check):
+        check()
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stemcal.doe.designs.catalogue import SurfaceDesign
+from stemcal.errors import UsageError
+from stemcal.stages.stage import Stage
+from stemcal.study.model import LaboratoryKind, SolverKind, Study
+from stemcal.testing import checks
+
+if TYPE_CHECKING:
+    import pytest
+
+__all__ = [
+    "Check",
+    "ChecksFailed",
+    "check_design",
+    "check_laboratory_test",
+    "check_solver",
+    "check_stage",
+    "checks_of",
+    "parametrize_with_checks",
+]
+
+AnyStudy = Study | str | Path
+
+KINDS: dict[type, tuple[Callable[..., Any], tuple[Callable[[Any], None], ...]]] = {
+    SurfaceDesign: (checks.DesignAtWork, checks.OF_DESIGNS),
+    SolverKind: (checks.SolverAtWork, checks.OF_SOLVERS),
+    Stage: (checks.StageAtWork, checks.OF_STAGES),
+    LaboratoryKind: (checks.LaboratoryAtWork, checks.OF_TESTS),
+}
+
+
+class ChecksFailed(AssertionError):
+    """Names the checks that failed, with the reason of each."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of one object: calling it raises an error if the object fails."""
+
+    name: str
+    of: str
+    run: Callable[[Any], None]
+    subject: Any
+
+    def __call__(self) -> None:
+        """Run the check."""
+        self.run(self.subject)
+
+    def __str__(self) -> str:
+        return f"{self.of}-{self.name}"
+
+
+def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
+    """Return the checks of an object.
+
+    Parameters
+    ----------
+    thing : SurfaceDesign, SolverKind, Stage or LaboratoryKind
+        The object that an entry point makes.
+    study : Study or path of its spec, optional
+        A study that uses it, small enough to be run several times; designs need none. The solver of a study of a stage
+        should be quick. A study of a laboratory test has a test of that kind.
+    """
+    for kind, (at_work, functions) in KINDS.items():
+        if isinstance(thing, kind):
+            subject, of = at_work(thing, study), str(getattr(thing, "name", ""))
+            return [Check(one.__name__, of, one, subject) for one in functions]
+    raise UsageError(f"{thing!r:.60} is no {', '.join(kind.__name__ for kind in KINDS)}; give an object, not its class")
+
+
+def _check(thing: object, study: AnyStudy | None) -> None:
+    found = checks_of(thing, study)
+    failed = []
+    for check in found:
+        try:
+            check()
+        except Exception as error:  # any error of the object
+            failed.append(f"{check.name}: {type(error).__name__}: {error}")
+    if failed:
+        raise ChecksFailed("\n".join([f"{found[0].of}: {len(failed)} of {len(found)} checks failed", *failed]))
+
+
+def check_design(design: SurfaceDesign) -> None:
+    """Run all checks of a design for the response surface; raise `ChecksFailed` if any fails."""
+    _check(design, None)
+
+
+def check_solver(kind: SolverKind, study: AnyStudy) -> None:
+    """Run all checks of a kind of solver on a study that uses it; raise `ChecksFailed` if any fails."""
+    _check(kind, study)
+
+
+def check_stage(stage: Stage[Any], study: AnyStudy) -> None:
+    """Run all checks of a stage on a study that has it; raise `ChecksFailed` if any fails."""
+    _check(stage, study)
+
+
+def check_laboratory_test(kind: LaboratoryKind, study: AnyStudy) -> None:
+    """Run all checks of a laboratory test on a study that has one of the kind; raise `ChecksFailed` if any fails."""
+    _check(kind, study)
+
+
+def parametrize_with_checks(
+    objects: Iterable[object], expected_failures: Mapping[str, str] | None = None, slow: Collection[str] = ()
+) -> pytest.MarkDecorator:
+    """Return a decorator that gives a test function each check of each object as `check`.
+
+    Parameters
+    ----------
+    objects : iterable
+        Objects, or pairs of an object and its study, as in `checks_of`.
+    expected_failures : mapping, optional
+        Reasons by check, by its name, as ``object-check``, or of all checks as ``object``: such a check has to fail.
+    slow : collection of str, optional
+        Checks, named in the same way, that get the mark `slow`.
+    """
+    import pytest
+
+    expected, given = expected_failures or {}, []
+    for one in objects:
+        for check in checks_of(*one) if isinstance(one, tuple) else checks_of(one):
+            reason = expected.get(check.name) or expected.get(str(check)) or expected.get(check.of)
+            marks = [pytest.mark.xfail(reason=reason, strict=True)] if reason else []
+            marks += [pytest.mark.slow] if {check.name, check.of, str(check)}.intersection(slow) else []
+            given.append(pytest.param(check, marks=marks, id=str(check)))
+    return pytest.mark.parametrize("check", given)

@@ -1,0 +1,489 @@
+"""The checks by kind of object; each is a function of the object at work, and raises an error if the object fails."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import pickle
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from stemcal.doe.designs.catalogue import SurfaceDesign, SurfaceOptions
+from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.terms import term_columns
+from stemcal.errors import UsageError
+from stemcal.folder.study_folder import StudyFolder
+from stemcal.report.showing import Setting, Showing, names_of
+from stemcal.runs.answer import Progress, answer_all
+from stemcal.runs.outcome import record_key
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.stages.fresh import changes_since
+from stemcal.stages.result import read_result
+from stemcal.stages.results import fresh_results
+from stemcal.stages.stage import Stage, stage_called
+from stemcal.stages.work import HERE
+from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, RunsOptions, SolverKind, Study
+from stemcal.study.reading import load_study
+from stemcal.study.types.field_types import Length
+
+_MOST, _FEW = 10, 4  # factors of a design; of one that is made several times
+_ROUNDING = 1e-9
+_COARSE = 3.0  # length of the elements of a laboratory test over the usual one
+_STIFFER = 0.02  # by how much twice the modulus may miss twice the force: the mass moves, and dents are contact's
+_STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
+"""Headings of numbers without a unit: ratios, and squares of a response, whose unit no table of variances prints."""
+
+
+def require(holds: bool, message: str) -> None:
+    """Raise `AssertionError` with the message unless a condition holds; also where Python leaves assertions out."""
+    if not holds:
+        raise AssertionError(message)
+
+
+@contextmanager
+def apart(study: Study) -> Iterator[Path]:
+    """Work in an empty folder, and require that nothing is left there or in the folder of the spec."""
+    before, beside = Path.cwd(), study.source.resolve().parent
+    with TemporaryDirectory() as there, TemporaryDirectory() as place:
+        files = set(beside.rglob("*")) if study.source.is_file() else None
+        os.chdir(there)
+        try:
+            yield Path(place)
+            left = [*Path(there).iterdir(), *(set(beside.rglob("*")) - files if files is not None else ())]
+        finally:
+            os.chdir(before)
+        left = [path for path in left if "__pycache__" not in path.parts]
+        require(not left, f"left outside the folder of the study: {', '.join(path.name for path in left)}")
+
+
+class AtWork:
+    """An object and a study that uses it, read from its spec when it is needed."""
+
+    def __init__(self, thing: Any, study: Study | str | Path | None = None) -> None:
+        self.thing, self._study = thing, study
+
+    @cached_property
+    def study(self) -> Study:
+        """The study."""
+        if self._study is None:
+            raise UsageError(f"{type(self.thing).__name__}: give a study that uses it")
+        return self._study if isinstance(self._study, Study) else load_study(self._study)
+
+
+# ---- designs
+
+
+class DesignAtWork(AtWork):
+    """A design, and its points for each number of factors that it takes."""
+
+    thing: SurfaceDesign
+
+    def points(self, k: int, centre_points: int = 3) -> Array:
+        """Return the points for k factors."""
+        return np.asarray(self.thing.points(k, SurfaceOptions(self.thing.name, centre_points)))
+
+    @cached_property
+    def each(self) -> dict[int, Array]:
+        """The points by the number of factors, up to ten."""
+        low, high = self.thing.factors
+        return {k: self.points(k) for k in range(low, min(high, _MOST) + 1)}
+
+    @property
+    def few(self) -> dict[int, Array]:
+        """Those of few factors, which are soon made again."""
+        return {k: points for k, points in self.each.items() if k <= _FEW}
+
+
+def points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
+    """A design takes the numbers of factors that it declares; others, from 1 to 10, work or raise `UsageError`."""
+    for k in range(1, _MOST + 1):
+        with suppress(*([] if k in at.each else [UsageError])):
+            found = at.each[k] if k in at.each else at.points(k)
+            require(found.ndim == 2 and found.shape[1] == k, f"points of {k} factors have the shape {found.shape}")
+            require(bool(np.isfinite(found).all()), f"points of {k} factors are not finite")
+
+
+def same_points_again(at: DesignAtWork) -> None:
+    """Points do not depend on chance."""
+    for k, points in at.few.items():
+        require(np.array_equal(points, at.points(k)), f"the points of {k} factors are others the second time")
+
+
+def every_term_can_be_estimated(at: DesignAtWork) -> None:
+    """The runs determine the (k + 1)(k + 2)/2 terms of a quadratic."""
+    for k, points in at.each.items():
+        terms, rank = (k + 1) * (k + 2) // 2, int(np.linalg.matrix_rank(term_columns(points)))
+        require(rank == terms, f"{len(points)} runs of {k} factors determine {rank} of {terms} terms")
+
+
+def levels_are_balanced(at: DesignAtWork) -> None:
+    """The levels of each factor have the mean 0, unless the design declares that they are spread by chance."""
+    for k, points in at.each.items() if at.thing.balanced else ():
+        off = float(np.abs(points.mean(axis=0)).max())
+        require(off < _ROUNDING, f"the mean level of a factor is {off:.3g} with {k} factors")
+
+
+def centre_points_are_added(at: DesignAtWork) -> None:
+    """Each further centre point is a row of zeros; a design with a fixed number of runs has the same points."""
+    for k, points in at.few.items():
+        more = at.points(k, 5)
+        centre = [int((~rows.any(axis=1)).sum()) for rows in (points, more)]
+        added = (len(more) - len(points), centre[1] - centre[0])
+        require(added in ((0, 0), (2, 2)), f"2 more centre points add {added[0]} runs, {added[1]} at the centre")
+
+
+def points_are_within_reach(at: DesignAtWork) -> None:
+    """No level is beyond `reach`, and no point beyond `radius` and the corners."""
+    for k, points in at.each.items():
+        options = SurfaceOptions(at.thing.name, 3)
+        reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
+        require(np.abs(points).max() <= reach + _ROUNDING, f"with {k} factors a level is beyond reach, {reach:g}")
+        require(
+            np.linalg.norm(points, axis=1).max() <= radius + _ROUNDING, f"with {k} factors a point is beyond radius"
+        )
+
+
+OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
+    points_are_finite_for_each_number_of_factors,
+    same_points_again,
+    every_term_can_be_estimated,
+    levels_are_balanced,
+    centre_points_are_added,
+    points_are_within_reach,
+)
+
+
+# ---- solvers
+
+
+class SolverAtWork(AtWork):
+    """A kind of solver, its solver of a study, and two requests with their answers."""
+
+    thing: SolverKind
+
+    @cached_property
+    def solver(self) -> Solver:
+        """The solver of the study."""
+        solver: Solver = self.thing.make(self.study)
+        return solver
+
+    @cached_property
+    def requests(self) -> list[Request]:
+        """The middle of the ranges, and the same with the first factor at its low level."""
+        middle = Request("rsm", 0, self.study.midlevels(), self.study.targets.calibrate_at)
+        first = self.study.factors[0]
+        return [middle, replace(middle, row=1, levels={**middle.levels, first.name: first.low})]
+
+    @property
+    def computed(self) -> bool:
+        """Whether a request can be answered now: people's runs cannot."""
+        return not self.solver.asks_people
+
+    def answers(self, place: Path, requests: list[Request]) -> list[Answer]:
+        """Answer requests in a folder, whether they fail or not."""
+        with StudyFolder(place) as folder:
+            return answer_all(requests, self.solver, folder, HERE, policy=RunsOptions(quorum=0.0))
+
+    @cached_property
+    def answered(self) -> tuple[list[Answer], dict[str, bytes]]:
+        """The answers to both requests at once, and their records."""
+        with apart(self.study) as place:
+            return self.answers(place, self.requests), _records(place)
+
+
+def _records(place: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted((place / "runs").rglob("*.json"))}
+
+
+def kind_is_declared(at: AtWork) -> None:
+    """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
+    default = at.thing.options.model_fields["kind"].default
+    require(default == at.thing.name, f"the name is {at.thing.name!r}, the default of the key kind is {default!r}")
+
+
+def solver_is_picklable(at: SolverAtWork) -> None:
+    """A solver goes to worker processes and has the same identity there."""
+    for request in at.requests:
+        there = pickle.loads(pickle.dumps(at.solver))
+        require(record_key(there, request) == record_key(at.solver, request), "a pickled solver has another identity")
+
+
+def identity_is_json(at: SolverAtWork) -> None:
+    """An identity is made of JSON values and the same each time."""
+    first, second = (json.dumps(at.solver.identity(at.requests[0]), sort_keys=True, allow_nan=False) for _ in range(2))
+    require(first == second, "the identity of a request is another the second time")
+
+
+def identity_changes_with_each_factor(at: SolverAtWork) -> None:
+    """Runs with other levels or at another condition do not share a record."""
+    middle = at.requests[0]
+    for factor in at.study.factors:
+        other = replace(middle, levels={**middle.levels, factor.name: factor.low})
+        require(record_key(at.solver, middle) != record_key(at.solver, other), f"{factor.name} is not in the identity")
+    other = replace(middle, condition=1.25 * middle.condition)
+    require(record_key(at.solver, middle) != record_key(at.solver, other), "the condition is not in the identity")
+
+
+def every_response_is_answered(at: SolverAtWork) -> None:
+    """An answer has a finite number for each response of the study."""
+    for answer in at.answered[0] if at.computed else ():
+        require(answer.ok, f"the run at midlevels failed: {answer.reason}: {answer.message}")
+        further = answer.details.get(RESPONSES, {})
+        found = [answer.response, *(further.get(named.name) for named in at.solver.naming.others)]
+        require(all(one is not None and math.isfinite(one) for one in found), f"responses are not numbers: {found}")
+
+
+def interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
+    """The same request has the same answer: both at once, or one and then both, leave the same answers."""
+    if at.computed:
+        with apart(at.study) as place:
+            at.answers(place, at.requests[:1])
+            second = at.answers(place, at.requests)
+            kept = _records(place).keys()
+        both = [[(one.response, one.details.get(RESPONSES)) for one in some] for some in (at.answered[0], second)]
+        require(both[0] == both[1], f"the answers differ: {both[0]} and {both[1]}")
+        require(kept == at.answered[1].keys(), "the records have other names")
+
+
+def nan_is_a_failed_run(at: SolverAtWork) -> None:
+    """A level that is not a number ends in a failed run with a reason, in no answer that is not a number."""
+    middle = at.requests[0]
+    if at.computed:
+        with apart(at.study) as place:
+            wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
+            (answer,) = at.answers(place, [wrong])
+        require(not answer.ok and bool(answer.reason), f"levels of NaN give {answer.status!r}, {answer.response}")
+
+
+OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
+    kind_is_declared,
+    solver_is_picklable,
+    identity_is_json,
+    identity_changes_with_each_factor,
+    every_response_is_answered,
+    interrupted_runs_equal_uninterrupted_ones,
+    nan_is_a_failed_run,
+)
+
+
+# ---- stages
+
+
+class StageAtWork(AtWork):
+    """A stage, made in a folder after the stages that it needs."""
+
+    thing: Stage[Any]
+
+    def make(self, place: Path, watch: Callable[[Progress], None] = lambda _progress: None) -> StudyFolder:
+        """Make the stage and those before it in a folder."""
+        order, folder = [self.thing], StudyFolder(place)
+        while (before := order[0].needs(self.study)) is not None:
+            order.insert(0, stage_called(before))
+        for one in order:
+            if one is self.thing or not (place / f"{one.name}.json").is_file():
+                one.making()(self.study, folder, HERE, watch)
+        return folder
+
+    @cached_property
+    def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
+        """A folder in which the stage was made, and its result."""
+        kept = TemporaryDirectory()
+        with apart(self.study):
+            folder = self.make(Path(kept.name))
+        return kept, folder, read_result(folder, self.thing.result())
+
+    def files(self, place: Path) -> Mapping[str, bytes]:
+        """Return the contents of the files that the stage leaves."""
+        names = [f"{self.thing.name}.json", *(f"{name}.csv" for name in self.made[2].tables())]
+        return {name: (place / name).read_bytes() for name in names}
+
+
+def stage_is_declared(at: StageAtWork) -> None:
+    """A stage has a name, which is its result's, a title and a help."""
+    require(bool(at.thing.name and at.thing.title and at.thing.help), "name, title or help is missing")
+    name = at.thing.result().name
+    require(name == at.thing.name, f"the name is {at.thing.name!r}, that of the result {name!r}")
+    require(isinstance(at.thing.showing(), Showing), "showing returns no Showing")
+
+
+def result_is_its_file(at: StageAtWork) -> None:
+    """Result → file → result → file gives the same bytes, and a result is picklable."""
+    _, folder, result = at.made
+    file = json.dumps(folder.read_stage(at.thing.name))
+    require(json.dumps(result.to_json()) == file, "a result that was read is written otherwise")
+    require(pickle.loads(pickle.dumps(result)) == result, "a pickled result differs")
+
+
+def interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
+    """A stage that is interrupted after its first run, or not at all, leaves the same bytes."""
+
+    def interrupt(progress: Progress) -> None:
+        if progress.stage == at.thing.name and progress.done > progress.cached:
+            raise KeyboardInterrupt
+
+    with apart(at.study) as place:
+        with suppress(KeyboardInterrupt):
+            at.make(place, interrupt)
+        at.make(place)
+        found, known = at.files(place), at.files(at.made[1].path)
+        differing = [name for name in known if known[name] != found[name]]
+    require(not differing, f"{', '.join(differing)} differs after an interruption")
+
+
+def stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
+    """A stage is fresh at once, and stale with another range of a factor or another number in its section."""
+    first, *rest = at.study.factors
+    wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
+    studies = [at.study.model_copy(update={"factors": (wider, *rest)})]
+    if (own := at.study.further.get(at.thing.name)) is not None:
+        numbers = {name: one for name, one in own if isinstance(one, int | float) and not isinstance(one, bool)}
+        for name, value in numbers.items():
+            changed = own.model_copy(update={name: value + 1})
+            studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
+    now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
+    require(now[0] == [], f"stale at once: {', '.join(now[0])} changed")
+    require(all(now[1:]), "fresh although an input has changed")
+
+
+def tables_have_titles_and_units(at: StageAtWork) -> None:
+    """Every table has a title; a number has a unit, its own or in a column of units, unless it counts or is a ratio."""
+    result = at.made[2]
+    for table in at.thing.showing().tables(result, names_of(result)):  # type: ignore[attr-defined]
+        require(bool(table.title), "a table has no title")
+        has_units = any(row[0] in at.study.names for row in table.rows)  # a factor's, in each row
+        for place, column in enumerate(table.columns):
+            values = [row[place] for row in table.rows]
+            counts = all(isinstance(value, int | str | None) for value in values)
+            named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
+            require(bool(counts or has_units or named), f"{table.title}: {column.name} has no unit")
+    for name, table in result.tables().items():
+        require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of another length")
+
+
+def sentences_and_figures_are_whole(at: StageAtWork) -> None:
+    """Sentences end with a full stop; a figure has a name, a caption, and can be drawn."""
+    _, folder, result = at.made
+    showing: Any = at.thing.showing()
+    for sentence in showing.outcome(result, names_of(result)):
+        require(sentence.rstrip()[-1:] in tuple(".!?:"), f"no sentence: {sentence}")
+    results = fresh_results(at.study, folder)
+    for plot in showing.figures(result, Setting(at.study, results)):
+        require(bool(plot.name and plot.caption), f"a figure has no name or caption: {plot.name!r}")
+        require("<svg" in plot.document, f"{plot.name} cannot be drawn")
+
+
+OF_STAGES: tuple[Callable[[StageAtWork], None], ...] = (
+    stage_is_declared,
+    result_is_its_file,
+    interrupted_stage_equals_uninterrupted_one,
+    stage_is_stale_when_an_input_changes,
+    tables_have_titles_and_units,
+    sentences_and_figures_are_whole,
+)
+
+
+# ---- laboratory tests
+
+
+class LaboratoryAtWork(AtWork):
+    """A kind of laboratory test, and a test of it on a coarse mesh."""
+
+    thing: LaboratoryKind
+
+    @cached_property
+    def section(self) -> LaboratorySection:
+        """The section of the first test of the kind."""
+        section = next((one for one in self.study.tests if one.kind == self.thing.name), None)
+        if section is None:
+            raise UsageError(f"{self.study.name}: there is no test of kind {self.thing.name}")
+        if not isinstance(section, PieceSection) or section.element_size is not None:
+            return section
+        coarse = Length(divisor=(section.usual_size.divisor or _COARSE) / _COARSE)
+        return section.model_copy(update={"element_size": coarse})
+
+    def test(self, **levels: float) -> Any:
+        """Return the test at the middle of the ranges, apart from some levels."""
+        from stemcal.solvers.embedded import test_of
+
+        return test_of(self.study, self.section, {**self.study.midlevels(), **levels}, self.study.targets.calibrate_at)
+
+    @cached_property
+    def responses(self) -> dict[str, float]:
+        """The responses of the test, by name."""
+        return self.perform(self.test())
+
+    def perform(self, test: Any) -> dict[str, float]:
+        """Return the responses of a test."""
+        from stemcal.solvers.laboratory_runs import perform
+
+        return perform(test).responses
+
+
+def identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
+    """A test is picklable; its identity is made of JSON values and is another with another level."""
+    from stemcal.solvers.laboratory_runs import identity
+
+    test = at.test()
+    found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
+    require(found[0] == found[1], "a pickled test has another identity")
+    for factor in at.study.factors:
+        other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
+        require(other != found[0], f"{factor.name} is not in the identity")
+
+
+def model_is_sound(at: LaboratoryAtWork) -> None:
+    """Elements have positive volumes, the start is finite, and a tool or the driven nodes move."""
+    from stemcal.cutting import ShearTest
+    from stemcal.cutting import build as cutting_model
+    from stemcal.laboratory.build import build, rounded
+
+    test = at.test()
+    model = cutting_model(test) if isinstance(test, ShearTest) else build(rounded(test))
+    require(bool((model.mesh.volumes() > 0.0).all()), "an element has no volume")
+    velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
+    require(bool(np.isfinite(velocity).all()), "velocities at the start are not finite")
+    moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
+    require(moved, "neither a tool nor a driven node moves")
+
+
+def responses_are_positive_numbers(at: LaboratoryAtWork) -> None:
+    """Each usual response is a positive number."""
+    for name in at.section.usual:
+        found = at.responses.get(name, math.nan)
+        require(math.isfinite(found) and found > 0.0, f"{name} is {found}")
+
+
+def same_test_again(at: LaboratoryAtWork) -> None:
+    """The same test has the same responses, bit for bit, and leaves no file."""
+    with apart(at.study):
+        again = at.perform(at.test())
+    require(again == at.responses, f"the responses differ: {at.responses} and {again}")
+
+
+def forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
+    """A piece that neither yields nor fails, of twice the modulus, has twice the force at every travel."""
+    test = at.test()
+    elastic = replace(test.material, yield_stress=math.inf, failure_strain=math.inf)
+    forces = [
+        at.perform(replace(test, material=replace(elastic, elastic_modulus=times * elastic.elastic_modulus)))["force"]
+        for times in (1.0, 2.0)
+    ]
+    require(abs(forces[1] / forces[0] - 2.0) < _STIFFER, f"twice the modulus has {forces[1] / forces[0]:.4f} the force")
+
+
+OF_TESTS: tuple[Callable[[LaboratoryAtWork], None], ...] = (
+    kind_is_declared,
+    identity_of_test_changes_with_each_factor,
+    model_is_sound,
+    responses_are_positive_numbers,
+    same_test_again,
+    forces_are_proportional_to_the_modulus,
+)

@@ -1,0 +1,38 @@
+"""Every built-in stage, kind of solver, design and laboratory test passes the checks that other packages can use."""
+
+from pathlib import Path
+
+from stemcal.doe.designs.catalogue import SURFACES
+from stemcal.stages.stage import STAGES
+from stemcal.study.model import SOLVERS, TESTS
+from stemcal.testing import Check, parametrize_with_checks
+
+SPECS = Path(__file__).parent / "specs"
+DECK = SPECS.parents[1] / "solvers" / "stand_in_for_lsdyna.yaml"  # its program has to be in the folder of the spec
+SIMULATED = ("responses_are_positive_numbers", "same_test_again", "forces_are_proportional_to_the_modulus")
+OF_THE_EMBEDDED = ("every_response_is_answered", "interrupted_runs_equal_uninterrupted_ones", "nan_is_a_failed_run")
+
+
+@parametrize_with_checks(SURFACES.built_in, slow=["latin-hypercube"])
+def test_designs(check: Check) -> None:
+    check()
+
+
+@parametrize_with_checks(
+    [(kind, DECK if kind.name == "deck" else SPECS / f"{kind.name}.yaml") for kind in SOLVERS.built_in],
+    slow=[f"embedded-{name}" for name in OF_THE_EMBEDDED],
+)
+def test_solvers(check: Check) -> None:
+    check()
+
+
+@parametrize_with_checks(
+    [(stage, SPECS / "python.yaml") for stage in STAGES.built_in], slow=["sentences_and_figures_are_whole"]
+)
+def test_stages(check: Check) -> None:
+    check()
+
+
+@parametrize_with_checks([(kind, SPECS / "embedded.yaml") for kind in TESTS.built_in], slow=SIMULATED)
+def test_laboratory_tests(check: Check) -> None:
+    check()
