@@ -60,7 +60,7 @@ def page(replayed: tuple[Any, Any]) -> str:
 
 def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
-    place = text.index("Outcome", text.index("Which parameters make a simulated stem"))
+    place = text.index("Outcome", text.index("Which parameters reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
     assert "159.2 N at Yield stress = 18.37" in text
     assert "Confirmed by the other method (F test): Yield stress and Failure strain." in text
@@ -70,7 +70,7 @@ def test_words_come_first(page: str) -> None:
 
 def test_the_first_screen_has_question_verdict_next_step_parameters_and_comparison(page: str) -> None:
     first = page[page.index("<main>") : page.index('id="prediction"')]
-    order = ("Which parameters make a simulated stem", "Calibrated, with reservations", "<strong>Next:</strong>",
+    order = ("Which parameters reproduce the measured", "Calibrated, with reservations", "<strong>Next:</strong>",
              "<span>15.35 to 19.96 MPa", "Copy parameters", "<svg", "Measured and simulated maximum force")  # fmt: skip
     places = [first.index(text) for text in order]
     assert places == sorted(places)
