@@ -210,7 +210,7 @@ def _connected(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise UsageError('--executor dask:// needs Dask; install it with `pip install ".[dask]"` in the clone') from None
+        raise UsageError('--executor dask:// needs Dask; run `pip install ".[dask]"` in the clone') from None
     _quiet()
     until = time.monotonic() + CONNECT_S
     try:

@@ -86,7 +86,7 @@ class StudyForm(Frozen):
     targets: Targets
     """What the laboratory measured: a row for each test and diameter."""
     screen: ScreenOptions = ScreenOptions()
-    """Stage 1: which factors matter."""
+    """Stage 1: screening of the factors."""
     climb: ClimbOptions | None = None
     """Between stages 1 and 2: a walk towards the target; without this section there is none."""
     rsm: RsmOptions = RsmOptions()
