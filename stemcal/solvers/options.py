@@ -78,9 +78,9 @@ class ResultReader(Frozen):
     along: Text | None = None
     """Column or path of the travel of a curve (`curves` of `targets`)."""
     reduction: Literal["max", "min", "first", "last"] = "last"
-    """How a series of numbers becomes one: its largest, smallest, first or last."""
+    """Reduction of a series of numbers: its largest, smallest, first or last."""
     scale: Number = 1.0
-    """The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."""
+    """Factor on the number: 4 for a quarter model, 1e-3 for mN."""
 
     @model_validator(mode="after")
     def _names_numbers_once(self) -> Self:
@@ -154,9 +154,9 @@ class EmbeddedSolver(SolverOptions):
     hourglass: HourglassCoefficient = 0.01
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
-    """Elements too small for this step are given mass until they can take it; without it none is given."""
+    """Mass is added to elements whose stable time step is smaller; without the key none is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
-    """Share of the stable time step that is taken."""
+    """Fraction of the stable time step that is used."""
     outputs: Outputs = 500
     filter_window: FilterWindow = 0.010
     coarsening: Coarsening = 6.0
@@ -275,7 +275,7 @@ class CommandSolver(ProgramOptions):
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
     For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """Where the number is read; for several responses a mapping by their names."""
+    """Source of the number; for several responses a mapping by their names."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
     design once, repeated centre points too. Without the key the program must be deterministic: the first run is
@@ -330,7 +330,7 @@ class DeckSolver(ProgramOptions):
 
     @property
     def time_step_safety(self) -> float:
-        """Share of the stable time step that is taken."""
+        """Fraction of the stable time step that is used."""
         return 0.8 if self.program == "lsdyna" else 0.9
 
     @property
@@ -388,12 +388,12 @@ class SheetSolver(SolverOptions):
     """Results are entered into a sheet."""
     file: SpecFile | None = None
     """Sheet of runs that are known or designed elsewhere, CSV or xlsx, with the columns run, factors and responses. Its
-    rows are the designs of the stages that it names; empty results are asked for."""
+    rows are the designs of the stages that it names; empty results are requested."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """How often every run of a design is done, in random order, where equal levels give different answers: their
-    scatter counts. Without the key equal levels give equal answers, and are asked for once."""
+    """Repeats of every run of a design, in random order, if equal levels give different results;
+    their scatter counts. Without the key equal levels are run once."""
 
     @property
     def repeats(self) -> int:
@@ -411,7 +411,7 @@ class PythonSolver(SolverOptions):
     kind: Literal["python"] = "python"
     """A class in a Python file."""
     file: SpecFile
-    """The Python file. A change of it makes all runs anew."""
+    """The Python file. After a change all runs are computed again."""
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )

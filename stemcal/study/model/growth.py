@@ -37,7 +37,7 @@ class Growth(Frozen):
     ]
     """Power of the diameter, a number; or the name of a factor, which is then calibrated with the others."""
     value: Any = None
-    """Value at that diameter; left out where the parameter is a factor."""
+    """Value at that diameter; omitted if the parameter is a factor."""
 
     def given_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
         """Return value·(d/at)^exponent; `level` is the value of a parameter that is a factor."""

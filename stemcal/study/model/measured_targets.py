@@ -37,13 +37,13 @@ class TargetRow(Frozen):
     """
 
     test: ColumnName | None = None
-    """Name of the test under `tests` in which it was measured; the cutting test without it."""
+    """Name of its test under `tests`; without it the cutting test."""
     diameter: Size | None = None
     """Outer diameter of the stems."""
     force: Annotated[float, Quantity("force", above=0)] | None = None
     """Mean of their maximum force."""
     travel: Size | None = None
-    """Mean travel from first touch to the maximum force."""
+    """Mean travel from first contact to the maximum force."""
     work: Annotated[float, Quantity("energy", above=0)] | None = None
     """Mean work: in cutting up to the maximum force, in a test until the break or the end of the stroke."""
     slope: Annotated[float, Quantity("force per length", above=0)] | None = None
@@ -55,7 +55,7 @@ class TargetRow(Frozen):
     """Number of specimens."""
     curves: Patterns | None = None
     """Files of force over travel, a specimen each: names or patterns such as lab/8mm/*.csv. The shape of the curves is
-    fitted too; `force`, `sd` and `n` are calculated from them where they are not given."""
+    fitted too; `force`, `sd` and `n` are calculated from them unless given."""
 
 
 class Mean(Frozen):

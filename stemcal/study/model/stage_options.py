@@ -112,8 +112,8 @@ class RsmOptions(Frozen):
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design. Box–Behnken takes 3 to 7 factors, full-factorial up to 7, others any number. From five factors on,
-    central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
+    """The design. Box–Behnken requires 3 to 7 factors, full-factorial at most 7, others any number. From five factors
+    on, central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -130,22 +130,21 @@ class RsmOptions(Frozen):
     ] = "significant"
     """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
-    """Runs at the centre. The embedded solver is deterministic, so one run is as good as six."""
+    """Runs at the centre. The embedded solver is deterministic, so further runs add no information."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
         WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
     ] = "rotatable"
-    """How far the axial points lie out, by a rule or in coded units."""
+    """Distance of the axial points from the centre, by a rule or in coded units."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
     """Further runs where the surface is least certain. A larger number reuses the runs made before."""
     reduce: Literal["none", "backward"] = "none"
-    """`backward` removes terms with p above 0.1, one by one; hierarchy is kept."""
+    """`backward` removes terms with p above 0.1, one by one; the hierarchy of terms is kept."""
     coding: dict[str, tuple[Number, Number]] = {}
-    """The values that coded −1 and +1 mean, by factor, as in `yield_stress: [12, 18]`; others get theirs from their
-    range."""
+    """Values at coded −1 and +1 by factor, as in `yield_stress: [12, 18]`; other factors use their range."""
 
     def coded(self, name: str) -> tuple[float, float]:
         """Return centre and half step of a factor in `coding`."""
@@ -169,7 +168,7 @@ class InvertOptions(Frozen):
     """
 
     rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
-    """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
+    """Rule that selects one of the solutions: the nearest to the centre, or the one with all factors
     but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
@@ -185,7 +184,7 @@ class ValidateOptions(Frozen):
     """The comparison with what was measured."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Largest error with which a simulated response agrees with the measured one."""
+    """Largest error at which simulated and measured response agree."""
 
 
 class ClimbOptions(Frozen):
@@ -245,9 +244,9 @@ class RefineOptions(Frozen):
             {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}]}
         ),
     ] = {}
-    """Factors that may move in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if the
-    surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
-    strain may move from a tenth of its lower end to 1."""
+    """Factors that may change in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if
+    the surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
+    strain may change from a tenth of its lower end to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest error of the simulated response at the solution."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10

@@ -59,12 +59,12 @@ class StudyForm(Frozen):
     title: Title = ""
     """Title of the report and of its tables; the name by default."""
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
-    """What is calibrated, in the order of their symbols X1, X2 and so on."""
+    """Unknown parameters to calibrate, with the symbols X1, X2, … in this order."""
     responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
-    """What a run gives and the laboratory measures, where it is not the maximum force: a program may give several."""
+    """Measured and simulated responses, if not the maximum force; a program may return several."""
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
-    """At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without `conditions` a
-    study with `responses` has none."""
+    """Condition of the measurements, if not the stem diameter: one, or `[]` for none. A study with `responses`
+    has none by default."""
     specimen: SpecimenSection = SpecimenSection()
     """The piece of stem."""
     blade: BladeSection = BladeSection()
@@ -72,29 +72,29 @@ class StudyForm(Frozen):
     supports: SupportsSection = SupportsSection()
     """The two rigid supports."""
     loading: LoadingSection = LoadingSection()
-    """How the blade moves."""
+    """Motion of the blade."""
     contact: ContactSection = ContactSection()
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
-    """Fixed values of the parameters that are no factors, and the length behind failure."""
+    """Fixed values of the parameters that are not factors, and the internal length."""
     solver: AnySolver = Field(default_factory=usual_solver)
-    """What answers which force a set of levels gives."""
+    """The solver, which computes the response to a set of levels."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
-    """Laboratory tests of pieces of the same stems besides cutting, which the sections above describe."""
+    """Laboratory tests of pieces of the same stems, in addition to cutting."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
-    """What the laboratory measured: a row for each test and diameter."""
+    """Measured responses, a row for each test and diameter."""
     screen: ScreenOptions = ScreenOptions()
     """Stage 1: screening of the factors."""
     climb: ClimbOptions | None = None
-    """Between stages 1 and 2: a walk towards the target; without this section there is none."""
+    """Between stages 1 and 2: steps towards the target; omitted without this section."""
     rsm: RsmOptions = RsmOptions()
     """Stage 2: the response surface."""
     invert: InvertOptions = InvertOptions()
-    """Stage 3: the parameters that give the measured force."""
+    """Stage 3: the parameters that reproduce the measured force."""
     refine: RefineOptions | None = None
-    """Stage 4: simulate at the solution and correct it, also in another program; left out without this section."""
+    """Stage 4: simulate at the solution and correct it, also in another program; omitted without this section."""
     validation: ValidateOptions = Field(
         default=ValidateOptions(), validation_alias="validate", serialization_alias="validate"
     )
