@@ -47,7 +47,7 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
     assert screen.certainty(results.of(ScreenResult), NAMES) == [
-        "Chosen by: Lenth's method.",
+        "Selected by: Lenth's method.",
         "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
 
