@@ -17,7 +17,6 @@ from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.folder.study_folder import StudyFolder, now, provenance
-from stemcal.measured.statistics import grubbs
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
@@ -35,8 +34,6 @@ from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
 
 _SAME = 1e-9  # of a value: what writing and reading may change
-_DOUBTED = 1e-3  # chance that a value as far from the others comes of a normal sample
-_FEWEST = 4  # values that make a sample
 OLD, INPUTS = "sheets", "inputs"
 
 
@@ -142,11 +139,10 @@ def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request
 
 @dataclass(frozen=True)
 class Correction:
-    """Why results may replace others (empty: they may not); `who` enters them; `sure` of values far off."""
+    """Why results may replace others (empty: they may not), and who enters them."""
 
     replace: str = ""
     who: str = ""
-    sure: bool = False
 
 
 @dataclass(frozen=True)
@@ -222,8 +218,6 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Corre
         waiting = None
     solver = make_solver(seen)
     found = _sorted(seen, folder, solver, known_runs(study, folder, waiting) if rows else [], rows, how)
-    if not how.sure:
-        found = _without_far_off(seen, folder, found)
     for result in (*found.new, *found.others):
         _record(result, solver, folder, how)
     return Entered(_names(found.new), _names(found.known), _names(found.others), tuple(found.refused))
@@ -333,39 +327,6 @@ def _values(answer: Answer) -> list[float]:
 def _said(answer: Answer) -> str:
     """Return a result as a message has it."""
     return ", ".join(f"{value:g}" for value in _values(answer)) if answer.ok else f"{FAILED}: {answer.message}"
-
-
-def _without_far_off(study: Study, folder: StudyFolder, found: _Sorted) -> _Sorted:
-    """Refuse new values that are far from all others at their condition, by Grubbs' test, one after the other."""
-    fresh = {result.key: result for result in (*found.new, *found.others) if result.answer.ok}
-    records = [record for key in folder.keys() if key not in fresh and (record := folder.peek(key))]  # noqa: SIM118
-    there = [record for record in records if record["status"] == "ok" and stands(record, study.runs)]
-    before = [(record["request"]["condition"], _values(answer_of(record))) for record in there]
-    doubted: dict[str, RowRefused] = {}
-    for condition in {result.request.condition for result in fresh.values()}:
-        for i, response in enumerate(entered_responses(study)):
-            own = {key: one.answer for key, one in fresh.items() if one.request.condition == condition}
-            values = {key: _values(answer)[i] for key, answer in own.items()}
-            known = [each[i] for at, each in before if at == condition and i < len(each)]
-            for key, value, others in _suspects(values, known):
-                message = (
-                    f"{fresh[key].filled.run} has {response.name} = {value:.6g}, but the {len(others)} others are "
-                    f"between {min(others):.4g} and {max(others):.4g}; correct it, or confirm it with --yes"
-                )
-                doubted.setdefault(key, RowRefused(fresh[key].filled, "far_off", message))
-    kept = {name: [one for one in getattr(found, name) if one.key not in doubted] for name in ("new", "others")}
-    return replace(found, **kept, refused=[*found.refused, *doubted.values()])
-
-
-def _suspects(values: Mapping[str, float], before: Sequence[float]) -> Iterator[tuple[str, float, list[float]]]:
-    """Yield key and value of each new value that is too far from the others, and these."""
-    left, keys = [*values.values(), *before], list(values)
-    while len(left) > _FEWEST:
-        test = grubbs(left, _DOUBTED)
-        if test is None or not test.is_outlier or test.index >= len(keys):
-            return
-        value, key = left.pop(test.index), keys.pop(test.index)
-        yield key, value, list(left)
 
 
 # ---- recorded

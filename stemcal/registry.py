@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
@@ -97,6 +98,10 @@ class Registry(Generic[T]):
     def all(self) -> tuple[T, ...]:
         """All: those of this package in order, then others by name."""
         return (*self.built_in, *self.external)
+
+    def with_(self, names: Iterable[str]) -> tuple[T, ...]:
+        """Return those of this package in order, and then others that are named."""
+        return (*self.built_in, *(one for name in names if (one := self._external(name)) is not None))
 
     def named(self, name: str) -> T | None:
         """Return the one of that name; None if there is none, or it is broken."""

@@ -48,7 +48,7 @@ FLOORS = {
 WORKFLOW = 11  # every other module at the top
 SLICES = {path.parent.name for path in (PACKAGE / "stages").glob("*/__init__.py")} - {"verdict"}
 """The folders of `stemcal.stages`, one for each stage; the verdict is no stage, it judges all of them."""
-SHOWN, SHELL = ("showing", "figures", "contour"), 13.5
+SHOWN, SHELL = ("showing", "figures", "contour", "profiler"), 13.5
 """The files of a slice that show it, and their floor: above the report, which they use and which knows none of them."""
 OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
@@ -56,9 +56,6 @@ LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 KNOWN = {
     ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
     ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
-    ("stemcal.report.page.headline", "stemcal.stages.invert.showing"),
-    ("stemcal.report.page.render", "stemcal.stages.invert.words"),
-    ("stemcal.report.terminal", "stemcal.stages.invert.showing"),
 }
 """Imports of something else of a slice. This list may only shrink."""
 

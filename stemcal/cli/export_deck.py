@@ -99,7 +99,6 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
     """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
     from stemcal.folder.study_folder import StudyFolder
-    from stemcal.stages.invert.result import InvertResult
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
 
@@ -111,7 +110,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
         there, refined = study.there, results.of(RefineResult)
         if refined is not None and there.solver.program_name == program:
             return there, {**study.midlevels(), **refined.parameters}
-        if results.of(InvertResult) is not None:
+        if results.calibrated:
             return study, {**study.midlevels(), **results.parameters}
     warn("The study has no calibrated values: factors without --set have the middle of their ranges.")
     return study, dict(study.midlevels())

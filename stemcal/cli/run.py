@@ -218,7 +218,6 @@ Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with results
 _REPLACE = "Reason for replacing earlier results."
 Replace = Annotated[str, typer.Option("--replace", metavar="WHY", help=_REPLACE, show_default=False)]
 Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Operator of rows without a name.", show_default="you")]
-Sure = Annotated[bool, typer.Option("--yes", "-y", help="Accept outlying values.")]
 
 
 def enter(
@@ -227,7 +226,6 @@ def enter(
     out: Out = None,
     replace: Replace = "",
     who: Who = "",
-    sure: Sure = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -242,7 +240,7 @@ def enter(
     from stemcal.cli.run import go_through
     from stemcal.solvers.sheet.reading import filled
 
-    content, how = _content(sheet), Correction(replace.strip(), who or user_name(), sure)
+    content, how = _content(sheet), Correction(replace.strip(), who or user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
         if as_json:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from stemcal.laboratory.kind import Array, Kind
-from stemcal.study.model.factor import Size
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
-from stemcal.study.types.field_types import Length, StemLength
+from stemcal.study.types.field_types import Length, Size, StemLength
 
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem

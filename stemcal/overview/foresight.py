@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import ceil, floor, isclose, log10
+from math import ceil, floor, log10
 
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
@@ -11,7 +11,8 @@ from stemcal.numbers import duration, in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.model import Growth, Study, factors_taken
+from stemcal.stages.stage import stages_of
+from stemcal.study.model import Study
 
 MOST_HOURS = 48.0  # a command with longer runs starts with a warning
 
@@ -82,10 +83,8 @@ LEAST_STROKE = 0.35
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the designs and the solver; none is a mistake."""
-    if factors_taken(study.rsm.design)[0] > 2 and study.rsm.factors == "significant":
-        least, most = factors_taken(study.rsm.design)
-        yield _factors_wanted(study.rsm.design, least, most, len(study.factors))
-    yield from _not_varied(study)
+    for stage in stages_of(study):
+        yield from stage.beforehand(study)
     yield from _short_stroke(study)
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
@@ -106,7 +105,7 @@ def _short_stroke(study: Study) -> Iterator[Note]:
         share = stroke / thickest
         text = (
             f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). If a run "
-            f"stops before the peak, its force is too small."
+            "stops before the peak, its force is too small."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 
@@ -121,34 +120,3 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
     return Remedy(f"Set `{edit}`; a run ends when the stem has broken.", edit)
-
-
-def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
-    needs = f"rsm.design {design} needs {least} to {most} factors"
-    if factors < least:
-        text = f"{needs}, but this study has {factors}: it will stop after the screening."
-        return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
-    text = (
-        f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
-        f"its terms are noise; if more, the {most} strongest."
-    )
-    remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
-    return Note("factors_wanted", "caution", text, remedy)
-
-
-def _not_varied(study: Study) -> Iterator[Note]:
-    """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
-    if isinstance(study.rsm.factors, str):
-        return
-    at = study.targets.calibrate_at
-    grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
-    unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
-    for factor in study.factors:
-        screened = study.screen.design != "none" and factor.name not in unseen
-        if not screened and factor.name not in study.rsm.factors:
-            text = (
-                f"No run varies {factor.name}, which is neither screened nor listed in rsm.factors; it stays at "
-                f"{factor.centre:g}."
-            )
-            remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")
-            yield Note("not_varied", "caution", text, remedy)

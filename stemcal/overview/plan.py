@@ -134,9 +134,10 @@ def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]
 
     Only the embedded solver estimates its time. The runs of the search follow each other.
     """
-    if study.refine is None or study.refined_here:
+    if (there := study.there) is study:
         return 0, None
-    there, left = study.there, max(0, study.refine.budget - _recorded({"refine"}, study.there, folder))
+    most = {stage.name: stage.most_there(study) for stage in stages_of(study) if stage.seen(study) is not study}
+    left = max(0, sum(most.values()) - _recorded(most, there, folder))
     probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
     cost = costs_of(make_solver(there), folder, probes[0]).of if there.kind.foresees else None
     return left, None if cost is None or not left else left * max(map(cost, probes))
@@ -156,8 +157,9 @@ def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None)
 
 def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:
     """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
-    if study.refine is not None and study.refine.in_ is not None:
-        text = f"{counted(here, 'run')} here, at most {left} in {program(study.refine.in_.program_name)} (refine)."
+    if study.there is not study:
+        names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
+        text = f"{counted(here, 'run')} here, at most {left} in {program(study.there.solver.program_name)} ({names})."
         time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 

@@ -16,9 +16,10 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.names import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.gallery import gallery
-from stemcal.report.page.profiler import for_notebook, profiler_data
+from stemcal.report.page.profiler import for_notebook
 from stemcal.report.page.render import coded
 from stemcal.report.records import Records, read_records
+from stemcal.report.showing import Setting, showing_of
 from stemcal.stages.climb.result import ClimbResult
 from stemcal.stages.fitting import fit_of_study
 from stemcal.stages.invert.result import InvertResult
@@ -58,8 +59,10 @@ class Surface(SurfaceResult):
 
     def _repr_html_(self) -> str:
         owner = self._owner
-        values = owner.parameters if owner._results.of(InvertResult) else {}
-        return for_notebook(profiler_data(owner.study, self, values, owner.verdict.holds))
+        found = self._owner._results.of(SurfaceResult)
+        assert found is not None
+        data = showing_of(found).profiler(found, Setting(owner.study, owner._results, owner.verdict.holds))
+        return for_notebook(data or {})
 
 
 class Inversion(InvertResult):

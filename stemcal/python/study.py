@@ -28,11 +28,10 @@ from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.columns import fields_of
 from stemcal.solvers.sheet.reading import told
 from stemcal.study.model import Study
-from stemcal.study.model.factor import Size
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels
-from stemcal.study.types.field_types import Whole
+from stemcal.study.types.field_types import Size, Whole
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
@@ -233,12 +232,11 @@ class ByHand:
         *,
         replace: str = "",
         who: str = "",
-        sure: bool = False,
     ) -> int:
         """Record results; return how many were taken."""
         require_sheet(study)
         with _folder(study, out) as folder:
-            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name(), sure))
+            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name()))
         found.require_all()
         return len(found.taken) + len(found.replaced)
 

@@ -77,7 +77,7 @@ class Showing(Checked, Generic[R]):
         return []
 
     def findings(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints at its end, besides parameters and validation."""
+        """Return the tables that `stemcal run` prints before its end."""
         return []
 
     def spoken(self, result: R, names: Names) -> list[str]:
@@ -87,6 +87,22 @@ class Showing(Checked, Generic[R]):
     def figures(self, result: R, setting: Setting) -> list[Plot]:
         """Return its figures, none of them drawn yet."""
         return []
+
+    def cited(self, result: R) -> tuple[str, Mapping[str, str]] | None:
+        """Return what the range of each parameter to cite is called, and the ranges; None where it sets none."""
+        return None
+
+    def beside(self, result: R, holds: bool) -> list[str]:
+        """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
+        return []
+
+    def closing(self, result: R, setting: Setting) -> list[Table]:
+        """Return the tables of the last screen of a whole study."""
+        return []
+
+    def profiler(self, result: R, setting: Setting) -> dict[str, Any] | None:
+        """Return what the profiler of the page computes from, for JSON."""
+        return None
 
     def printed(self, result: R, setting: Setting) -> list[PaperTable]:
         """Return its tables as papers print them."""

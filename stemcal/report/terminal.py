@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rich import table as rich
@@ -14,16 +13,12 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from stemcal.files.rows import MOST_ROWS, Column, Table, visible
-from stemcal.names import Names
+from stemcal.files.rows import MOST_ROWS, Table, visible
 from stemcal.naming import capital
-from stemcal.numbers import duration, fixed, significant, unit_written
-from stemcal.report.showing import names_of, shortened, showing_of, tables_of
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.showing import calibration_table
+from stemcal.numbers import duration, fixed, significant
+from stemcal.report.showing import Setting, names_of, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_kind import BEFORE_MAXIMUM, RESPONSES
 from stemcal.study.model.measured_targets import Mean
@@ -103,26 +98,13 @@ def _wrapped(text: str, width: int) -> str:
 
 def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
     """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
-    inversion, validation = results.of(InvertResult), results.of(ValidateResult)
-    tables = visible([_parameters(study, inversion, results.parameters)], holds) if inversion is not None else []
-    if validation is not None:
-        first, *others = showing_of(validation).tables(validation, Names(study.naming))
-        most = MOST_ROWS if left is None else max(left - _AROUND - sum(len(table.rows) for table in tables), 4)
-        tables.append(shortened(validation, replace(first, foot=first.foot[:1]), most))
-        tables += [shortened(validation, one) for one in others] if study.naming.others else []
+    setting, tables = Setting(study, results, holds), list[Table]()
+    for result in results.done:
+        for table in visible(showing_of(result).closing(result, setting), holds):
+            used = sum(len(one.rows) for one in tables)
+            most = MOST_ROWS if left is None or len(tables) != 1 else max(left - _AROUND - used, 4)
+            tables.append(shortened(result, table, most))
     return tables
-
-
-def _parameters(study: Study, inversion: InvertResult, parameters: Mapping[str, float]) -> Table:
-    """Return each calibrated parameter with its unit and the range to cite."""
-    table = calibration_table(inversion, Names(study.naming), parameters)
-    name, value, *others = table.columns
-    unit = Column("unit", "Unit", form=unit_written, words=True)
-    rows = tuple((*row[:2], study.factor(row[0]).unit, *row[2:]) for row in table.rows)
-    whole = replace(
-        table, columns=(replace(name, label="Parameter"), value, unit, *others), rows=rows, foot=(), claimed=()
-    )
-    return whole.only(column.key for column in whole.columns if column.key not in ("share", "coded"))
 
 
 def simulation_table(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stemcal.study.model.solver_kind import kind_of
+from stemcal.study.types.solver_kind import kind_of
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from stemcal.errors import UsageError
 from stemcal.solvers import rules
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
-from stemcal.study.model.factor import EMBEDDED, PARAMETERS
-from stemcal.study.model.solver_kind import SolverKind
-from stemcal.study.rules.draft import Finding
+from stemcal.study.types.factor import EMBEDDED, PARAMETERS
+from stemcal.study.types.solver_kind import SolverKind
+from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver

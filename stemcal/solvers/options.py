@@ -16,9 +16,19 @@ from pydantic import (
 
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Remedy
-from stemcal.study.model.factor import Flag, Frozen, Time
-from stemcal.study.model.solver_kind import Explicit, Mesh, SolverOptions
-from stemcal.study.types.field_types import Length, Number, Quantity, SpecFile, StemLength, Whole, complain
+from stemcal.study.types.field_types import (
+    Flag,
+    Frozen,
+    Length,
+    Number,
+    Quantity,
+    SpecFile,
+    StemLength,
+    Time,
+    Whole,
+    complain,
+)
+from stemcal.study.types.solver_kind import Explicit, Mesh, SolverOptions
 from stemcal.version import __version__
 
 

@@ -83,7 +83,7 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
 def measured_means(study: Study) -> list[Measured]:
     """Return what the joint fit is made to: every response measured at its diameters."""
     return [
-        mean for target in study.joint_targets for mean in measured_of(target, study.invert.responses, study.naming)
+        mean for target in study.joint_targets for mean in measured_of(target, study.fitted_responses, study.naming)
     ]
 
 

@@ -24,7 +24,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
-from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
+from stemcal.stages.stage import STAGES, Stage, calibrating, stage_called, stages_of
 from stemcal.study.model import TESTS, Study
 from stemcal.version import __version__
 
@@ -48,7 +48,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     if study is not whole:
         solver = None  # the stage has its own
     sections = {"factors", "tests", "responses", "conditions", *of.reads}
-    dump = _with_contents(whole.model_dump(include=sections))
+    fields = {name for name, field in Study.model_fields.items() if (field.serialization_alias or name) in sections}
+    dump = _with_contents(whole.model_dump(include=fields, by_alias=True))
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
     parts |= {name: dump[name] for name in of.reads}
     if study.tests:
@@ -205,8 +206,7 @@ def read_fresh(study: Study, solver: Solver | None, folder: StudyFolder, kind: t
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
     """Return the level of every factor at the solution: of the last stage that calibrates them."""
-    before = stage_called(stage_called("validate").needs(study) or "").result()
-    return dict(read_fresh(study, solver, folder, before).settles or {})
+    return dict(read_fresh(study, solver, folder, calibrating(study).result()).settles or {})
 
 
 # ---- a stage made, or read where it is fresh

@@ -28,6 +28,11 @@ class Results:
         """Return the result of a stage by its class; None where it is not done."""
         return next((result for result in self.done if isinstance(result, kind)), None)
 
+    @property
+    def calibrated(self) -> bool:
+        """Whether the parameters are known."""
+        return any(result.settles is not None for result in self.done)
+
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run of every stage."""
         for result in self.done:

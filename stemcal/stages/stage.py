@@ -5,7 +5,7 @@ What a stage is made of is imported in its methods: asking for its name, its tit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from stemcal.errors import UsageError
@@ -14,11 +14,14 @@ from stemcal.words import series
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
+    from stemcal.note import Note
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later
     from stemcal.stages.result import StageResult
-    from stemcal.study.model import Study
-    from stemcal.study.model.factor import Frozen
+    from stemcal.study.model import Study, Target
+    from stemcal.study.rules.draft import Draft
+    from stemcal.study.types.field_types import Frozen
+    from stemcal.study.types.strict_yaml import Finding
 
 R = TypeVar("R", bound="StageResult")
 
@@ -32,6 +35,10 @@ class Stage(Checked, Generic[R]):
         Of its command and of its files.
     title, help : str
         For people; what its command does.
+    purpose : str
+        What its section of the spec is for.
+    by_section : bool
+        Whether a study has it only where its spec has its section.
     reads : tuple of str
         The sections of the spec that it is made from.
     simulates : bool
@@ -45,6 +52,8 @@ class Stage(Checked, Generic[R]):
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     help: ClassVar[str] = ""
+    purpose: ClassVar[str] = ""
+    by_section: ClassVar[bool] = False
     reads: ClassVar[tuple[str, ...]] = ()
     simulates: ClassVar[bool] = True
     pictured: ClassVar[bool] = False
@@ -56,7 +65,8 @@ class Stage(Checked, Generic[R]):
 
     def asked_for(self, study: Study) -> bool:
         """Whether the whole study has it."""
-        return True
+        section = self.section() if self.by_section else None
+        return section is None or study.given(section) is not None
 
     def seen(self, study: Study) -> Study:
         """Return the study as the stage simulates it."""
@@ -67,7 +77,27 @@ class Stage(Checked, Generic[R]):
         return {}
 
     def section(self) -> type[Frozen] | None:
-        """Return the model of a section of the spec with the stage's name; of another package's stage only."""
+        """Return the model of the section of the spec with the stage's name."""
+        return None
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        """Return what must hold for its section: functions of a draft that yield what is wrong."""
+        return ()
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        """Yield what is possible but looks like a slip."""
+        yield from ()
+
+    def beforehand(self, study: Study) -> Iterator[Note]:
+        """Yield notes of `check` on the stage; none is a mistake."""
+        yield from ()
+
+    def calibrates(self, study: Study) -> bool:
+        """Whether it sets the parameters in the study's own model; those of the last such stage hold."""
+        return False
+
+    def fits(self, study: Study) -> tuple[tuple[Target, ...], tuple[str, ...]] | None:
+        """Return the targets that it fits together, none if it fits one force, and which responses of them."""
         return None
 
     def result(self) -> type[R]:
@@ -85,6 +115,10 @@ class Stage(Checked, Generic[R]):
     def later(self, study: Study) -> Later | None:
         """Return the runs that it usually decides on one by one; None if it does not."""
         return None
+
+    def most_there(self, study: Study) -> int:
+        """Return how many runs it makes at most in the other model that it has `seen`."""
+        return 0
 
     def showing(self) -> object:
         """Return its words, tables and figures (`report.showing.Showing`)."""
@@ -128,6 +162,11 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
         ordered.append(ready)
         left.remove(ready)
     return tuple(ordered)
+
+
+def calibrating(study: Study) -> Stage[Any]:
+    """Return the stage whose parameters are those of the study: the last one that sets them in its own model."""
+    return [stage for stage in STAGES.built_in if stage.calibrates(study)][-1]
 
 
 def stages_known(study: Study) -> tuple[Stage[Any], ...]:

@@ -12,7 +12,6 @@ import openpyxl
 import pytest
 from sheets import Cells, awaited, entered, text_of
 
-from stemcal.by_hand import Correction
 from stemcal.errors import UsageError
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.study.model import Study
@@ -266,7 +265,6 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "a comma with two meanings": (put(BULK, "1,234"), {"unreadable": 1}),
     "failed, nobody says why": (failed(REMARK, "failed"), {"no_reason": 1}),
     "failed with a result": (failed(REMARK, "failed: too wet", empty=False), {"failed_with_value": 1}),
-    "a decimal point slipped": (put(ANGLE, "305"), {"far_off": 1}),
     "merged cells": (workbook(merged), {"incomplete": 1}),
     "a formula that was not calculated": (cell("=A1*2"), {"incomplete": 1}),
     "a date that Excel made": (cell(datetime(2026, 2, 28)), {"unreadable": 1}),
@@ -327,12 +325,6 @@ def test_a_run_that_failed_is_taken_as_that(where: int, heap: Study, sheet: Cell
     found = entered(heap, folder, failed(where, "Failed： too wet")(sheet))
     assert (len(found.taken), found.refused) == (RUNS, ())
     assert recorded(folder)[sheet[HURT][0]] == "too wet"
-
-
-def test_a_value_far_off_is_taken_if_that_is_meant(heap: Study, sheet: Cells, tmp_path: Path) -> None:
-    folder = StudyFolder(tmp_path / "study")
-    found = entered(heap, folder, put(ANGLE, "305")(sheet), Correction(sure=True))
-    assert (len(found.taken), recorded(folder)[sheet[HURT][0]][0]) == (RUNS, 305.0)
 
 
 def test_foreign_rows_are_refused_at_the_first_or_by_their_number(heap: Study, tmp_path: Path) -> None:

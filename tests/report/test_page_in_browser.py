@@ -20,13 +20,14 @@ from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.page.profiler import alone, profiler_data
+from stemcal.report.page.profiler import alone
 from stemcal.report.page.render import render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import joint_surfaces
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.surface.analysis import fit_response_surface
+from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 

@@ -84,7 +84,7 @@ def test_replicates_move_the_mesh_along_the_stem() -> None:
 
     def shifts(stage: str = "rsm", **changed: float) -> list[float]:
         runs = [Request(stage, 0, levels | changed, 8.0, replicate=r) for r in (1, 2, 3, 4)]
-        meshes = [solver._tests(run)[0].discretisation for run in runs]
+        meshes = [solver._test(run).discretisation for run in runs]
         assert {mesh.symmetry for mesh in meshes} == {"half"}
         return [mesh.shift for mesh in meshes]
 

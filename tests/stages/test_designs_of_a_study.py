@@ -15,7 +15,7 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.overview.plan import judged, plan
 from stemcal.stages.design import Design
 from stemcal.stages.screen.analysis import screening_design
-from stemcal.stages.surface_design import design_radius, surface_design
+from stemcal.stages.surface.design import surface_design
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 
@@ -55,7 +55,7 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
     assert np.all(levels >= np.array([10.0, 0.01]) - 1e-12)
     assert np.all(levels <= np.array([20.0, 0.05]) + 1e-12)
     assert design.coding.half_step[0] == pytest.approx(5.0 / reach, rel=1e-4)
-    assert design_radius(study, 3) == pytest.approx(radius, rel=1e-6)
+    assert study.rsm.radius(3) == pytest.approx(radius, rel=1e-6)
 
 
 @pytest.mark.parametrize(

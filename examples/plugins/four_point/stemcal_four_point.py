@@ -21,8 +21,7 @@ from stemcal.fem.mesh import Mesh
 from stemcal.laboratory.kind import Array, Kind
 from stemcal.laboratory.parts import roller
 from stemcal.study.model import LaboratoryKind, PieceSection
-from stemcal.study.model.factor import Size
-from stemcal.study.types.field_types import Length, StemLength
+from stemcal.study.types.field_types import Length, Size, StemLength
 
 
 class FourPointSection(PieceSection):

@@ -27,7 +27,7 @@ from stemcal.solvers.protocol import Request
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model.factor import Frozen
+from stemcal.study.types.field_types import Frozen
 
 
 class RepeatOptions(Frozen):

@@ -7,8 +7,7 @@ from stemcal.names import Names
 from stemcal.note import Remedy
 from stemcal.numbers import short, significant, unit_written
 from stemcal.registry import code_version
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.showing import cited_ranges
+from stemcal.report.showing import showing_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
@@ -45,9 +44,8 @@ class Card:
 
 def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
     """Return a card per calibrated parameter; without its range where the study is not calibrated."""
-    if (invert := results.of(InvertResult)) is None:
-        return []
-    head, ranges = cited_ranges(invert)
+    cited = (found for result in results.done if (found := showing_of(result).cited(result)) is not None)
+    head, ranges = next(cited, ("", {}))
     return [
         Card(
             study.factor(name).label or name,
@@ -56,8 +54,8 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
             head,
             f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
         )
-        for name, value in results.parameters.items()
-        if name in invert.point.solution
+        for name, value in (results.parameters if ranges else {}).items()
+        if name in ranges
     ]
 
 
@@ -81,7 +79,7 @@ def kind_of(study: Study) -> str:
 
 
 def _fitted(study: Study) -> list[str]:
-    return [study.naming.named(name).long for name in study.invert.responses]
+    return [study.naming.named(name).long for name in study.fitted_responses]
 
 
 def question(study: Study) -> str:
@@ -106,7 +104,7 @@ def _question(study: Study) -> str:
         stem = f"a stem of {names.conditions([target.condition])} diameter"
         force = naming.response.text(target.response, ".6g")
         return f"{which} maximum cutting force of {stem} ({force})?"
-    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.invert.responses]
+    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.fitted_responses]
     responses = series(named.long for named, mean in means if mean is not None)
     measured = series(f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None)
     return f"{which} {responses}{names.at(target.condition)} ({measured})?"

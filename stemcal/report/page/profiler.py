@@ -1,113 +1,17 @@
-"""The profiler of the fitted surfaces: what its script computes from, and the script by itself for a notebook.
-
-The script evaluates ŷ = φᵀβ with the intervals ŷ ± t·√(φᵀCφ) of the mean and ŷ ± t·√(own + φᵀCφ) of one further run,
-where φ are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
-"""
+"""The profiler of the fitted surfaces: its script and style, on the page and by itself for a notebook."""
 
 from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from hashlib import sha256
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stemcal.doe.regression.least_squares import t_quantile
-from stemcal.doe.regression.surface import Surface
-from stemcal.naming import CUTTING, DIAMETER, FIRST, capital
-from stemcal.numbers import unit_written
-from stemcal.stages.fitting import Measured, joint_surfaces, measured_means, measured_of
-from stemcal.stages.surface.result import FactorCoding, SurfaceResult
-from stemcal.study.model import Study
-
 if TYPE_CHECKING:
     from jinja2 import Environment
-
-MOST = 24
-"""Surfaces that are shown; `rsm.json` has all."""
-_NORMAL = 1.96
-
-
-def profiler_data(study: Study, rsm: SurfaceResult, values: Mapping[str, float], holds: bool) -> dict[str, Any]:
-    """Return what the profiler shows, for JSON.
-
-    `values` are the calibrated levels, or nothing: then the profiler begins at the centre. Where the calibration does
-    not hold no band of possible parameters is drawn.
-    """
-    surfaces = list(_surfaces(study, rsm))
-    return {
-        "factors": [_factor(rsm, entry, values) for entry in rsm.factors],
-        "radius": rsm.radius,
-        "called": "Calibrated" if values else "Centre",
-        "holds": holds,
-        "surfaces": [_surface(study, mean, fit) for mean, fit in surfaces[:MOST]],
-        "first": next((i for i, (mean, _) in enumerate(surfaces[:MOST]) if _chosen(study, mean)), 0),
-        "more": len(surfaces[MOST:]),
-    }
-
-
-def _surfaces(study: Study, rsm: SurfaceResult) -> Iterator[tuple[Measured, Surface]]:
-    """Yield every measured mean that is fitted with its surface, and the first response where it is calibrated."""
-    means = measured_means(study)
-    if not any(_chosen(study, mean) for mean in means):
-        yield measured_of(study.calibration_target, [FIRST], study.naming)[0], rsm.fitted
-    for mean, fit in zip(means, joint_surfaces(study, rsm), strict=True):
-        if not mean.named.apart:
-            yield mean, fit
-
-
-def _chosen(study: Study, mean: Measured) -> bool:
-    """Whether a mean is of the first response at the calibration condition."""
-    return (mean.response, mean.condition) == (FIRST, study.calibration_target.condition)
-
-
-def _factor(rsm: SurfaceResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
-    ends = (rsm.coding[entry.factor].natural(coded) for coded in rsm.drawn_between(entry.factor))
-    unit, far = unit_written(entry.unit), entry.half_step * rsm.radius
-    return {
-        "name": entry.factor,
-        "label": entry.label or entry.factor,
-        "unit": f" {unit}" if unit else "",
-        "center": entry.center,
-        "half": entry.half_step,
-        "low": entry.center - far if entry.low is None else entry.low,
-        "high": entry.center + far if entry.high is None else entry.high,
-        "ends": list(ends),
-        "at": values.get(entry.factor, entry.center),
-    }
-
-
-def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
-    """Return a surface with its error and runs, and what was measured; `error` is the 95 % half-width of that."""
-    known, s2 = fit.mean_square is not None and fit.df > 0, fit.mean_square or 0.0
-    command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
-    simulated = study.naming == CUTTING and study.naming.condition == DIAMETER and study.kind.force_history
-    return {
-        "label": f"{capital(mean.named.long)}{study.naming.at(mean.condition)}",
-        "unit": mean.named.unit_suffix,
-        "beta": fit.beta.tolist(),
-        "covariance": (s2 * fit.unscaled_covariance).tolist() if known else None,
-        "own": s2 * fit.own_scatter if known else None,
-        "t": t_quantile(0.95, fit.df) if known else None,
-        "runs": [[*x, y] for x, y in zip(fit.design.tolist(), fit.response.tolist(), strict=True)],
-        "measured": mean.value,
-        "sd": mean.spread or 0.0,
-        "error": _half_width(mean),
-        "simulate": command if simulated and mean.response == FIRST else "",
-    }
-
-
-def _half_width(mean: Measured) -> float:
-    """t·s/√n of the measured mean; with the normal quantile where n is not given, 0 of a mean without a scatter."""
-    if mean.spread is None:
-        return 0.0
-    n = mean.n or 1
-    return float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.spread / n**0.5)
-
-
-# ---- how it comes into a page
 
 
 def environment() -> Environment:

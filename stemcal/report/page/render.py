@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup, escape
 
@@ -32,17 +31,14 @@ from stemcal.report.page.headline import (
     next_step,
     question,
 )
-from stemcal.report.page.profiler import environment, part, policy, profiler_data
+from stemcal.report.page.profiler import environment, part, policy
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
-from stemcal.report.showing import tables_of
+from stemcal.report.showing import Setting, showing_of, tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import grown_table, setting_tables
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.words import assumptions, valid_for
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stage_called, stages_of
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
@@ -123,7 +119,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     people = Names(study.naming, labels=labels)
     use = " ".join(uses(verdict, people))
     cards = headline(results, study, verdict.holds)
-    valid = _beside_values(results, verdict.holds)
+    valid = [line for result in done for line in showing_of(result).beside(result, verdict.holds)]
+    setting = Setting(study, results, verdict.holds)
+    profilers = (showing_of(result).profiler(result, setting) for result in done)
     shared, script, templates = Shared(), part("page.js"), environment()
     templates.filters["coded"] = coded
     return templates.get_template("page.html").render(
@@ -157,15 +155,8 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         marks=shared.defs,
         script=script,
         policy=policy(css, script),
-        profiler=_profiler(study, results, verdict.holds),
+        profiler=next(filter(None, profilers), None),
     )
-
-
-def _profiler(study: Study, results: Results, holds: bool) -> dict[str, Any] | None:
-    """Return what the profiler shows, once there is a surface."""
-    if (surface := results.of(SurfaceResult)) is None:
-        return None
-    return profiler_data(study, surface, results.parameters if results.of(InvertResult) else {}, holds)
 
 
 def coded(text: str) -> Markup:
@@ -174,16 +165,9 @@ def coded(text: str) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", linked))
 
 
-def _beside_values(results: Results, holds: bool) -> list[str]:
-    """Say what the calibrated values hold for, and what their ranges assume where these are shown."""
-    if (inversion := results.of(InvertResult)) is None:
-        return []
-    return [*valid_for(inversion), *(assumptions(inversion) if holds else [])]
-
-
 def _grown(study: Study, results: Results, holds: bool) -> list[Table]:
     """Return the growing parameters of each stem, once they are calibrated."""
-    if results.of(InvertResult) is None or not study.material.growing():
+    if not results.calibrated or not study.material.growing():
         return []
     return visible([grown_table(study, results.parameters)], holds)
 

@@ -11,7 +11,7 @@ from stemcal.report.tables.columns import condition
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
 from stemcal.study.model.shear_test import LoadingSection
-from stemcal.study.model.solver_kind import Explicit
+from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
 _UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below

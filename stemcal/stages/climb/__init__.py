@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.stages.climb.options import ClimbOptions
     from stemcal.stages.climb.result import ClimbResult
     from stemcal.stages.design import Later
     from stemcal.study.model import Study
+    from stemcal.study.rules.draft import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
 class Climbing(Stage["ClimbResult"]):
@@ -24,12 +27,21 @@ class Climbing(Stage["ClimbResult"]):
         response passes the target; the best step is the new centre. `stemcal run` includes it if the spec has a section
         climb.
         """
+    purpose = "Between stages 1 and 2: steps towards the target; omitted without this section."
+    by_section = True
 
     def needs(self, study: Study) -> str | None:
         return "screen"
 
-    def asked_for(self, study: Study) -> bool:
-        return study.climb is not None
+    def section(self) -> type[ClimbOptions]:
+        from stemcal.stages.climb.options import ClimbOptions
+
+        return ClimbOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.climb.options import RULES
+
+        return RULES
 
     def result(self) -> type[ClimbResult]:
         from stemcal.stages.climb.result import ClimbResult

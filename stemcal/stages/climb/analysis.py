@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from stemcal.doe.designs.catalogue import surface_design
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, passed
 from stemcal.doe.validation.comparison import error_percent
@@ -12,13 +11,14 @@ from stemcal.names import Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import minus
 from stemcal.solvers.protocol import Request
+from stemcal.stages.climb.options import ClimbOptions
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.design import Later
 from stemcal.stages.result import CodedScale, DesignRuns, Head
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface_design import surface_factors, surface_options
+from stemcal.stages.surface.options import RsmOptions, surface_factors
 from stemcal.stages.work import SimulateAt, Work, a_stage
-from stemcal.study.model import ClimbOptions, Study
+from stemcal.study.model import Study
 from stemcal.words import counted
 
 # Of each range, how much the design of the surface covers around the best step.
@@ -36,7 +36,7 @@ def climb(work: Work, head: Head) -> ClimbResult:
 def _climbed(
     study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
-    options, target = study.climb or ClimbOptions(), study.calibration_target.response
+    options, target = study.of(ClimbOptions), study.calibration_target.response
     effects = [screening.effect(name).effect for name in names]
     if options.at_once:
         rows = _leap(study, names, effects, options, simulate, screening.design)
@@ -142,7 +142,7 @@ def _natural(study: Study, name: str, coded: float) -> float:
 
 def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
     """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
-    factor, reach = study.factor(name), surface_design(study.rsm.design).reach(k, surface_options(study))
+    factor, reach = study.factor(name), study.of(RsmOptions).reach(k)
     span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
@@ -150,7 +150,7 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
 
 def later(study: Study) -> Later | None:
     """Return the usual and the largest number of steps."""
-    if (options := study.climb) is None:
+    if (options := study.given(ClimbOptions)) is None:
         return None
     most = f"at most {counted(options.steps + 1, 'more run')}"
     note = Note("decided_later", "caution", f"climb: {most}, chosen one by one.")

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.stages.invert.options import InvertOptions
     from stemcal.stages.invert.result import InvertResult
-    from stemcal.study.model import Study
+    from stemcal.study.model import Study, Target
+    from stemcal.study.rules.draft import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
 class Calibration(Stage["InvertResult"]):
@@ -17,9 +20,33 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, reads, simulates = "invert", "Calibration", ("invert", "targets"), False
     help = "Solve the surface for the calibrated parameters and their intervals."
+    purpose = "Stage 3: the parameters that reproduce the measured force."
 
     def needs(self, study: Study) -> str | None:
         return "rsm"
+
+    def section(self) -> type[InvertOptions]:
+        from stemcal.stages.invert.options import InvertOptions
+
+        return InvertOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.invert.options import RULES
+
+        return RULES
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        from stemcal.stages.invert.options import doubts
+
+        return doubts(study)
+
+    def calibrates(self, study: Study) -> bool:
+        return True
+
+    def fits(self, study: Study) -> tuple[tuple[Target, ...], tuple[str, ...]]:
+        from stemcal.stages.invert.options import fitted_together
+
+        return fitted_together(study), study.of(self.section()).responses
 
     def result(self) -> type[InvertResult]:
         from stemcal.stages.invert.result import InvertResult

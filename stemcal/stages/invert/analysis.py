@@ -19,6 +19,7 @@ from stemcal.note import Note
 from stemcal.stages.fitting import Measured, fit_of_study, fit_over, measured_means, measured_of
 from stemcal.stages.invert import words
 from stemcal.stages.invert.certainty import certainty_of, changes_along, prior_rows
+from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import Contradicted, InvertResult, JointFitted, JointRow, Mean, Point
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
@@ -43,7 +44,7 @@ def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region(study), study.naming.response.unit_suffix
-    ends, rule = (region.low, region.high, region.radius), study.invert.rule
+    ends, rule = (region.low, region.high, region.radius), study.of(InvertOptions).rule
     found = solve_target(surface.fitted, target.response, *ends, rule, unit)
     whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
     known = certainty_of(study, coding, whole, "single")

@@ -22,7 +22,7 @@ from stemcal.stages.invert.words import source
 from stemcal.stages.surface.result import SurfaceResult
 
 
-def plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
+def plots(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a calibration."""
     known, plots = invert.certainty, []
     likelihoods = (
@@ -33,10 +33,10 @@ def plots(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -
         "Exact solutions of the surface: range of each factor in coded units. Star: selected solution; dashed: ±1; "
         "dotted: limit of the design region. The error of the surface is not included."
     )
-    units = {name: axis_of(labels.get(name, name), rsm.factor(name).unit) for name in invert.point.solution}
+    units = {name: axis_of(labels.get(name, name), surface.factor(name).unit) for name in invert.point.solution}
     if known is not None:
         plots.append(Plot("profiles", "invert", likelihoods, partial(profiles, invert, units), claims=True))
-    draw = partial(solutions, rsm, invert, labels)
+    draw = partial(solutions, surface, invert, labels)
     return [*plots, Plot("solutions", "invert", exact, draw, detail=True, claims=True)]
 
 
@@ -76,17 +76,17 @@ def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])
 
 
-def solutions(rsm: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
+def solutions(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return for each factor, in coded units, the range over all solutions and the point that was chosen."""
     names = list(invert.point.solution)
     with new_figure(height=1.3 + 0.42 * len(names)) as figure:
         axes = figure.add_subplot()
         for row, name in enumerate(reversed(names)):
-            low, high = ((bound - rsm.coding[name].center) / rsm.coding[name].half_step
+            low, high = ((bound - surface.coding[name].center) / surface.coding[name].half_step
                          for bound in invert.ranges[name])  # fmt: skip
             axes.plot([low, high], [row, row], color=BLUE, linewidth=6, solid_capstyle="butt", alpha=0.6)
             axes.plot(invert.point.coded[name], row, "*", color=ORANGE, markersize=12, markeredgecolor="white")
-        reach = rsm.radius or 1.0
+        reach = surface.radius or 1.0
         for place, style in ((-reach, ":"), (-1.0, "--"), (1.0, "--"), (reach, ":")):
             axes.axvline(place, color=FAINT, linestyle=style, linewidth=0.9)
         axes.set_yticks(range(len(names)), [plain((labels or {}).get(name, name)) for name in reversed(names)])

@@ -1,12 +1,13 @@
 """How a calibration is shown: the parameters with the range of each to cite, and what was fitted together."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from stemcal.files.rows import Column, Table, visible
 from stemcal.files.typed import to_json
 from stemcal.names import Names
-from stemcal.numbers import MISSING, fixed, interval, short, significant
+from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, factor, from_means, further_table, measured_of, scores, to_decimals
@@ -45,10 +46,26 @@ class InvertShowing(Showing[InvertResult]):
         surface = setting.results.of(SurfaceResult)
         return [] if surface is None else figures.plots(surface, result, setting.labels)
 
+    def cited(self, result: InvertResult) -> tuple[str, Mapping[str, str]]:
+        return cited_ranges(result)
+
+    def beside(self, result: InvertResult, holds: bool) -> list[str]:
+        return [*valid_for(result), *(assumptions(result) if holds else [])]
+
+    def closing(self, result: InvertResult, setting: Setting) -> list[Table]:
+        """Return each calibrated parameter with its unit and the range to cite."""
+        table = calibration_table(result, Names(setting.study.naming), setting.results.parameters)
+        name, value, *others = table.columns
+        unit = Column("unit", "Unit", form=unit_written, words=True)
+        kept = [column for column in others if column.key == "range"]
+        rows = tuple((*row[:2], setting.study.factor(row[0]).unit, row[2]) for row in table.rows)
+        columns = (replace(name, label="Parameter"), value, unit, *kept)
+        return [replace(table, columns=columns, rows=rows, foot=(), claimed=())]
+
     def printed(self, result: InvertResult, setting: Setting) -> list[PaperTable]:
         heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
         parameters, names, holds = setting.results.parameters, setting.labelled, setting.holds
-        note = " ".join([*valid_for(result), *(assumptions(result) if holds else ())])
+        note = " ".join(self.beside(result, holds))
         calibrated = {name: parameters[name] for name in result.point.solution}
         return [
             *(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
     from stemcal.stages.design import Later
+    from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
+    from stemcal.study.rules.draft import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
 class Refinement(Stage["RefineResult"]):
@@ -25,16 +28,39 @@ class Refinement(Stage["RefineResult"]):
         `stemcal run` includes it if the spec has a section refine, and the validation uses the refined parameters. With
         refine.in it runs after the validation, in the program or on the mesh where the parameters will be used.
         """
+    purpose = """Stage 4: simulate at the solution and correct it, also in another program; omitted without this
+        section."""
+    by_section = True
 
     def needs(self, study: Study) -> str | None:
         """Return the stage whose parameters it corrects; in another model it comes after the validation."""
-        return "invert" if study.refine is None or study.refined_here else "validate"
-
-    def asked_for(self, study: Study) -> bool:
-        return study.refine is not None
+        return "validate" if study.of(self.section()).elsewhere else "invert"
 
     def seen(self, study: Study) -> Study:
-        return study.there
+        from stemcal.stages.refine.options import model_of
+
+        return model_of(study)
+
+    def calibrates(self, study: Study) -> bool:
+        return self.asked_for(study) and not study.of(self.section()).elsewhere
+
+    def most_there(self, study: Study) -> int:
+        return study.of(self.section()).budget
+
+    def section(self) -> type[RefineOptions]:
+        from stemcal.stages.refine.options import RefineOptions
+
+        return RefineOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.refine.options import RULES
+
+        return RULES
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        from stemcal.stages.refine.options import doubts
+
+        return doubts(study)
 
     def result(self) -> type[RefineResult]:
         from stemcal.stages.refine.result import RefineResult

@@ -16,12 +16,13 @@ from stemcal.stages.design import Later
 from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
+from stemcal.stages.refine.options import RefineOptions
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
 from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import RefineOptions, Study, Target
+from stemcal.study.model import Study, Target
 from stemcal.study.types.units import from_internal
 from stemcal.words import counted, listed
 
@@ -33,7 +34,7 @@ _OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
 @a_stage(RefineResult)
 def refine(work: Work, head: Head) -> RefineResult:
     """Simulate at the solution and correct it until the response is right, in the study's model or in `refine.in`."""
-    options = work.study.refine or RefineOptions()
+    options = work.study.of(RefineOptions)
     if options.elsewhere:
         return _refined_there(work, head, options)
     steps = SurfaceSteps(work.study, work.result(SurfaceResult), work.result(InvertResult))
@@ -180,7 +181,7 @@ def _scatter(target: Target) -> tuple[float, float] | None:
 
 def later(study: Study) -> Later | None:
     """Return the usual number of rounds and the largest number of runs."""
-    options = study.refine
+    options = study.given(RefineOptions)
     if options is None or options.elsewhere:
         return None
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]

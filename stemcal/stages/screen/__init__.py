@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
+    from stemcal.stages.screen.options import ScreenOptions
     from stemcal.stages.screen.result import ScreenResult
     from stemcal.study.model import Study
 
@@ -20,9 +21,15 @@ class Screening(Stage["ScreenResult"]):
 
     name, title, reads = "screen", "Screening", ("screen",)
     help = "Screen the factors for those that affect the response."
+    purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:
-        return study.screen.design != "none"
+        return study.of(self.section()).design != "none"
+
+    def section(self) -> type[ScreenOptions]:
+        from stemcal.stages.screen.options import ScreenOptions
+
+        return ScreenOptions
 
     def result(self) -> type[ScreenResult]:
         from stemcal.stages.screen.result import ScreenResult

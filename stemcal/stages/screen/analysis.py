@@ -20,6 +20,7 @@ from stemcal.runs.outcome import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
 from stemcal.stages.result import Head
+from stemcal.stages.screen.options import ScreenOptions
 from stemcal.stages.screen.result import ScreenResult, fields_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
@@ -30,7 +31,7 @@ _LEVEL_TOLERANCE = 1e-6
 @a_stage(ScreenResult)
 def screen(work: Work, head: Head) -> ScreenResult:
     """Run the screening design and find the factors that move the response."""
-    study, design = work.study, screening_design(work.study, work.solver)
+    study, options, design = work.study, work.study.of(ScreenOptions), screening_design(work.study, work.solver)
     symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
@@ -42,7 +43,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
                 [run.number(name) for run in runs.runs],
                 design.names,
                 symbols,
-                study.screen.alpha,
+                options.alpha,
                 Names(study.naming.with_primary(name)),
             )
             for name in (FIRST, *study.own_further)
@@ -50,7 +51,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
     notes = (*first.notes, *lower_bound_notes(answers), *unexpected_signs(study, first))
     further = dict(zip(study.own_further, others, strict=True)) or None
     found = fields_of(first) | {"notes": notes, "responses": further}
-    return ScreenResult(head=head, design=runs, alpha=study.screen.alpha, **found)
+    return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
 
 
 def unexpected_signs(study: Study, found: Screening) -> list[Note]:
@@ -81,7 +82,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
     coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
     given = solver.given_design("screen")
     if given is None:
-        chosen = study.screen
+        chosen = study.of(ScreenOptions)
         if chosen.design == "none":
             raise UsageError("screen.design is none; choose a design to screen factors")
         corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)

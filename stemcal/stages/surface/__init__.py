@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from stemcal.registry import surface_designs
-from stemcal.stages.stage import Stage
+from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
+    from stemcal.note import Note
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
+    from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
+    from stemcal.study.rules.draft import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
 class ResponseSurface(Stage["SurfaceResult"]):
@@ -21,18 +25,39 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
     name, title, reads = "rsm", "Response surface", ("rsm",)
     help = "Simulate the response surface design and fit the surface."
+    purpose = "Stage 2: the response surface."
 
     def needs(self, study: Study) -> str | None:
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""
-        if study.climb is not None:
+        if stage_called("climb").asked_for(study):
             return "climb"
-        return "screen" if isinstance(study.rsm.factors, str) else None
+        return "screen" if isinstance(study.of(self.section()).factors, str) else None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return another package's design, where a joint fit has it run as well, and what it fits there."""
-        joint, package = study.joint_targets, surface_designs().version_of(study.rsm.design)
-        fitted = {"conditions": [target.condition for target in joint], "responses": study.invert.responses}
+        joint, package = study.joint_targets, surface_designs().version_of(study.of(self.section()).design)
+        fitted = {"conditions": [target.condition for target in joint], "responses": study.fitted_responses}
         return ({"package": package} if package else {}) | (fitted if joint else {})
+
+    def section(self) -> type[RsmOptions]:
+        from stemcal.stages.surface.options import RsmOptions
+
+        return RsmOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.surface.options import RULES
+
+        return RULES
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        from stemcal.stages.surface.options import doubts
+
+        return doubts(study)
+
+    def beforehand(self, study: Study) -> Iterator[Note]:
+        from stemcal.stages.surface.design import beforehand
+
+        return beforehand(study)
 
     def result(self) -> type[SurfaceResult]:
         from stemcal.stages.surface.result import SurfaceResult

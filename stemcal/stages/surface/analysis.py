@@ -16,12 +16,12 @@ from stemcal.note import Note
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.climb.result import ClimbResult
 from stemcal.stages.design import Asked, Design, runs_of
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
-from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.stage import stage_called
+from stemcal.stages.surface.design import surface_design
+from stemcal.stages.surface.options import RsmOptions, Screened, surface_factors
 from stemcal.stages.surface.result import (
     AtCondition,
     FactorCoding,
@@ -31,7 +31,6 @@ from stemcal.stages.surface.result import (
 )
 from stemcal.stages.surface.runs import ConditionRun, pure_error_of
 from stemcal.stages.surface.words import shape_name
-from stemcal.stages.surface_design import design_radius, surface_design, surface_factors
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target
 from stemcal.words import series
@@ -44,9 +43,9 @@ _KEPT_P = 0.1  # terms with a larger p are removed
 def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
-    screening = read_before(study, solver, work.folder)
-    names, chosen = surface_factors(study, solver, screening)
-    design = surface_design(recentred(study, screening), solver, names)
+    before = read_before(study, solver, work.folder)
+    names, chosen = surface_factors(study, solver, before)
+    design = surface_design(recentred(study, before), solver, names)
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     runs = runs_of(design, requests, answers, solver).runs
@@ -97,7 +96,7 @@ def _result(
         factors=Rows(entries),
         coding={e.factor: CodedScale(e.center, e.half_step) for e in entries},
         fixed={name: level for name, level in study.midlevels().items() if name not in design.names},
-        radius=design_radius(study, len(design.names)),
+        radius=study.of(RsmOptions).radius(len(design.names)),
         design=runs,
         anova=Rows(fit.anova),
         **told_by(fit),
@@ -113,20 +112,21 @@ def _entry(study: Study, design: Design, j: int) -> FactorCoding:
     return FactorCoding(f.name, coding.centre[j], coding.half_step[j], f.symbol, f.label, f.unit, f.low, f.high)
 
 
-def read_before(study: Study, solver: Solver, folder: StudyFolder) -> ScreenResult | ClimbResult | None:
+def read_before(study: Study, solver: Solver, folder: StudyFolder) -> Screened | None:
     """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
     before = stage_called("rsm").needs(study)
-    if before == "climb":
-        return read_fresh(study, solver, folder, ClimbResult)
-    return read_fresh(study, solver, folder, ScreenResult) if before else None
+    return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
 
 
-def recentred(study: Study, before: ScreenResult | ClimbResult | None) -> Study:
+def recentred(study: Study, before: Screened | None) -> Study:
     """Return the study with the coding that a climb found; what the spec itself codes stays."""
-    if not isinstance(before, ClimbResult):
+    if before is None or not before.coding:
         return study
-    found = {name: (e.center - e.half_step, e.center + e.half_step) for name, e in before.coding.items()}
-    return study.model_copy(update={"rsm": study.rsm.model_copy(update={"coding": {**found, **study.rsm.coding}})})
+    rsm, found = (
+        study.of(RsmOptions),
+        {n: (e.center - e.half_step, e.center + e.half_step) for n, e in before.coding.items()},
+    )
+    return study.model_copy(update={"rsm": rsm.model_copy(update={"coding": {**found, **rsm.coding}})})
 
 
 def fit_terms(
@@ -134,7 +134,7 @@ def fit_terms(
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
     given, names = (design.coded, [run.number(FIRST) for run in runs], design.names), Names(study.naming)
-    if study.rsm.reduce == "none":
+    if study.of(RsmOptions).reduce == "none":
         return fit_surface(*given, written=names), None
     return reduce_surface(*given, _KEPT_P, names)
 
@@ -160,11 +160,11 @@ def _names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str
         return surface_factors(study, solver, None)[0]
     if given is not None:
         return [name for name in given[0] if name in study.names]
-    screening = _known_before(study, solver, folder)
-    return None if screening is None else surface_factors(study, solver, screening)[0]
+    known = _known_before(study, solver, folder)
+    return None if known is None else surface_factors(study, solver, known)[0]
 
 
-def _known_before(study: Study, solver: Solver, folder: StudyFolder | None) -> ScreenResult | ClimbResult | None:
+def _known_before(study: Study, solver: Solver, folder: StudyFolder | None) -> Screened | None:
     """Return the screening, or the climb that centres the surface, if it is there."""
     with suppress(UsageError):
         return None if folder is None else read_before(study, solver, folder)
@@ -186,7 +186,7 @@ def run_conditions(work: Work, result: SurfaceResult, design: Design) -> list[At
 
 def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Design) -> AtCondition:
     condition, study = target.condition, work.study
-    wanted = [n for n in study.invert.responses if n == FIRST or target.mean_of(n)[0]]
+    wanted = [n for n in study.fitted_responses if n == FIRST or target.mean_of(n)[0]]
     requests = design.requests(condition)
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)

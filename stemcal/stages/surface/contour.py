@@ -38,9 +38,9 @@ class Section:
     response: Any
 
 
-def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, count: int) -> Section:
+def section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult | None, count: int) -> Section:
     """Return the surface over a pair, the others at the solution, or at the centre without one."""
-    at = invert.point.coded if invert is not None else dict.fromkeys(rsm.names, 0.0)
+    at = solved.point.coded if solved is not None else dict.fromkeys(rsm.names, 0.0)
     x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), count) for name in pair))
     response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
     return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
@@ -49,14 +49,14 @@ def section_of(rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult |
 def contours(
     rsm: SurfaceResult,
     pair: tuple[str, str],
-    invert: InvertResult | None = None,
+    solved: InvertResult | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Figure:
     """Return lines of equal force over two factors, the others at the solution (at centre without one).
 
     `labels` has what to write for a factor, its name by default.
     """
-    section = section_of(rsm, pair, invert, GRID)
+    section = section_of(rsm, pair, solved, GRID)
     levels = levels_of(section.response)
     with new_figure(height=3.7) as figure:
         axes = figure.add_subplot()
@@ -66,8 +66,8 @@ def contours(
         )
         figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
         marks = _draw_runs(axes, rsm, pair)
-        if invert is not None:
-            marks += _mark_target(axes, section, invert, pair)
+        if solved is not None:
+            marks += _mark_target(axes, section, solved, pair)
         _number(axes, lines, marks)
         _label(axes, rsm, pair, labels)
     return figure
@@ -135,13 +135,13 @@ def round_ticks(most: int = 6) -> Any:
     return MaxNLocator(nbins=most, steps=[1, 2, 5, 10])
 
 
-def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple[str, str]) -> list[Place]:
+def _mark_target(axes: Axes, section: Section, solved: InvertResult, pair: tuple[str, str]) -> list[Place]:
     """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
-    solution = (invert.point.solution[pair[0]], invert.point.solution[pair[1]])
+    solution = (solved.point.solution[pair[0]], solved.point.solution[pair[1]])
     places = [solution]
-    if section.response.min() < invert.target < section.response.max():
+    if section.response.min() < solved.target < section.response.max():
         line = axes.contour(
-            section.across, section.up, section.response, levels=[invert.target], colors=[ORANGE], linewidths=2.2
+            section.across, section.up, section.response, levels=[solved.target], colors=[ORANGE], linewidths=2.2
         )
         line.set_path_effects(_halo("white", 3.2))
         places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
@@ -152,14 +152,14 @@ def _mark_target(axes: Axes, section: Section, invert: InvertResult, pair: tuple
 def relief(
     rsm: SurfaceResult,
     pair: tuple[str, str],
-    invert: InvertResult | None = None,
+    solved: InvertResult | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Figure:
     """Return the predicted force as height over two factors, the others at the solution (at centre without one).
 
     On the floor lie the lines of equal force; dots are the runs, full above the surface and open below it.
     """
-    section = section_of(rsm, pair, invert, COARSE)
+    section = section_of(rsm, pair, solved, COARSE)
     levels = levels_of(section.response)
     floor = levels[0] - 0.35 * (levels[-1] - levels[0])
     with new_figure(width=4.7, height=3.9) as figure:
@@ -172,10 +172,10 @@ def relief(
             section.across, section.up, section.response, cmap=HEIGHT, vmin=levels[0], vmax=levels[-1],
             edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
         )  # fmt: skip
-        _raise_runs(axes, rsm, pair, invert)
-        if invert is not None:
-            point = [[invert.point.solution[name]] for name in pair]
-            axes.plot(*point, [invert.point.predicted], "*", color=ORANGE, markeredgecolor="white", markersize=14,
+        _raise_runs(axes, rsm, pair, solved)
+        if solved is not None:
+            point = [[solved.point.solution[name]] for name in pair]
+            axes.plot(*point, [solved.point.predicted], "*", color=ORANGE, markeredgecolor="white", markersize=14,
                       zorder=9)  # fmt: skip
         _frame(axes, rsm, pair, labels)
         axes.set_zlim(floor, levels[-1])
@@ -183,7 +183,7 @@ def relief(
     return figure
 
 
-def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None) -> None:
+def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult | None) -> None:
     """Draw the runs of a surface over two factors at their forces; with more factors they lie elsewhere."""
     if len(rsm.names) > 2:
         return

@@ -15,7 +15,7 @@ from stemcal.stages.surface.result import SurfaceResult
 _NORMAL = NormalDist()
 
 
-def plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
+def plots(rsm: SurfaceResult, solved: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.noun} against the surface's prediction."
     checks = (
@@ -29,23 +29,23 @@ def plots(rsm: SurfaceResult, invert: InvertResult | None, labels: Mapping[str, 
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
     for pair in combinations(rsm.names, 2):
-        plots += _pair_plots(rsm, pair, invert, labels)
+        plots += _pair_plots(rsm, pair, solved, labels)
     return plots
 
 
 def _pair_plots(
-    rsm: SurfaceResult, pair: tuple[str, str], invert: InvertResult | None, labels: Mapping[str, str]
+    rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult | None, labels: Mapping[str, str]
 ) -> list[Plot]:
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2
     over = f"over {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if alone else f", the others at the {'solution' if invert else 'centre'}"
+    held = "" if alone else f", the others at the {'solution' if solved else 'centre'}"
     unit = f" in {response.written}" if response.written else ""
-    met = f" Orange: the measured {response.noun}; star: the solution." if invert else ""
+    met = f" Orange: the measured {response.noun}; star: the solution." if solved else ""
     lines = f"{response.capital} {over}{held}, contours{unit}.{met} White dots: design points (numbers: repeats)."
     dots = " Dots: runs, filled above the surface and open below it." if alone else ""
     relieved = f"Surface of the {response.noun} {over}{held}, with contours projected on the base.{dots}"
-    flat, lifted = (partial(draw, rsm, pair, invert, labels) for draw in (contours, relief))
+    flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),
         Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, lifted),

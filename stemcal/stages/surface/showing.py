@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.fit_statistics import Coefficient
@@ -25,6 +26,7 @@ from stemcal.report.tables.of_designs import design_table
 from stemcal.report.tables.printed import NUMBERS, STARS, PaperTable, printed, run_heads
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface import figures, words
+from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
@@ -46,6 +48,10 @@ class SurfaceShowing(Showing[SurfaceResult]):
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         return figures.plots(result, setting.results.of(InvertResult), setting.labels)
+
+    def profiler(self, result: SurfaceResult, setting: Setting) -> dict[str, Any]:
+        values = setting.results.parameters if setting.results.calibrated else {}
+        return profiler_data(setting.study, result, values, setting.holds)
 
     def printed(self, result: SurfaceResult, setting: Setting) -> list[PaperTable]:
         study = setting.study

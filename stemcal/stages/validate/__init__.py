@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from stemcal.stages.stage import Stage
+from stemcal.stages.stage import Stage, calibrating
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
+    from stemcal.stages.validate.options import ValidateOptions
     from stemcal.stages.validate.result import ValidateResult
     from stemcal.study.model import Study
 
@@ -18,12 +19,18 @@ if TYPE_CHECKING:
 class Validating(Stage["ValidateResult"]):
     """The comparison with what was measured, at every condition."""
 
-    name, title, reads, pictured = "validate", "Validation", ("targets", "validation"), True
+    name, title, reads, pictured = "validate", "Validation", ("targets", "validate"), True
     help = "Simulate all measured conditions with the calibrated parameters."
+    purpose = "Stage 5: the comparison at every measured diameter."
 
     def needs(self, study: Study) -> str | None:
         """Return the last stage at the solution that the study asks for."""
-        return "refine" if study.refined_here else "invert"
+        return calibrating(study).name
+
+    def section(self) -> type[ValidateOptions]:
+        from stemcal.stages.validate.options import ValidateOptions
+
+        return ValidateOptions
 
     def result(self) -> type[ValidateResult]:
         from stemcal.stages.validate.result import ValidateResult

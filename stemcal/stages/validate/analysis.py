@@ -22,6 +22,7 @@ from stemcal.stages.fitting import measured_of
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
+from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.validate.words import notes_of
 from stemcal.stages.work import Work, a_stage
@@ -80,7 +81,7 @@ def _result(
         head=head,
         parameters=parameters,
         rows=Rows(rows),
-        tolerance_percent=study.validation.tolerance_percent,
+        tolerance_percent=study.of(ValidateOptions).tolerance_percent,
         worst_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
         worst_held_out_percent=found.worst_held_out_percent,

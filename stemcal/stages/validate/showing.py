@@ -36,6 +36,10 @@ class ValidateShowing(Showing[ValidateResult]):
     def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
         return validation_tables(result, names)
 
+    def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
+        first, *others = validation_tables(result, Names(setting.study.naming))
+        return [replace(first, foot=first.foot[:1]), *(others if setting.study.naming.others else [])]
+
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)
 

@@ -11,12 +11,13 @@ from stemcal.names import Names
 from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
+from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import Certainty, JointFitted
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind
 from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of
 from stemcal.study.model import PARAMETERS, Factor, Study
-from stemcal.study.model.solver_kind import Explicit
+from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
 # A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
@@ -132,7 +133,7 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
     measure = f"measure another response or another kind of test, or give {widest} a prior from the literature."
-    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.invert.responses]
+    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return fit_all(study, "responses", f"If that is not enough, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
@@ -196,7 +197,7 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
 
 def chose_conditions(study: Study) -> bool:
     """Whether the spec lists the conditions to fit: no advice undoes that choice."""
-    return study.invert.conditions not in (None, "all")
+    return study.of(InvertOptions).conditions not in (None, "all")
 
 
 def to_reconcile(study: Study, joint: JointFitted) -> Remedy:

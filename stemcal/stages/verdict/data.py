@@ -23,6 +23,7 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.physics import Physics
@@ -80,7 +81,7 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.validation.tolerance_percent)
+        return float(self.study.of(ValidateOptions).tolerance_percent)
 
     @property
     def is_given(self) -> bool:
@@ -103,7 +104,7 @@ class Evidence:
             found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
             for further in row.further:
                 if further.judged:
-                    own = fitted and further.response in self.study.invert.responses
+                    own = fitted and further.response in self.study.fitted_responses
                     found.append(Judged(further.response, at.condition, further.error_percent, own))
         return found
 

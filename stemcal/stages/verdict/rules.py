@@ -14,6 +14,7 @@ from stemcal.naming import FORCE
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import signed_probability
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
+from stemcal.stages.refine.options import refined_here
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice, data, words
@@ -97,7 +98,7 @@ def _unfinished(evidence: Evidence) -> Iterator[Note]:
     if missing:
         by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
         remedy = Remedy(by_hand if evidence.study.kind.answers == "asks_people" else "`stemcal run SPEC` continues.")
-        there_alone = [stage.name for stage in missing] == ["refine"] and not evidence.study.refined_here
+        there_alone = all(stage.seen(evidence.study) is not evidence.study for stage in missing)
         severity: Severity = "warning" if there_alone else "error"
         titles = ", ".join(stage.title for stage in missing)
         yield Note("unfinished", severity, f"Not done yet: {titles}.", remedy)
@@ -194,7 +195,7 @@ def _target(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    refine = evidence.study.refine if evidence.study.refined_here else None
+    refine = refined_here(evidence.study)
     tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
@@ -316,7 +317,7 @@ def _validation(evidence: Evidence) -> Iterator[Note]:
     off = [row for row in held_out if row.size > evidence.equivalent_percent]
     if off:
         worst = max(off, key=lambda row: row.size)
-        left_out = worst.response not in (study.naming.response.name, *study.invert.responses)
+        left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
         until = "Until then use the result only where it agrees."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and advice.chose_conditions(study):  # no advice undoes an earlier one

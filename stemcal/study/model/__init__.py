@@ -4,7 +4,6 @@ A key of a spec is a field, and its meaning is the docstring below it: the JSON 
 that `stemcal init` writes, `check` and `explain` all take it from there.
 """
 
-from stemcal.study.model.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
 from stemcal.study.model.laboratory_kind import TESTS, LaboratoryKind, LaboratoryMeans, LaboratorySection, PieceSection
 from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets
@@ -19,19 +18,9 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of
-from stemcal.study.model.stage_options import (
-    ClimbOptions,
-    InvertOptions,
-    RefineOptions,
-    RsmOptions,
-    RunsOptions,
-    ScreenOptions,
-    ValidateOptions,
-    factors_taken,
-    strongest_asked,
-)
-from stemcal.study.model.whole_study import Study, StudyForm
+from stemcal.study.model.whole_study import RunsOptions, Study, StudyForm
+from stemcal.study.types.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
+from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of
 
 # fmt: off
 __all__ = [
@@ -46,12 +35,10 @@ __all__ = [
     "TESTS",
     "AnySolver",
     "BladeSection",
-    "ClimbOptions",
     "ContactSection",
     "Factor",
     "Grades",
     "Growth",
-    "InvertOptions",
     "LaboratoryKind",
     "LaboratoryMeans",
     "LaboratorySection",
@@ -63,10 +50,7 @@ __all__ = [
     "OwnQuantity",
     "Parameter",
     "PieceSection",
-    "RefineOptions",
-    "RsmOptions",
     "RunsOptions",
-    "ScreenOptions",
     "SolverKind",
     "SolverOptions",
     "SpecimenSection",
@@ -76,10 +60,7 @@ __all__ = [
     "Target",
     "TargetRow",
     "Targets",
-    "ValidateOptions",
     "exponents_in",
-    "factors_taken",
     "kind_of",
-    "strongest_asked",
 ]
 # fmt: on

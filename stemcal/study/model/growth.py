@@ -10,8 +10,7 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, WithJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from stemcal.errors import UsageError
-from stemcal.study.model.factor import Frozen, Size
-from stemcal.study.types.field_types import Quantity, complain
+from stemcal.study.types.field_types import Frozen, Quantity, Size, complain
 
 MOST_EXPONENT: Final = 20.0
 _DIAMETER = Quantity("length", above=0)

@@ -10,10 +10,9 @@ from pydantic.json_schema import SkipJsonSchema
 
 from stemcal.naming import Named, capital
 from stemcal.registry import Checked, OneOf, Registry
-from stemcal.study.model.factor import Frozen
 from stemcal.study.model.measured_targets import Mean, Targets
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.types.field_types import ColumnName, Length, Quantity, StemLength, complain
+from stemcal.study.types.field_types import ColumnName, Frozen, Length, Quantity, StemLength, complain
 
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {

@@ -18,8 +18,7 @@ from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import FIRST, Named, Naming
-from stemcal.study.model.factor import Frozen, Size
-from stemcal.study.types.field_types import ColumnName, Quantity, Whole
+from stemcal.study.types.field_types import ColumnName, Frozen, Quantity, Size, Whole
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],

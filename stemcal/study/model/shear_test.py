@@ -5,9 +5,19 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field
 
 from stemcal.measured.curve_modes import Machine
-from stemcal.study.model.factor import PARAMETERS, Frozen, Size, SizeOrZero, Time
 from stemcal.study.model.growth import Grades, Growth, MayGrow
-from stemcal.study.types.field_types import Length, Number, Quantity, StemLength, StemLengthOrZero
+from stemcal.study.types.factor import PARAMETERS
+from stemcal.study.types.field_types import (
+    Frozen,
+    Length,
+    Number,
+    Quantity,
+    Size,
+    SizeOrZero,
+    StemLength,
+    StemLengthOrZero,
+    Time,
+)
 
 Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
-from stemcal.study.model.factor import MOST_FACTORS, PARAMETERS, Factor, Frozen, OwnQuantity
+from stemcal.registry import stages
 from stemcal.study.model.growth import exponents_in
 from stemcal.study.model.laboratory_kind import AnyTest, LaboratorySection, named_responses
 from stemcal.study.model.measured_targets import Target, Targets, named_modes
@@ -29,18 +29,10 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
-from stemcal.study.model.stage_options import (
-    ClimbOptions,
-    InvertOptions,
-    RefineOptions,
-    RsmOptions,
-    RunsOptions,
-    ScreenOptions,
-    ValidateOptions,
-)
-from stemcal.study.types.field_types import StudyName, Title
+from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS, Factor, OwnQuantity
+from stemcal.study.types.field_types import Frozen, Number, StudyName, Time, Title
 from stemcal.study.types.named import naming_of
+from stemcal.study.types.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
 from stemcal.words import counted, did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
@@ -49,8 +41,17 @@ _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for
 F = TypeVar("F", bound=Frozen)
 
 
-class StudyForm(Frozen):
-    """The keys of a spec."""
+class RunsOptions(Frozen):
+    """Time limit of a run, and the number that must succeed."""
+
+    time_limit: Time | None = None
+    """Time limit of one run, from its start; unlimited by default."""
+    quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    """Fraction of the runs of a stage that must succeed."""
+
+
+class OwnSections(Frozen):
+    """The keys of a spec that are not of a stage."""
 
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
 
@@ -85,20 +86,32 @@ class StudyForm(Frozen):
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
     """Measured responses, a row for each test and diameter."""
-    screen: ScreenOptions = ScreenOptions()
-    """Stage 1: screening of the factors."""
-    climb: ClimbOptions | None = None
-    """Between stages 1 and 2: steps towards the target; omitted without this section."""
-    rsm: RsmOptions = RsmOptions()
-    """Stage 2: the response surface."""
-    invert: InvertOptions = InvertOptions()
-    """Stage 3: the parameters that reproduce the measured force."""
-    refine: RefineOptions | None = None
-    """Stage 4: simulate at the solution and correct it, also in another program; omitted without this section."""
-    validation: ValidateOptions = Field(
-        default=ValidateOptions(), validation_alias="validate", serialization_alias="validate"
-    )
-    """Stage 5: the comparison at every measured diameter."""
+
+
+def _form() -> type[OwnSections]:
+    """Return the keys of a spec: the sections above, then one for each stage that has some, in the order of stages.
+
+    A stage whose section decides whether a study has it has none by default.
+    """
+    fields: dict[str, Any] = {}
+    for stage in stages().built_in:
+        kind = stage.section()
+        name = f"{stage.name}_" if hasattr(BaseModel, stage.name) else stage.name
+        key = None if name == stage.name else stage.name
+        default = None if stage.by_section else kind()
+        given = Field(default=default, validation_alias=key, serialization_alias=key)
+        fields[name] = (kind | None if stage.by_section else kind, given)
+        FIELDS[kind] = name
+    return create_model("StudyForm", __base__=OwnSections, __module__=__name__, __doc__="The keys of a spec.", **fields)
+
+
+FIELDS: dict[type[Frozen], str] = {}
+"""The field of each section of a stage."""
+
+if TYPE_CHECKING:
+    StudyForm = OwnSections
+else:
+    StudyForm = _form()
 
 
 class Study(StudyForm):
@@ -156,7 +169,6 @@ class Study(StudyForm):
         *,
         replace: str = "",
         who: str = "",
-        sure: bool = False,
     ) -> int:
         """Record results; return how many were taken.
 
@@ -170,19 +182,17 @@ class Study(StudyForm):
             Why results replace earlier ones; without it they are refused.
         who : str
             Who enters the results.
-        sure : bool
-            Accept values that are far from all others.
 
         Raises
         ------
         UsageError
             With every row that is not taken; the others are.
         """
-        return int(self._theirs().tell(self, rows, out, replace=replace, who=who, sure=sure))
+        return int(self._theirs().tell(self, rows, out, replace=replace, who=who))
 
     def _theirs(self) -> Any:
         if self._hands is None:
-            raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
+            raise TypeError("ask and tell require a study from stemcal.load_study")
         return self._hands
 
     def __repr__(self) -> str:
@@ -212,8 +222,15 @@ class Study(StudyForm):
         return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
 
     def of(self, kind: type[F]) -> F:
-        """Return the section of a stage from another package by its class; its defaults where the spec has none."""
-        return next((section for section in self.further.values() if isinstance(section, kind)), kind())
+        """Return the section of a stage by its class; its defaults where the spec has none."""
+        return self.given(kind) or kind()
+
+    def given(self, kind: type[F]) -> F | None:
+        """Return the section of a stage by its class; None where only the spec could ask for the stage and does not."""
+        if (name := FIELDS.get(kind)) is None:
+            return next((section for section in self.further.values() if isinstance(section, kind)), None)
+        found: F | None = getattr(self, name)
+        return found
 
     def test_of(self, response: str) -> str:
         """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""
@@ -277,23 +294,14 @@ class Study(StudyForm):
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
     @property
-    def refined_here(self) -> bool:
-        """Whether the parameters are refined in the study's own model."""
-        return self.refine is not None and not self.refine.elsewhere
-
-    @property
     def there(self) -> Study:
-        """The study as `refine.in` simulates it; the study itself without that key."""
-        if self.refine is None or not self.refine.elsewhere:
-            return self
-        changes = self.refine.changes.items()
-        sections = {name: getattr(self, name).model_copy(update=change) for name, change in changes}
-        solver = self.refine.solver_there(self.solver)
-        return self.model_copy(update={"solver": solver, "refine": None, **sections})
+        """The study as a stage simulates it in another model; the study itself where none does."""
+        seen = (stage.seen(self) for stage in stages().built_in)
+        return next((study for study in seen if study is not self), self)
 
     @property
     def by_hand(self) -> Study:
-        """The study as the solver whose runs people do sees it: the study's own, or that of `refine.in`."""
+        """The study as the solver whose runs people do sees it: the study's own, or that of another model."""
         there = self.there
         people = [study.kind.answers == "asks_people" for study in (self, there)]
         return there if people == [False, True] else self
@@ -326,9 +334,15 @@ class Study(StudyForm):
     @property
     def joint_targets(self) -> tuple[Target, ...]:
         """The targets that the parameters are fitted to together, with priors; empty if one force alone is."""
-        wanted = self.invert.conditions
-        if wanted is None or (wanted != "all" and len(wanted) == 1):
-            several = len(self.invert.responses) > 1 or any(factor.prior is not None for factor in self.factors)
-            return (self.calibration_target,) if several else ()
-        means = self.targets.means
-        return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))
+        return self._fitted[0]
+
+    @property
+    def fitted_responses(self) -> tuple[str, ...]:
+        """The responses that the parameters are fitted to, by the names of `Target.mean_of`."""
+        return self._fitted[1]
+
+    @property
+    def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
+        found: tuple[tuple[Target, ...], tuple[str, ...]]
+        found = next(fitted for stage in stages().built_in if (fitted := stage.fits(self)) is not None)
+        return found

@@ -10,9 +10,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
 from stemcal.study.model import Factor
-from stemcal.study.model.factor import Size
 from stemcal.study.reading.messages import finding_of
-from stemcal.study.types.field_types import Number, Quantity
+from stemcal.study.types.field_types import Number, Quantity, Size
 from stemcal.study.types.units import from_internal, parse_unit
 
 _TYPED = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)

@@ -8,8 +8,9 @@ from itertools import pairwise
 from typing import Any
 
 from stemcal.registry import stages
-from stemcal.study.model import SOLVERS, TESTS, RefineOptions, Study, StudyForm
-from stemcal.study.model.factor import Frozen
+from stemcal.study.model import SOLVERS, TESTS, Study, StudyForm
+from stemcal.study.model.whole_study import FIELDS
+from stemcal.study.types.field_types import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
 _DEFS = "#/$defs/"
@@ -45,7 +46,7 @@ def _form() -> dict[str, Any]:
         if (further := stage.section()) is not None:
             own = further.model_json_schema()
             schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
-            schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}", "description": stage.title}
+            schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}"}
     models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
     for model in models:
         section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
@@ -56,6 +57,9 @@ def _form() -> dict[str, Any]:
                 node = section["properties"][key]
                 meaning = field.description or said.get(name) or node.get("description", "")
                 node["description"] = " ".join(meaning.split())
+    for stage in stages().all:
+        if stage.name in schema["properties"]:
+            schema["properties"][stage.name]["description"] = " ".join((stage.purpose or stage.title).split())
     return schema
 
 
@@ -70,7 +74,7 @@ def _said_by_fields(model: type) -> dict[str, str]:
     It is read where it is wanted: `use_attribute_docstrings` of pydantic would read it in every command.
     """
     said = {}
-    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)]
+    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen) and kind is not StudyForm]
     for section in (ast.parse(getsource(kind)).body[0] for kind in own):
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):
@@ -150,7 +154,8 @@ def section_with(key: str) -> str | None:
 
 def made_anew() -> None:
     """Have the form of a spec made anew, with the kinds of other packages that have become known."""
-    for model in (RefineOptions, StudyForm, Study):
+    models: list[type[Frozen]] = [*FIELDS, StudyForm, Study]
+    for model in models:
         model.model_rebuild(force=True)
     form.cache_clear()
 

@@ -6,8 +6,7 @@ from typing import Any
 
 from stemcal.study.model import SOLVERS, TESTS
 from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
-from stemcal.study.rules.draft import Finding
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import listed, nearest
 
 _KINDS = {

@@ -15,9 +15,9 @@ from stemcal.registry import stages
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import broken_rules
-from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.rules.draft import Draft
 from stemcal.study.rules.plausible import doubts
-from stemcal.study.types.strict_yaml import MAX_BYTES, Document, NodePath, Position, read_yaml
+from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
 from stemcal.words import did_you_mean, nearest
 
 

@@ -25,13 +25,13 @@ from stemcal.study.model import (
 )
 from stemcal.study.model.laboratory_kind import AnyTest, named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
-from stemcal.study.model.solver_kind import usual_solver
+from stemcal.study.model.whole_study import FIELDS
 from stemcal.study.reading.json_schema import made_anew, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
-from stemcal.study.rules.draft import Finding
 from stemcal.study.types.named import naming_of
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.solver_kind import usual_solver
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import listed, nearest
 
 
@@ -54,7 +54,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
             sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # what follows is written under the names declared by now
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
-    sections.fit_all_responses(data)
+    sections.fit_all_responses()
     return sections
 
 
@@ -74,17 +74,19 @@ class Sections:
         """The context that the types of the model need for a value."""
         return {"spec": self.folder, "naming": self.naming}
 
-    def read(self, name: str, given: Any, told: Collection[NodePath] = ()) -> None:
-        """Read a section, of a wrong one its correct parts. The errors at places in `told` are reported already."""
+    def read(self, name: str, given: Any) -> None:
+        """Read a section; of one that is wrong, what is good of it."""
+        told: Collection[NodePath] = ()
         if given is None:
             self.findings.append(Finding((_spelled(name),), "is empty", "fill it in or remove it"))
             return
+        if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
+            told = [(_spelled(name), "responses")]  # unknown while a test is wrong
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
             self.findings += _findings(error, (_spelled(name),), told)
-            kind = type(usual_solver()) if name == "solver" else get_type_hints(StudyForm)[name]
-            if (rest := partly(kind, given, self.context)) is not None:  # rules look into the usual solver
+            if (rest := partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
     def read_further(self) -> None:
@@ -115,8 +117,7 @@ class Sections:
         }
         if "tests" in self.good:
             self.good["tests"] = tuple(self.tests.values())
-        invert, specimen = self.data.get("invert"), self.good.get("specimen")
-        chosen = invert.get("diameters") if isinstance(invert, dict) else None
+        specimen, chosen = self.good.get("specimen"), self.chosen("diameters")
         calibrate_at = rows.calibrated_at(chosen, getattr(specimen, "outer_diameter", None))
         is_read = isinstance(machine, MachineSection) and machine.__dict__.keys() == MachineSection.model_fields.keys()
         known = machine.known if is_read and machine is not None else Machine()
@@ -130,10 +131,6 @@ class Sections:
         tests = map(_with_known_keys, given) if isinstance(given, list) else ()
         read = [_field(AnyTest, test, self.context) for test in tests]
         self.tests = {index: test for index, test in enumerate(read) if test is not None}
-
-    def read_invert(self, name: str, given: Any) -> None:
-        """Read the inversion; which responses there are is not known while a test is wrong."""
-        self.read(name, given, () if "tests" in self.good else [(name, "responses")])
 
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
@@ -162,22 +159,26 @@ class Sections:
             if _complete(targets):
                 self.good["targets"] = with_tests(targets, tests)
 
-    def fit_all_responses(self, data: dict[str, Any]) -> None:
+    def fit_all_responses(self) -> None:
         """Fit all measured responses of a study that declares several, unless the spec chooses."""
-        targets, invert = self.good.get("targets"), self.good.get("invert")
-        chosen = isinstance(data.get("invert"), dict) and "responses" in data["invert"]
-        if self.naming.is_cutting or not _complete(targets) or invert is None or chosen:
+        targets = self.good.get("targets")
+        if self.naming.is_cutting or not _complete(targets) or self.chosen("responses") is not None:
             return
         measured = fitted_responses(targets, self.naming)
-        if len(measured) > 1:
-            self.good["invert"] = invert.model_copy(update={"responses": measured})
+        for name in FIELDS.values() if len(measured) > 1 else ():
+            if "responses" in getattr(type(self.good.get(name)), "model_fields", ()):
+                self.good[name] = self.good[name].model_copy(update={"responses": measured})
+
+    def chosen(self, key: str) -> Any:
+        """Return the value of a key in the sections of stages; None if none has it."""
+        given = (self.data.get(_spelled(name)) for name in FIELDS.values())
+        return next((section[key] for section in given if isinstance(section, dict) and key in section), None)
 
 
 _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "factors": Sections.read_factors,
     "targets": Sections.read_targets,
     "tests": Sections.read_tests,
-    "invert": Sections.read_invert,
 }
 
 
@@ -215,8 +216,8 @@ def _with_known_keys(test: Any) -> Any:
 
 def _learn_kinds(data: dict[str, Any]) -> None:
     """Make kinds of solvers and tests known that other packages bring, as far as this spec names them."""
-    refine, tests = data.get("refine"), data.get("tests")
-    solvers = (data.get("solver"), refine.get("in") if isinstance(refine, dict) else None)
+    sections, tests = (section for section in data.values() if isinstance(section, dict)), data.get("tests")
+    solvers = (data.get("solver"), *(section.get("in") for section in sections))
     learned = [SOLVERS.learn(solver.get("kind")) for solver in solvers if isinstance(solver, dict)]
     learned += [
         TESTS.learn(test.get("kind")) for test in (tests if isinstance(tests, list) else ()) if isinstance(test, dict)
@@ -224,6 +225,11 @@ def _learn_kinds(data: dict[str, Any]) -> None:
     if any(learned):
         made_anew()
         _adapter.cache_clear()
+
+
+def _kind(section: str) -> Any:
+    """Return the class of a section, of a solver the usual one."""
+    return type(usual_solver()) if section == "solver" else get_type_hints(StudyForm)[section]
 
 
 @functools.cache
@@ -240,7 +246,7 @@ def _findings(error: ValidationError, section: NodePath, told: Collection[NodePa
         shown = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
         if shown in told:
             continue
-        depth = 1 if shown[0] == "solver" else 2 if shown[:2] == ("refine", "in") or shown[0] == "tests" else 0
+        depth = 1 if shown[0] == "solver" else 2 if shown[1:2] == ("in",) or shown[0] == "tests" else 0
         kinds = TESTS if shown[0] == "tests" else SOLVERS
         is_tagged = bool(depth) and len(shown) > depth and shown[depth] in kinds.known()
         path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown

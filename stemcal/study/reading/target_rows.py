@@ -20,12 +20,11 @@ from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
 from stemcal.study.model.measured_targets import Mean, Patterns, Target, Targets
 from stemcal.study.reading.messages import finding_of
-from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST as LARGEST
 from stemcal.study.types.field_types import Quantity, Whole, complain
 from stemcal.study.types.named import quantity
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import counted, did_you_mean
 
 _MOST_FILES, _MOST_NAMES = 1000, 10

@@ -5,8 +5,10 @@ What is possible but looks like a slip is in `plausible`.
 
 from collections.abc import Callable, Iterator
 
-from stemcal.study.rules import factors, surface_rules, target_rules
-from stemcal.study.rules.draft import Draft, Finding
+from stemcal.registry import stages
+from stemcal.study.rules import factors, target_rules
+from stemcal.study.rules.draft import Draft
+from stemcal.study.types.strict_yaml import Finding
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.names_differ,
@@ -26,21 +28,11 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     factors.exponents_are_factors,
     factors.grades_reach,
     factors.growth_is_physical,
-    factors.growth_is_seen,
     factors.tangent_stays_below_elastic,
     target_rules.conditions_differ,
-    surface_rules.stem_reaches_over_supports,
-    surface_rules.edge_fits_blade,
-    surface_rules.friction_falls,
-    surface_rules.surface_factors_exist,
-    surface_rules.factors_are_found,
-    surface_rules.strongest_are_enough,
-    surface_rules.surface_design_takes_factors,
-    surface_rules.steps_stay_inside,
-    surface_rules.runs_are_used,
-    surface_rules.coding_fits,
-    target_rules.joint_conditions_measured,
-    target_rules.responses_measured,
+    target_rules.stem_reaches_over_supports,
+    target_rules.edge_fits_blade,
+    target_rules.friction_falls,
     target_rules.tests_are_simulated,
     target_rules.curves_are_simulated,
     target_rules.tests_differ,
@@ -49,20 +41,15 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     target_rules.tests_fit_the_stem,
     target_rules.test_targets_stand_beside_forces,
     target_rules.own_names_belong_to_programs,
-    surface_rules.refinement_is_possible,
 )
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
-    """Return everything the rules find wrong with `draft`."""
-    there = surface_rules.seen_there(draft)
-    return [*_broken(draft), *surface_rules.wrong_there(draft, [] if there is None else _broken(there))]
-
-
-def _broken(draft: Draft) -> list[Finding]:
+    """Return everything the rules find wrong with `draft`: those above, of its solver and of the stages."""
     solver = getattr(draft.study, "solver", None)
     own = () if solver is None else draft.kind.rules
     found = [*(rule(draft) for rule in RULES), *(rule(draft, solver) for rule in own)]
+    found += [rule(draft) for stage in stages().with_(draft.study.further) for rule in stage.rules()]
     return [finding for findings in found for finding in _as_far_as_read(findings)]
 
 

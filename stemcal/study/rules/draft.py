@@ -4,21 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study import model
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import did_you_mean
-
-
-class Finding(NamedTuple):
-    """Something wrong at `path`; `at_key` when the key itself is at fault."""
-
-    path: NodePath
-    message: str
-    remedy: str = ""
-    at_key: bool = False
 
 
 @dataclass(frozen=True)

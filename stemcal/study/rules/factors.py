@@ -1,6 +1,6 @@
 """Rules on factors, fixed material values and those that follow the diameter."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 from stemcal.study.model import (
     AROUND,
@@ -13,10 +13,10 @@ from stemcal.study.model import (
     Study,
     exponents_in,
 )
-from stemcal.study.rules.draft import Draft, Finding
+from stemcal.study.rules.draft import Draft
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import did_you_mean, nearest
 
 _WIDEST = 1000.0  # mm
@@ -63,10 +63,6 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
         elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             message = f"{prior.mean:g} ± {prior.sd:g} excludes the whole range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
-    known = any(factor.prior is not None for factor in draft.factors.values())
-    if known and draft.study.invert.rule != "least_coded_distance":
-        remedy = "leave it out: with priors the solution is the best fit to forces and priors"
-        yield Finding(("invert", "rule"), f"{draft.study.invert.rule} ignores the priors", remedy)
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
@@ -328,25 +324,6 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
                 message = f"among the diameters of this study it becomes {value:.4g}{unit}, which {wrong}"
                 yield Finding(("material", name), message, "correct value, exponent or their ranges")
                 break
-
-
-def growth_is_seen(draft: Draft) -> Iterator[Finding]:
-    """A surface that varies an exponent is fitted at another diameter than the one where it changes nothing."""
-    if isinstance(draft.study.rsm.factors, str):
-        return
-    joint: Sequence[float] | str = draft.study.invert.conditions or [draft.study.targets.calibrate_at]
-    fitted = [target.condition for target in draft.study.targets.means] if isinstance(joint, str) else joint
-    for name, growth in draft.growing.items():
-        if (
-            not isinstance(growth, Growth)
-            or growth.exponent not in draft.study.rsm.factors
-            or growth.exponent in EMBEDDED
-        ):
-            continue
-        if all(abs(d - growth.at) < 1e-9 * growth.at for d in fitted):
-            message = f"at {growth.at:g} mm, the only diameter that is fitted, {growth.exponent} changes nothing"
-            remedy = "write diameters: all under invert, or another diameter as `at`"
-            yield Finding(("material", name, "at"), message, remedy)
 
 
 def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:

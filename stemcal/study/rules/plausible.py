@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from statistics import median
 
-from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL, WORK
+from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
+from stemcal.registry import stages
 from stemcal.study.model import EMBEDDED, PARAMETERS, Growth, Mesh, Study
-from stemcal.study.rules.draft import Finding
 from stemcal.study.types import units
 from stemcal.study.types.field_types import Length
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("specimen", "outer_diameter"): (1, 100, "mm"),
@@ -29,7 +29,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "filter_window"): (1e-5, 1, "s"),
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("solver", "time_step"): (1e-6, 1e-3, "s"),
-    ("refine", "duration"): (1e-5, 1000, "s"),
 }
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
@@ -39,15 +38,16 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
-_FALL = "with elements two thirds as long they are up to 10 % smaller"
+FALL = "with elements two thirds as long they are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _tests, _speed, _mesh, _path_and_work), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _tests, _speed, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     told += study.kind.doubts(study)
+    told += [finding for stage in stages().with_(study.further) for finding in stage.doubts(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
 
 
@@ -62,7 +62,7 @@ def _of_further_cuts(study: Study) -> Iterator[Finding]:
             own = finding.path[0] in ("loading", "blade", "supports")
             yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
         if late := sorted({"travel", "work"} & set(test.measured)):
-            yield Finding(("tests", index), f"{' and '.join(late)}: {_FALL}", "fit only the maximum force")
+            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -71,7 +71,7 @@ def _sizes(study: Study) -> Iterator[Finding]:
         if isinstance(value, Length):
             value = value.at(study.specimen.outer_diameter)
         if value:  # none, or none of it, is no slip
-            yield from _doubt(path, value, low, high, unit)
+            yield from doubt(path, value, low, high, unit)
 
 
 def _tests(study: Study) -> Iterator[Finding]:
@@ -80,7 +80,7 @@ def _tests(study: Study) -> Iterator[Finding]:
         for key, (low, high) in test.plausible.items():
             length = getattr(test, key)
             mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length
-            yield from _doubt(("tests", index, key), mm, low, high, "mm")
+            yield from doubt(("tests", index, key), mm, low, high, "mm")
 
 
 def _speed(study: Study) -> Iterator[Finding]:
@@ -137,15 +137,6 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
             return
 
 
-def _path_and_work(study: Study) -> Iterator[Finding]:
-    """Travel and work up to the break, unlike the force, fall as elements get smaller."""
-    fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.invert.responses]
-    if fitted and study.naming.is_cutting and study.kind.travel_and_work:
-        depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
-        message = f"{depend} on the mesh: {_FALL}"
-        yield Finding(("invert", "responses"), message, "fit only the force, or add this error to their sd")
-
-
 def _conditions(study: Study) -> list[float]:
     return sorted({study.targets.calibrate_at, *(target.condition for target in study.targets.means)})
 
@@ -154,9 +145,9 @@ def _targets(study: Study) -> Iterator[Finding]:
     for target in study.targets.means:
         path = ("targets", target.row)
         if study.naming.condition == DIAMETER:
-            yield from _doubt((*path, "diameter"), target.condition, 1, 100, "mm")
+            yield from doubt((*path, "diameter"), target.condition, 1, 100, "mm")
         if study.naming.response == FORCE:
-            yield from _doubt((*path, "force"), target.response, 1, 1e5, "N")
+            yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
             yield Finding((*path, "sd"), message, "omit it if it is not known")
@@ -209,27 +200,19 @@ def _materials(study: Study) -> Iterator[Finding]:
     for name, value in study.material.given().items():
         parameter = PARAMETERS[name]
         shown = units.from_internal(value, parameter.unit)
-        yield from _doubt(("material", name), shown, *parameter.plausible, parameter.unit)
+        yield from doubt(("material", name), shown, *parameter.plausible, parameter.unit)
     for name in study.material.growing():
         parameter, diameters = PARAMETERS[name], _conditions(study)
         values = [units.from_internal(study.parameters({}, d)[name], parameter.unit) for d in diameters]
         for value in {min(values), max(values)}:
-            yield from _doubt(("material", name), value, *parameter.plausible, parameter.unit)
+            yield from doubt(("material", name), value, *parameter.plausible, parameter.unit)
 
 
 def _growth(study: Study) -> Iterator[Finding]:
-    """Question reference diameters, and a screening at one of them, which cannot see the exponent."""
+    """Question reference diameters."""
     for name, growth in study.material.growing().items():
         if isinstance(growth, Growth):
-            yield from _doubt(("material", name, "at"), growth.at, *_RANGES["specimen", "outer_diameter"])
-    at = study.targets.calibrate_at
-    if study.screen.design == "none" or not isinstance(study.rsm.factors, str):
-        return
-    for name, growth in study.material.growing().items():
-        if isinstance(growth, Growth) and growth.exponent in study.names and math.isclose(growth.at, at, rel_tol=1e-9):
-            message = f"the screening, at {at:g} mm, cannot estimate {growth.exponent}, which has no effect there"
-            remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
-            yield Finding(("material", name, "at"), message, remedy)
+            yield from doubt(("material", name, "at"), growth.at, *_RANGES["specimen", "outer_diameter"])
 
 
 def _factors(study: Study) -> Iterator[Finding]:
@@ -246,7 +229,7 @@ def _factors(study: Study) -> Iterator[Finding]:
             continue
         for level in ("low", "high"):
             shown = units.from_internal(factor.internal(getattr(factor, level)), parameter.unit)
-            yield from _doubt((*path, level), shown, *parameter.plausible, parameter.unit)
+            yield from doubt((*path, level), shown, *parameter.plausible, parameter.unit)
 
 
 def _agreement(study: Study) -> Iterator[Finding]:
@@ -257,7 +240,8 @@ def _agreement(study: Study) -> Iterator[Finding]:
         yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or omit it")
 
 
-def _doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
+def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
+    """Question a value outside its plausible range."""
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
     shown = "" if unit == "1" else f" {unit}"

@@ -1,21 +1,19 @@
 """Rules on what was measured, and on laboratory tests besides cutting."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
-from stemcal.study.model import OwnQuantity, Target
-from stemcal.study.model.factor import PARAMETERS
-from stemcal.study.rules import surface_rules
-from stemcal.study.rules.draft import Draft, Finding
+from stemcal.naming import CUTTING, DIAMETER, FORCE
+from stemcal.study.model import OwnQuantity
+from stemcal.study.rules.draft import Draft
 from stemcal.study.rules.factors import reached
+from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.named import declared_once
-from stemcal.study.types.strict_yaml import NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.study.types.units import UnitError, convert
 
-_CLOSE = 1e-9
 _TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
 
 
@@ -83,62 +81,6 @@ def _yield_stresses(draft: Draft) -> list[float]:
         return []
 
 
-def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
-    """`invert.diameters` names measured diameters."""
-    if draft.study.invert.conditions is None:
-        return
-    if draft.naming.condition is None:
-        remedy = "declare one under conditions, or remove this"
-        yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
-        return
-    if draft.study.invert.conditions == "all":
-        return
-    measured = [target.condition for target in draft.study.targets.means]
-    for index, condition in enumerate(draft.study.invert.conditions):
-        if any(math.isclose(condition, other, rel_tol=_CLOSE) for other in draft.study.invert.conditions[:index]):
-            message = f"{draft.naming.place(condition)} is listed twice"
-            yield Finding(("invert", "diameters", index), message, "remove one")
-        if not any(math.isclose(condition, other, rel_tol=_CLOSE) for other in measured):
-            named = draft.naming
-            message = f"no {named.response.noun} is given for {named.place(condition)}, only for "
-            remedy = f"add its {named.response.noun} to targets, or remove it here"
-            yield Finding(("invert", "diameters", index), message + _listing(measured, draft), remedy)
-
-
-def _listing(values: Sequence[float], draft: Draft) -> str:
-    """List conditions with their unit."""
-    unit = "" if draft.naming.condition is None else draft.naming.condition.unit_suffix
-    return ", ".join(f"{value:g}" for value in values[:20]) + unit
-
-
-def responses_measured(draft: Draft) -> Iterator[Finding]:
-    """What is fitted next to the force is measured, with its scatter as the weight, and simulated."""
-    if draft.study.invert.responses == (FIRST,):
-        return
-    path, names, named = ("invert", "responses"), draft.study.invert.responses, draft.naming
-    if named.is_cutting and not draft.kind.travel_and_work:
-        yield Finding(path, f"solver {draft.study.solver.kind} returns a force only", "remove it")
-    if FIRST not in names or len(set(names)) < len(names):
-        listed = ", ".join(named.named(name).name for name in names)
-        message = f"{listed}: list the {named.response.noun}, and each response once"
-        yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
-    for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
-        yield from _weighed(draft.study.targets.means, name, draft.naming)
-
-
-def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
-    """Demand a value and a standard deviation of a response at one diameter at least."""
-    name = naming.named(response).name
-    sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
-    given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
-    if not given:
-        yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
-    elif all(scatter is None for scatter in given.values()):
-        at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
-        message = f"{name} has no sd{at_any}: its weight is unknown"
-        yield Finding(("targets", min(given)), message, f"add {sd}")
-
-
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
     """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
@@ -153,10 +95,35 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
             yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
 
 
+def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
+    """The specimen is on both supports."""
+    if draft.study.supports.clearance >= draft.study.specimen.length:
+        message = (
+            f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
+            f"{draft.study.specimen.length:g} mm long"
+        )
+        yield Finding(("supports", "clearance"), message, "move them closer or use a longer specimen")
+
+
+def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
+    """The rounding of the edge is smaller than half the thickness."""
+    if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
+        message = f"{draft.study.blade.edge_radius:g} mm is more than half the blade's thickness"
+        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.study.blade.thickness / 2:g} mm")
+
+
+def friction_falls(draft: Draft) -> Iterator[Finding]:
+    """Sliding does not rub more than sticking."""
+    contact = draft.study.contact
+    if contact.dynamic_friction > contact.static_friction:
+        message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
+        yield Finding(("contact", "dynamic_friction"), message, "swap them")
+
+
 _CUTTING = "cutting"
 _ABOUT_CUTTING = (
-    surface_rules.stem_reaches_over_supports,
-    surface_rules.edge_fits_blade,
+    stem_reaches_over_supports,
+    edge_fits_blade,
 )
 
 
@@ -167,9 +134,6 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.simulates_tests:
         message = f"solver {draft.study.solver.kind} does not simulate laboratory tests"
         yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
-    if draft.study.refine is not None and draft.study.refine.elsewhere:
-        message = "another model does not simulate the tests"
-        yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
             message = f"{section} of a program cannot be combined with the tests of the embedded solver"
@@ -194,9 +158,6 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     if machine.stiffness_sd and machine.stiffness is None:
         message = "the stiffness is missing"
         yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
-    if curved and draft.study.refine is not None and draft.study.refine.elsewhere:
-        message = "curves are not compared in another model"
-        yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""Field types of the study: quantities with a unit, lengths, files next to the spec, names.
+"""What sections are made of: quantities with a unit, lengths, files next to the spec, names.
 
 The same models serve two readers. From YAML (validation context ``{"spec": folder}``) a quantity is a text
 with its unit and a file is resolved against the folder of the spec; from Python both are taken as they are.
@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
     BeforeValidator,
+    ConfigDict,
     Field,
     GetCoreSchemaHandler,
     InstanceOf,
@@ -35,6 +38,12 @@ _NUMBER = r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?"
 def complain(message: str, remedy: str = "") -> PydanticCustomError:
     """Return the error that ends up as one `SpecProblem`; raise it inside a validator."""
     return PydanticCustomError("stemcal", "{message}", {"message": message, "remedy": remedy})
+
+
+class Frozen(BaseModel):
+    """Immutable, no unknown keys, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 def _spellings(unit: str) -> str:
@@ -137,6 +146,12 @@ SpecFile = Annotated[
 MOST = 1e30  # numbers whose powers are still numbers
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MOST, le=MOST)]
 Whole = Annotated[int, Field(strict=True)]
+
+Size = Annotated[float, Quantity("length", above=0)]
+SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
+Time = Annotated[float, Quantity("time", above=0)]
+Flag = Annotated[bool, Field(strict=True)]
+Share = Annotated[Number, Field(gt=0, le=1)]
 
 
 def _readable(text: str) -> str:
@@ -273,3 +288,15 @@ _AS_TEXT = PlainSerializer(str, return_type=str)
 
 StemLength = Annotated[InstanceOf[Length], _reader(_ABOVE_ZERO), _AS_TEXT, _schema(_ABOVE_ZERO)]
 StemLengthOrZero = Annotated[InstanceOf[Length], _reader(_FROM_ZERO), _AS_TEXT, _schema(_FROM_ZERO)]
+
+_SHORT = {"PB": "plackett-burman", "CCD": "central-composite", "BBD": "box-behnken"}
+
+
+def in_full(given: Any) -> Any:
+    """Return the name of a design for what the field calls it."""
+    return _SHORT.get(given.upper(), given) if isinstance(given, str) else given
+
+
+def names_of_designs(known: Sequence[str]) -> dict[str, Any]:
+    """Return the JSON schema of a design's name: in full, or what the field calls it."""
+    return {"enum": [*known, *(short for short, name in _SHORT.items() if name in known)], "type": "string"}

@@ -57,6 +57,15 @@ class YamlProblem(NamedTuple):
     remedy: str
 
 
+class Finding(NamedTuple):
+    """Something wrong at `path`; `at_key` when the key itself is at fault."""
+
+    path: NodePath
+    message: str
+    remedy: str = ""
+    at_key: bool = False
+
+
 @dataclass
 class Document:
     """The tree of a file, the places of its keys and values, and the errors found.

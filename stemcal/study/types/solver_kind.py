@@ -10,8 +10,8 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
 from stemcal.note import Remedy
 from stemcal.registry import OneOf, Registry
-from stemcal.study.model.factor import Frozen, Parameter
-from stemcal.study.types.field_types import Length
+from stemcal.study.types.factor import Parameter
+from stemcal.study.types.field_types import Frozen, Length
 
 Answers = Literal["computes", "looks_up", "asks_people"]
 

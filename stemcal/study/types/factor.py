@@ -1,23 +1,11 @@
-"""What every section is made of; factors, the parameters of the embedded solver, and own responses."""
+"""Factors, the parameters of the embedded solver, and own responses."""
 
 from typing import Annotated, Literal, NamedTuple
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.study.types import units
-from stemcal.study.types.field_types import ColumnName, FactorName, Label, Number, Quantity, Readable, Seen, Title
-
-Size = Annotated[float, Quantity("length", above=0)]
-SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
-Time = Annotated[float, Quantity("time", above=0)]
-Flag = Annotated[bool, Field(strict=True)]
-Share = Annotated[Number, Field(gt=0, le=1)]
-
-
-class Frozen(BaseModel):
-    """Immutable, no unknown keys, finite numbers only."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+from stemcal.study.types.field_types import ColumnName, FactorName, Frozen, Label, Number, Readable, Seen, Title
 
 
 class Parameter(NamedTuple):

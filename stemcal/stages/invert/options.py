@@ -1,0 +1,144 @@
+"""The section invert: what is fitted, and which of the points that give it is the solution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import isclose
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from stemcal.naming import FIRST, TRAVEL, WORK, Naming
+from stemcal.stages.surface.options import RsmOptions
+from stemcal.study.types.factor import EMBEDDED
+from stemcal.study.types.field_types import Frozen
+from stemcal.study.types.named import OwnCondition, responses_by_name
+from stemcal.study.types.strict_yaml import Finding
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study, Target
+    from stemcal.study.rules.draft import Draft
+
+
+AtSize = Annotated[float, OwnCondition("length", above=0)]
+
+Responses = Annotated[
+    tuple[str, ...],
+    BeforeValidator(responses_by_name),
+    WithJsonSchema({"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}),
+]
+
+
+class InvertOptions(Frozen):
+    """Which of the points that give the target is called the solution; with `conditions`, the joint fit over them.
+
+    More `responses` than the force make a joint fit even of one diameter.
+    """
+
+    rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
+    """Rule that selects one of the solutions: the nearest to the centre, or the one with all factors
+    but the strongest at their centre."""
+    conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
+        default=None, validation_alias="diameters", serialization_alias="diameters"
+    )
+    """The diameters, or other conditions, that are fitted: `all` or a list. With several the surface's design is run at
+    each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
+    are calibrated at the first of a list."""
+    responses: Responses = (FIRST,)
+    """What is fitted: the force alone, or also travel and work to the maximum."""
+
+
+def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
+    """`invert.diameters` names measured diameters."""
+    if (wanted := draft.study.of(InvertOptions).conditions) is None:
+        return
+    if draft.naming.condition is None:
+        remedy = "declare one under conditions, or remove this"
+        yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
+        return
+    if wanted == "all":
+        return
+    measured = [target.condition for target in draft.study.targets.means]
+    for index, condition in enumerate(wanted):
+        if any(isclose(condition, other) for other in wanted[:index]):
+            message = f"{draft.naming.place(condition)} is listed twice"
+            yield Finding(("invert", "diameters", index), message, "remove one")
+        if not any(isclose(condition, other) for other in measured):
+            named, listed = draft.naming, ", ".join(f"{value:g}" for value in measured[:20])
+            message = f"no {named.response.noun} is given for {named.place(condition)}, only for {listed}"
+            remedy = f"add its {named.response.noun} to targets, or remove it here"
+            yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
+
+
+def responses_measured(draft: Draft) -> Iterator[Finding]:
+    """What is fitted next to the force is measured, with its scatter as the weight, and simulated."""
+    path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
+    if names == (FIRST,):
+        return
+    if named.is_cutting and not draft.kind.travel_and_work:
+        yield Finding(path, f"solver {draft.study.solver.kind} returns a force only", "remove it")
+    if FIRST not in names or len(set(names)) < len(names):
+        listed = ", ".join(named.named(name).name for name in names)
+        message = f"{listed}: list the {named.response.noun}, and each response once"
+        yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
+    for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
+        yield from _weighed(draft.study.targets.means, name, draft.naming)
+
+
+def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
+    """Demand a value and a standard deviation of a response at one diameter at least."""
+    name = naming.named(response).name
+    sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
+    given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
+    if not given:
+        yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
+    elif all(scatter is None for scatter in given.values()):
+        at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
+        message = f"{name} has no sd{at_any}: its weight is unknown"
+        yield Finding(("targets", min(given)), message, f"add {sd}")
+
+
+def rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
+    """With priors the solution is the best fit, not one point of a level set."""
+    known = any(factor.prior is not None for factor in draft.factors.values())
+    if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
+        remedy = "leave it out: with priors the solution is the best fit to forces and priors"
+        yield Finding(("invert", "rule"), f"{draft.study.of(InvertOptions).rule} ignores the priors", remedy)
+
+
+def doubts(study: Study) -> Iterator[Finding]:
+    """Travel and work up to the break, unlike the force, fall as elements get smaller."""
+    from stemcal.study.rules.plausible import FALL
+
+    fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.of(InvertOptions).responses]
+    if fitted and study.naming.is_cutting and study.kind.travel_and_work:
+        depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
+        message = f"{depend} on the mesh: {FALL}"
+        yield Finding(("invert", "responses"), message, "fit only the force, or add this error to their sd")
+
+
+def growth_is_seen(draft: Draft) -> Iterator[Finding]:
+    """A surface that varies an exponent is fitted at another diameter than the one where it changes nothing."""
+    if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
+        return
+    joint: Sequence[float] | str = draft.study.of(InvertOptions).conditions or [draft.study.targets.calibrate_at]
+    fitted = [target.condition for target in draft.study.targets.means] if isinstance(joint, str) else joint
+    for name, growth in draft.growing.items():
+        exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
+        if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
+            message = f"at {at:g} mm, the only diameter that is fitted, {exponent} changes nothing"
+            remedy = "write diameters: all under invert, or another diameter as `at`"
+            yield Finding(("material", name, "at"), message, remedy)
+
+
+RULES = (joint_conditions_measured, responses_measured, rule_heeds_priors, growth_is_seen)
+
+
+def fitted_together(study: Study) -> tuple[Target, ...]:
+    """Return the targets that the parameters are fitted to together, with priors; none if one force alone is."""
+    options, means = study.of(InvertOptions), study.targets.means
+    wanted = options.conditions
+    if wanted is None or (wanted != "all" and len(wanted) == 1):
+        several = len(options.responses) > 1 or any(factor.prior is not None for factor in study.factors)
+        return (study.calibration_target,) if several else ()
+    return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))

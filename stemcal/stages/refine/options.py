@@ -1,0 +1,157 @@
+"""The section of the refinement, and the model in which the parameters will be used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from stemcal.study.types.field_types import Frozen, Number, StemLengthOrZero, Time, Whole, complain
+from stemcal.study.types.solver_kind import AnySolver, kind_of
+from stemcal.study.types.strict_yaml import Finding
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
+    from stemcal.study.rules.draft import Draft
+
+
+_NAMES = {"type": "array", "items": {"type": "string"}}
+_RANGE = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+_RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}
+
+
+def _by_name(given: Any) -> Any:
+    """Accept a list of names as a mapping without ranges."""
+    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+        return given
+    if twice := [name for name in given if given.count(name) > 1]:
+        raise complain(f"{twice[0][:60]} is listed twice", "remove one")
+    return dict.fromkeys(given)
+
+
+class RefineOptions(Frozen):
+    """Simulate the solution and correct it until the response is within the tolerance."""
+
+    in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
+    """The program or mesh in which the parameters will be used: any solver with its keys, also `embedded` with another
+    mesh. Omitted keys are those of the study if its solver has the same kind. By default the study's own model."""
+    internal_length: StemLengthOrZero | None = None
+    """`material.internal_length` in `in`; `0 mm` for local failure."""
+    edge_spread: StemLengthOrZero | None = None
+    """`blade.edge_spread` in `in`; `0 mm` for a sharp edge."""
+    duration: Time | None = None
+    """`loading.duration` in `in`: without lengths the same force may require a longer stroke."""
+    adjust: Annotated[
+        dict[str, tuple[Number, Number] | None],
+        BeforeValidator(_by_name),
+        WithJsonSchema(
+            {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}]}
+        ),
+    ] = {}
+    """Factors that may change in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if
+    the surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
+    strain may change from a tenth of its lower end to 1."""
+    tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
+    """Largest error of the simulated response at the solution."""
+    budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
+    """Maximum number of runs. With `in`, remaining runs simulate the other measured conditions."""
+
+    @property
+    def changes(self) -> dict[str, dict[str, object]]:
+        """What is different in the test simulated by `in`, by section and key."""
+        keys = (("material", "internal_length"), ("blade", "edge_spread"))
+        found = {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
+        return found | ({"loading": {"duration": self.duration, "stroke": None}} if self.duration is not None else {})
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the parameters are used in another model than the study's own."""
+        return self.in_ is not None
+
+    def solver_there(self, own: Any) -> Any:
+        """Return the solver of `in`, completed by the study's own of the same kind."""
+        if self.in_ is None or own.kind != self.in_.kind:
+            return self.in_ or own
+        return own.model_copy(update={name: getattr(self.in_, name) for name in self.in_.model_fields_set})
+
+
+def model_of(study: Study) -> Study:
+    """Return the study as `refine.in` simulates it; the study itself without that key."""
+    options = study.given(RefineOptions)
+    if options is None or options.in_ is None:
+        return study
+    sections = {name: getattr(study, name).model_copy(update=change) for name, change in options.changes.items()}
+    return study.model_copy(update={"solver": options.solver_there(study.solver), "refine": None, **sections})
+
+
+def refined_here(study: Study) -> RefineOptions | None:
+    """Return how the parameters are corrected in the study's own model; None where they are not."""
+    options = study.given(RefineOptions)
+    return None if options is None or options.elsewhere else options
+
+
+def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
+    """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
+    if (refine := draft.study.given(RefineOptions)) is None:
+        return
+    by_name = {factor.name: factor for factor in draft.factors.values()}
+    for name, ends in refine.adjust.items():
+        if name not in draft.names:
+            yield draft.unknown_factor(("refine", "adjust", name), name)
+        elif name in by_name and ends is not None and ends[0] >= ends[1]:
+            message = f"low {ends[0]:g} is not below high {ends[1]:g}"
+            yield Finding(("refine", "adjust", name), message, "widen the range")
+    if not refine.elsewhere and (refine.adjust or refine.changes):
+        key = "adjust" if refine.adjust else next(iter(next(iter(refine.changes.values()))))
+        message = "it applies to another model only, and there is no key `in`"
+        yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
+    if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
+        message = "the study's runs are entered by hand already, and a sheet asks for one program only"
+        yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
+
+
+def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
+    """What is measured besides the force is simulated in the study's own model only."""
+    if not draft.study.of(RefineOptions).elsewhere:
+        return
+    if draft.tests:
+        message = "another model does not simulate the tests"
+        yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
+    if any(target.curves for target in draft.study.targets.means):
+        message = "curves are not compared in another model"
+        yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
+
+
+def the_model_is_possible(draft: Draft) -> Iterator[Finding]:
+    """Yield what is wrong with the study in `refine.in`, at the keys of that section.
+
+    A factor that does not move may have no effect there.
+    """
+    from stemcal.study.rules import broken_rules
+
+    if (there := model_of(draft.study)) is draft.study:
+        return
+    for finding in broken_rules(replace(draft, study=there)):
+        section = finding.path[0] if finding.path else ""
+        if section == "solver":
+            yield finding._replace(path=("refine", "in", *finding.path[1:]))
+        elif section in ("responses", "conditions") and draft.kind.own_responses:
+            yield finding._replace(path=("refine", "in"), at_key=False)
+        elif section == "factors" and isinstance(index := finding.path[1], int):
+            factor = draft.factors.get(index)
+            moving = draft.study.of(RefineOptions).adjust
+            if factor is not None and factor.name in moving and finding.path[2:] == ("name",):
+                yield finding._replace(path=("refine", "adjust", factor.name))
+
+
+RULES = (refinement_is_possible, tests_and_curves_stay_here, the_model_is_possible)
+
+
+def doubts(study: Study) -> Iterator[Finding]:
+    """Question a duration that looks like a slip of its unit."""
+    from stemcal.study.rules.plausible import doubt
+
+    if duration := study.of(RefineOptions).duration:
+        yield from doubt(("refine", "duration"), duration, 1e-5, 1000, "s")

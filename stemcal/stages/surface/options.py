@@ -1,0 +1,317 @@
+"""The section rsm: design and terms of the response surface, and what must hold for them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic_core import PydanticKnownError
+
+from stemcal.errors import UsageError
+from stemcal.note import Note
+from stemcal.registry import surface_designs
+from stemcal.stages.screen.options import ScreenOptions
+from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
+from stemcal.study.types.field_types import Frozen, Number, Whole, complain, in_full, names_of_designs
+from stemcal.study.types.strict_yaml import Finding
+from stemcal.words import series
+
+if TYPE_CHECKING:
+    from stemcal.doe.designs.catalogue import SurfaceOptions
+    from stemcal.solvers.protocol import Solver
+    from stemcal.stages.result import CodedScale
+    from stemcal.study.model import Study
+    from stemcal.study.rules.draft import Draft
+
+
+class _OfSurfaces:
+    """The JSON schema of the name of a surface's design, read from the list of designs where it is wanted."""
+
+    def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> dict[str, Any]:
+        return names_of_designs([design.name for design in surface_designs().all])
+
+
+def _surface_design(given: Any) -> str:
+    """Return the name of a design for the surface that exists, here or in another package."""
+    name = in_full(given)
+    if isinstance(name, str) and surface_designs().named(name) is not None:
+        return name
+    *others, last = (repr(design.name) for design in surface_designs().all)
+    raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {last}"})
+
+
+_STRONGEST = r"strongest ([1-9][0-9]?)"
+
+
+def _chosen_or_names(given: Any) -> Any:
+    if isinstance(given, list | tuple) or given == "significant":
+        return given
+    if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
+        return " ".join(given.split())
+    message = "should be 'significant', 'strongest 3' or a list of factor names"
+    raise complain(message, "write factors: significant")
+
+
+def factors_taken(design: str) -> tuple[int, int]:
+    """Return how few and how many factors a design for the surface takes."""
+    found = surface_designs().named(design)
+    return (2, MOST_FACTORS) if found is None else found.factors
+
+
+AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
+
+
+def _axial_distance(given: Any) -> Any:
+    number = isinstance(given, int | float) and not isinstance(given, bool)
+    if given in get_args(AlphaRule) or (number and 0 < given <= 100):
+        return given
+    shown = f"{given:g}" if number else repr(given)[:60]
+    raise complain(f"{shown} is no axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
+
+
+class RsmOptions(Frozen):
+    """The design of the response surface and its terms.
+
+    CCD is central-composite, BBD is box-behnken.
+    """
+
+    design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
+    """The design. Box–Behnken requires 3 to 7 factors, full-factorial at most 7, others any number. From five factors
+    on, central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
+
+    factors: Annotated[
+        str | tuple[str, ...],
+        BeforeValidator(_chosen_or_names),
+        WithJsonSchema(
+            {
+                "anyOf": [
+                    {"const": "significant"},
+                    {"type": "string", "pattern": f"^{_STRONGEST}$"},
+                    {"type": "array", "items": {"type": "string"}},
+                ]
+            }
+        ),
+    ] = "significant"
+    """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
+    centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
+    """Runs at the centre. The embedded solver is deterministic, so further runs add no information."""
+    alpha: Annotated[
+        AlphaRule | float,
+        BeforeValidator(_axial_distance),
+        WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
+    ] = "rotatable"
+    """Distance of the axial points from the centre, by a rule or in coded units."""
+    runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
+    """Number of runs of a Latin hypercube."""
+    extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
+    """Further runs where the surface is least certain. A larger number reuses the runs made before."""
+    reduce: Literal["none", "backward"] = "none"
+    """`backward` removes terms with p above 0.1, one by one; the hierarchy of terms is kept."""
+    coding: dict[str, tuple[Number, Number]] = {}
+    """Values at coded −1 and +1 by factor, as in `yield_stress: [12, 18]`; other factors use their range."""
+
+    def coded(self, name: str) -> tuple[float, float]:
+        """Return centre and half step of a factor in `coding`."""
+        low, high = self.coding[name]
+        return float(f"{0.5 * (low + high):.12g}"), float(f"{0.5 * (high - low):.12g}")
+
+    @property
+    def strongest(self) -> int:
+        """How many of the strongest factors `factors` asks for; 0 for other values.
+
+        >>> RsmOptions(factors="strongest 3").strongest, RsmOptions().strongest
+        (3, 0)
+        """
+        found = re.fullmatch(_STRONGEST, self.factors) if isinstance(self.factors, str) else None
+        return int(found[1]) if found else 0
+
+    def chosen(self) -> SurfaceOptions:
+        """Return what a design for the surface is made from."""
+        from stemcal.doe.designs.catalogue import SurfaceOptions
+
+        return SurfaceOptions(self.design, self.centre_points, self.alpha, self.runs, self.extra_runs)
+
+    def reach(self, k: int) -> float:
+        """Return how far the outermost runs of `k` factors lie from the centre along an axis, in coded units."""
+        from stemcal.doe.designs.catalogue import surface_design
+
+        return surface_design(self.design).reach(k, self.chosen())
+
+    def radius(self, k: int) -> float:
+        """Return how far from the centre a surface of `k` factors may be trusted, in coded units."""
+        from stemcal.doe.designs.catalogue import surface_design
+
+        return surface_design(self.design).radius(k, self.chosen())
+
+
+MOST_CCD_FACTORS = 8
+LATIN_HYPERCUBE = "latin-hypercube"
+
+
+def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
+    """`rsm.factors` names factors of the study, each once."""
+    if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
+        return
+    for index, name in enumerate(chosen):
+        path = ("rsm", "factors", index)
+        if name not in draft.names:
+            yield draft.unknown_factor(path, name, at_key=False)
+        elif name in chosen[:index]:
+            yield Finding(path, f"{name} is listed twice", "remove one")
+    if not chosen:
+        yield Finding(("rsm", "factors"), "a response surface needs a factor", "name one")
+    if len(chosen) > MOST_CCD_FACTORS:
+        message = f"{len(chosen)} factors make too many corner runs"
+        yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+
+
+def factors_are_found(draft: Draft) -> Iterator[Finding]:
+    """Without a screening the spec names the surface's factors."""
+    chosen = draft.study.of(RsmOptions).factors
+    if draft.study.of(ScreenOptions).design == "none" and isinstance(chosen, str):
+        names = ", ".join(draft.names[:3])
+        message = f"without a screening it is unknown which factors are {chosen}"
+        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or remove screen.design: none")
+
+
+def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
+    """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
+    rsm = draft.study.of(RsmOptions)
+    least, most = factors_taken(rsm.design)
+    most = min(most, MOST_CCD_FACTORS, len(draft.names))
+    if rsm.strongest and not least <= rsm.strongest <= most:
+        known = len(draft.names)
+        message = f"{rsm.design} takes {least} to {most} of these {known} factors, not {rsm.strongest}"
+        yield Finding(("rsm", "factors"), message, f"write strongest {least}")
+
+
+def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
+    """The design of the surface exists for its factors and has enough runs for a quadratic."""
+    rsm = draft.study.of(RsmOptions)
+    if isinstance(rsm.factors, str):
+        return
+    k = len(rsm.factors)
+    fewest, most = factors_taken(rsm.design)
+    if (fewest > 2 and k < fewest) or k > most:
+        message = f"{rsm.design} exists for {fewest} to {most} factors, not {k}"
+        yield Finding(("rsm", "design"), message, "write central-composite")
+    least = (k + 1) * (k + 2) // 2
+    if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
+        message = f"{rsm.runs} runs cannot determine the {least} coefficients of {k} factors"
+        yield Finding(("rsm", "runs"), message, f"take {2 * least}")
+
+
+def runs_are_used(draft: Draft) -> Iterator[Finding]:
+    """`rsm.runs` is for the design whose size is free."""
+    rsm = draft.study.of(RsmOptions)
+    if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
+        message = f"the size of {rsm.design} follows from the factors"
+        yield Finding(("rsm", "runs"), message, f"leave it out or write design: {LATIN_HYPERCUBE}")
+
+
+def coding_fits(draft: Draft) -> Iterator[Finding]:
+    """`rsm.coding` has keys for factors, is within their ranges and keeps the corners physical."""
+    coding = draft.study.of(RsmOptions).coding
+    yield from (draft.unknown_factor(("rsm", "coding", name), name) for name in coding if name not in draft.names)
+    for factor in draft.factors.values():
+        if factor.name not in coding:
+            continue
+        path, (low, high) = ("rsm", "coding", factor.name), coding[factor.name]
+        if low >= high:
+            yield Finding(path, f"low {low:g} is not below high {high:g}", "swap them")
+        elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
+            message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, f"centre it near {factor.centre:g}")
+        elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
+            yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
+
+
+RULES = (
+    surface_factors_exist,
+    factors_are_found,
+    strongest_are_enough,
+    surface_design_takes_factors,
+    runs_are_used,
+    coding_fits,
+)
+
+
+def doubts(study: Study) -> Iterator[Finding]:
+    """Question a screening at the reference diameter of a growing parameter, which cannot see its exponent."""
+    at = study.targets.calibrate_at
+    if study.of(ScreenOptions).design == "none" or not isinstance(study.of(RsmOptions).factors, str):
+        return
+    for name, growth in study.material.growing().items():
+        exponent, seen_at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
+        if exponent in study.names and math.isclose(seen_at, at):
+            message = f"the screening, at {at:g} mm, cannot see {exponent}: there it changes nothing"
+            remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
+            yield Finding(("material", name, "at"), message, remedy)
+
+
+# ---- which factors the surface has
+
+
+class Screened(Protocol):
+    """A screening, or a climb that hands on what it found."""
+
+    @property
+    def shares(self) -> Mapping[str, float]:
+        """What each factor contributes, %; of several responses to the one it moves most."""
+
+    @property
+    def active_factors(self) -> Sequence[str]:
+        """Names of the factors that matter."""
+
+    @property
+    def coding(self) -> Mapping[str, CodedScale]:
+        """The coding that it found for the surface, by factor; a screening finds none."""
+
+
+def surface_factors(study: Study, solver: Solver, before: Screened | None) -> tuple[list[str], list[Note]]:
+    """Return the factors of the surface, the strongest first, and notes on how they were chosen."""
+    rsm, given = study.of(RsmOptions), solver.given_design("rsm")
+    if not isinstance(rsm.factors, str):
+        return list(rsm.factors), []
+    if before is None:
+        raise UsageError(f"rsm.factors: {rsm.factors} needs a screening; run `stemcal screen SPEC` first")
+    chosen, notes = _strongest(before, rsm)
+    if given is None:
+        return chosen, notes
+    columns = [name for name in given[0] if name in study.names]
+    if set(columns) != set(chosen):
+        text = f"The table varies {series(columns)}; the screening would have chosen {series(chosen)}."
+        notes = [Note("table_varies", "warning", text)]
+    return columns, notes
+
+
+def _strongest(before: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]]:
+    """Return the significant factors, or those of largest contribution if the spec or the design requires a number."""
+    shares = before.shares
+    ranked = sorted(shares, key=lambda name: -shares[name])
+    found = [name for name in ranked if name in before.active_factors]
+    asked, (least, most) = rsm.strongest, factors_taken(rsm.design)
+    if asked:
+        return ranked[:asked], [_strongest_asked(ranked[:asked], found)]
+    if least <= len(found) <= most:
+        return found, []
+    chosen = ranked[: min(max(len(found), least), most)]
+    if len(found) < least:
+        few = f"only {series(found)}" if found else "no factor"
+        text = f"The screening found {few} significant; the surface uses the strongest factors, {series(chosen)}."
+        return chosen, [Note("few_significant", "caution", text)]
+    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of them."
+    return chosen, [Note("many_significant", "caution", text)]
+
+
+def _strongest_asked(chosen: Sequence[str], significant: Sequence[str]) -> Note:
+    """Return the note on the factors that `rsm.factors: strongest N` chose."""
+    text = f"The surface uses the strongest factors (`rsm.factors`): {series(chosen)}."
+    if weak := [name for name in chosen if name not in significant]:
+        text += f" Not significant among them: {series(weak)}."
+    if left := [name for name in significant if name not in chosen]:
+        text += f" Significant, but left out: {series(left)}."
+    return Note("strongest_asked", "caution", text)

@@ -1,0 +1,16 @@
+"""The section of the validation."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from stemcal.study.types.field_types import Frozen, Number
+
+
+class ValidateOptions(Frozen):
+    """The comparison with what was measured."""
+
+    tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
+    """Largest error at which simulated and measured response agree."""
