@@ -37,11 +37,11 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.gallery import write_figures
 from stemcal.report.page.render import shown, write_page
 from stemcal.solvers import make_solver
+from stemcal.stages.fresh import make_all
 from stemcal.study.reading import load_study
-from stemcal.workflow import calibrate
 
 Rows = list[tuple[str, float]]
-IMPORTS = "import stemcal.cli.app, stemcal.workflow, stemcal.solvers.embedded, stemcal.report.page.render"
+IMPORTS = "import stemcal.cli.app, stemcal.stages.fresh, stemcal.solvers.embedded, stemcal.report.page.render"
 
 
 def table(title: str, unit: str, rows: Rows) -> None:
@@ -77,9 +77,9 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
     asked, folder = load_study(spec), StudyFolder(out)
     with LocalExecutor() as executor:
         starting = seconds_of(lambda: by_each_worker(executor, make_solver(asked).get_ready))
-        first = seconds_of(lambda: calibrate(asked, folder, executor))
+        first = seconds_of(lambda: make_all(asked, folder, executor))
         (out / "screen.json").unlink()  # the stages are made again, from the records
-        statistic = seconds_of(lambda: calibrate(asked, folder, executor))
+        statistic = seconds_of(lambda: make_all(asked, folder, executor))
         what = shown(asked, folder)
         plots = [plot for plot in what.plots if plot.on_page]
         drawing = seconds_of(lambda: [(plot.document, plot.pixels) for plot in plots])

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from cases import paper_cases, tests_of
 
-from stemcal.cli.init import spec_text
+from stemcal.cli.spec import spec_text
 from stemcal.cutting import ShearTest, shear
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test

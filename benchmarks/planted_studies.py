@@ -27,12 +27,12 @@ from typing import Any
 
 import numpy as np
 
-from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.stages.fresh import make_all
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
@@ -235,7 +235,7 @@ def judged(law: Law, spec: str) -> Judged:
         study, folder = load_study(path), StudyFolder(Path(place) / "out")
         refused = ""
         try:
-            workflow.calibrate(study, folder, InlineExecutor())
+            make_all(study, folder, InlineExecutor())
         except StemcalError as error:
             refused = str(error)
         with suppress(StemcalError):

@@ -20,14 +20,14 @@ def stage_files() -> list[tuple[str, Row, list[Row]]]:
     """Return title, heading and rows of a table for each stage file, and one for the CSV files."""
     from stemcal.executors.base import InlineExecutor
     from stemcal.folder.study_folder import StudyFolder
+    from stemcal.stages.fresh import make_all
     from stemcal.study.reading import load_study
-    from stemcal.workflow import calibrate
 
     study = load_study(REPLAY)
     names = {factor.name for factor in study.factors}
     with tempfile.TemporaryDirectory() as place:
         with StudyFolder(Path(place)) as folder, InlineExecutor() as executor:
-            calibrate(study, folder, executor)
+            make_all(study, folder, executor)
         tables = []
         for stage in STAGES:
             data = json.loads((Path(place) / f"{stage}.json").read_text("utf-8"))

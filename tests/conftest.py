@@ -44,10 +44,11 @@ def compile_kernels() -> None:
 @pytest.fixture(scope="session")
 def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     """The study of the printed tables and its folder, all stages done."""
+    from workflow import calibrate
+
     from stemcal.executors.base import InlineExecutor
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.study.reading import load_study
-    from stemcal.workflow import calibrate
 
     study = load_study(ROOT / "configs" / "paper-replay.yaml")
     folder = StudyFolder(tmp_path_factory.mktemp("replay"))

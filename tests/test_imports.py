@@ -17,8 +17,7 @@ FLOORS = {
     "stemcal.files": 1,
     "stemcal.interrupts": 0,
     "stemcal.processes": 1,
-    "stemcal.naming": 0,
-    "stemcal.names": 1,
+    "stemcal.naming": 0.5,
     "stemcal.note": 0,
     "stemcal.numbers": 0,
     "stemcal.run_warnings": 2,
@@ -38,7 +37,6 @@ FLOORS = {
     "stemcal.stages": 9,
     "stemcal.overview": 10,
     "stemcal.by_hand": 11,
-    "stemcal.workflow": 11,
     "stemcal.report": 13,
     "stemcal.python": 14,
     "stemcal.testing": 14,
@@ -54,8 +52,8 @@ OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
 LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 KNOWN = {
-    ("stemcal.cli.export_material", "stemcal.stages.refine.element_size"),
-    ("stemcal.cli.export_material", "stemcal.stages.refine.showing"),
+    ("stemcal.cli.export_program", "stemcal.stages.refine.element_size"),
+    ("stemcal.cli.export_program", "stemcal.stages.refine.showing"),
 }
 """Imports of something else of a slice. This list may only shrink."""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from workflow import calibrate
 
 from stemcal.doe.regression.terms import term_columns
 from stemcal.executors.base import InlineExecutor
@@ -21,7 +22,6 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.workflow import calibrate
 
 CASES = Path(__file__).parent / "cases" / "repose"
 NOT_ITS_OWN = re.compile(r"\b(force|diameter|stem|blade|travel)s?\b", re.IGNORECASE)

@@ -11,14 +11,13 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import (
-    check,
     doctor,
     explain,
     export,
-    init,
     measure,
     run,
     simulate,
+    spec,
     status,
 )
 from stemcal.cli.guard import exit_codes, flush_all, steady_streams
@@ -63,7 +62,7 @@ COMMANDS: dict[str, tuple[Any, ...]] = {
         *(run.run, *(run.command_of(stage) for stage in STAGES.built_in)),
         *(run.enter, run.report),
     ),
-    STUDY_PANEL: (init.init, check.check, simulate.simulate, status.status),
+    STUDY_PANEL: (spec.init, spec.check, simulate.simulate, status.status),
     "Help": (doctor.doctor, explain.explain),
 }
 """The commands by their panel in the help."""

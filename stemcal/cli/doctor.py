@@ -31,15 +31,15 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Check the installation, with two self-tests.
+    """Check the installation, with a self-test.
 
     Example: [bold]stemcal doctor[/bold]
     """
-    from stemcal.fem.warm import is_compiled, seconds_to_compile
-    from stemcal.report.progress import compiling
+    from stemcal.fem.warm import is_compiled
+    from stemcal.report.progress import COMPILING
 
     if not as_json and not is_compiled():
-        note(compiling(seconds_to_compile()))
+        note(COMPILING)
     with waiting("looking", as_json):
         findings = [found for look in CHECKS for found in look()]
     if as_json:
@@ -141,21 +141,6 @@ def _solvers() -> Iterator[Finding]:
         yield from (Finding(*part) for part in kind.ready())
 
 
-def _statistics() -> Iterator[Finding]:
-    """Fit a known quadratic: 100 + 30a + 10b − 5ab + 2a² at the points of a face-centred design."""
-    import numpy as np
-
-    from stemcal.doe.regression.surface import fit_surface
-
-    grid = np.array([(a, b) for a in (-1.0, 0.0, 1.0) for b in (-1.0, 0.0, 1.0)])
-    a, b = grid.T
-    surface = fit_surface(grid, 100 + 30 * a + 10 * b - 5 * a * b + 2 * a**2, ["a", "b"])
-    worst = max(
-        abs(found.value - known) for found, known in zip(surface.coefficients, (100, 30, 10, -5, 2, 0), strict=True)
-    )
-    yield Finding("self-test: surface", f"largest error of a coefficient {worst:.0e}", bool(worst < 1e-8))
-
-
 def _solver() -> Iterator[Finding]:
     """Stretch a plastic bar: beyond yield εₚ = (ε − σ_y/E)(1 − E_t/E)."""
     import time
@@ -199,5 +184,5 @@ def stretched_bar() -> tuple[float, float]:
 
 
 CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _statistics, _solver
+    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _solver
 )  # fmt: skip

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stemcal.cli import export_deck, export_material
-from stemcal.cli.console import say, say_json, say_tables, warn
-from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
+from stemcal.cli import export_program
+from stemcal.cli.console import say, say_json, say_tables
+from stemcal.cli.session import AsJson, Out, Spec, finished_work
 from stemcal.errors import UsageError
 
 if TYPE_CHECKING:
@@ -67,14 +67,9 @@ def tables(
     from stemcal.report.export import export_tables, numbered, paper_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
-    from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
-    study = read_study(spec)
-    folder = existing_folder(study, out)
-    results = fresh_results(study, folder)
-    for sentence in results.stale:
-        warn(sentence)
+    study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
     printed = numbered(paper_tables(study, results, holds), paper_numbers)
     plots = _told(gallery(study, results, read_records(results, folder)), holds) if kind == "docx" else []
@@ -101,14 +96,9 @@ def figures(
     """
     from stemcal.report.gallery import gallery, write_as
     from stemcal.report.records import read_records
-    from stemcal.stages.results import fresh_results
 
     millimetres = _width(width)
-    study = read_study(spec)
-    folder = existing_folder(study, out)
-    results = fresh_results(study, folder)
-    for sentence in results.stale:
-        warn(sentence)
+    study, folder, results = finished_work(spec, out)
     records = read_records(results, folder)
     plots = gallery(study, results, records)
     if names == ["list"]:
@@ -121,8 +111,8 @@ def figures(
     _tell([str(path) for path in paths], as_json)
 
 
-app.command("deck")(export_deck.export_deck)
-app.command("material")(export_material.export_material)
+app.command("deck")(export_program.export_deck)
+app.command("material")(export_program.export_material)
 
 
 def _told(plots: list[Plot], holds: bool) -> list[Plot]:

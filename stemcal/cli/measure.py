@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stemcal.files.rows import Table
     from stemcal.measured.shear import ShearTests
     from stemcal.note import Note
-    from stemcal.study.model import Study
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -93,7 +92,6 @@ def shear(
     index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table with the diameter of each file.")] = None,
     preload: Preload = 5.0,
     exclude: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; repeatable.")] = None,
-    alpha: Annotated[float, typer.Option(metavar="P", min=0.0001, max=0.5, help="Level of Grubbs' test.")] = 0.05,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
         bool, typer.Option("--travel-and-work", help="Add travel and work to the targets.")
@@ -130,7 +128,7 @@ def shear(
     how.check()
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
-    tests = measure_shear(files, how, listed, exclude or [], alpha)
+    tests = measure_shear(files, how, listed, exclude or [])
     _finish_shear(tests, target_rows(tests, travel_and_work), spec, out, as_json, quiet)
 
 
@@ -197,36 +195,19 @@ def _finish_shear(
     rows, section = Rows(map(SpecimenRow.of, tests.specimens)), section_of(targets)
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
-    study = _rewrite(spec, lambda text: with_rows(text, {"": targets})) if spec else None
+    if spec:
+        _rewrite(spec, lambda text: with_rows(text, {"": targets}))
     if out:
         drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
         notes = Column("notes", of=lambda row: " ".join(map(str, row.notes)))
         table = Table.of([*(name for name in vars(rows[0]) if name != "notes"), notes], rows)
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
-    if study is not None and not quiet:
-        if further := _beyond_stroke(tests, study):
-            note(further)
+    if spec and not quiet:
         note(f"wrote the targets into {spec}; check it with: stemcal check {spec}")
 
 
-def _beyond_stroke(tests: ShearTests, study: Study) -> str:
-    """Return a note if measured peaks are beyond the stroke of the simulation, otherwise an empty text."""
-    from stemcal.overview.foresight import lasting
-
-    longest, diameter = max((grade.travel.mean, grade.diameter) for grade in tests.grades)
-    stroke = study.loading.stroke_at(diameter)
-    if longest <= stroke:
-        return ""
-    longer = lasting(study, longest, diameter).text
-    return (
-        f"note: the measured force peaks at up to {longest:.3g} mm of travel, including the compliance of the testing "
-        f"machine; the stroke of the simulation is {stroke:.3g} mm. {longer} Only forces are compared; with "
-        "--travel-and-work also travel and work"
-    )
-
-
-def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
+def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     """Change the text of a spec unless the result is invalid."""
     from stemcal.files.durable import write_atomic
     from stemcal.study.reading import read_study
@@ -239,9 +220,8 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> Study:
     if before is None:
         raise UsageError(f"{spec} is not text; save it in UTF-8")
     text = change(before)
-    study = read_study(text.encode("utf-8"), spec)
+    read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)
-    return study
 
 
 def _numbers(text: str | None) -> list[float]:

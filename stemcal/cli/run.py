@@ -11,24 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_whole, warn
-from stemcal.cli.session import (
-    AsJson,
-    ExecutorName,
-    Out,
-    Quiet,
-    Session,
-    Spec,
-    Workers,
-    existing_folder,
-    opened,
-    read_study,
-)
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:
-    from stemcal.by_hand import Entered
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study
 
@@ -194,15 +182,9 @@ def report(
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
     from stemcal.report.drawing import draw
-    from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
 
-    study = read_study(spec)
-    folder = existing_folder(study, out)
-    results = fresh_results(study, folder)
-    if not quiet:
-        for sentence in results.stale:
-            warn(sentence)
+    study, folder, results = finished_work(spec, out, quiet)
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
@@ -237,14 +219,16 @@ def enter(
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
     from stemcal.by_hand import Correction, enter, user_name
-    from stemcal.cli.run import go_through
     from stemcal.solvers.sheet.reading import filled
 
     content, how = _content(sheet), Correction(replace.strip(), who or user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
         if as_json:
-            say_json(_entered_json(found))
+            refused = [
+                {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused
+            ]
+            say_json({"schema_version": 1, "stage": "enter", **vars(found), "refused": refused})
         else:
             say(found.summary())
         found.require_all()
@@ -260,8 +244,3 @@ def _content(file: Path) -> bytes:
         return read_plain(file, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{file}: {error.strerror}; name the sheet with the results") from None
-
-
-def _entered_json(found: Entered) -> dict[str, object]:
-    refused = [{"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused]
-    return {"schema_version": 1, "stage": "enter", **vars(found), "refused": refused}

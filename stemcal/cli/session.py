@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
+    from stemcal.stages.results import Results
     from stemcal.study.model import Study
 
 DASK = "dask://"
@@ -113,27 +114,22 @@ def folder_of(study: Study, out: Path | None) -> Path:
     return out if out is not None else default_place(study.name)
 
 
-def check_executor(name: str, workers: int | None) -> None:
-    """Refuse an executor that is not there, before anything is read or written."""
-    if name.startswith(DASK):
-        host, _, port = name.removeprefix(DASK).rpartition(":")
-        if not host or not port.isdigit():
-            raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
-        if workers is not None:
-            raise UsageError("--workers applies to --executor local; a cluster has the workers you start there")
-    elif name != "local":
+def executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
+    """Return what makes the executor of that name, given the seconds that a run may take; refuse an unknown one."""
+    if name == "local":
+        from stemcal.executors.local import LocalExecutor
+
+        return lambda time_limit: LocalExecutor(workers, time_limit)
+    host, _, port = name.removeprefix(DASK).rpartition(":")
+    if not name.startswith(DASK):
         raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
+    if not host or not port.isdigit():
+        raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
+    if workers is not None:
+        raise UsageError("--workers applies to --executor local; a cluster has the workers you start there")
+    from stemcal.executors.cluster import DaskExecutor
 
-
-def make_executor(name: str, workers: int | None, time_limit: float | None) -> RunExecutor:
-    """Return the executor of that name; each run may take `time_limit` seconds."""
-    if name.startswith(DASK):
-        from stemcal.executors.cluster import DaskExecutor
-
-        return DaskExecutor(name.removeprefix(DASK), time_limit)
-    from stemcal.executors.local import LocalExecutor
-
-    return LocalExecutor(workers, time_limit)
+    return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)
 
 
 @contextmanager
@@ -146,7 +142,7 @@ def opened(
     """
     from stemcal.executors.machine import require_address_space
 
-    check_executor(executor, workers)
+    make_executor = executor_called(executor, workers)
     require_address_space()
     study = read_study(spec)
 
@@ -154,7 +150,7 @@ def opened(
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
-        pool = stack.enter_context(make_executor(executor, workers, study.runs.time_limit))
+        pool = stack.enter_context(make_executor(study.runs.time_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)
@@ -208,3 +204,15 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     if not path.is_dir():
         raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or name the folder with --out")
     return StudyFolder(path)
+
+
+def finished_work(spec: Path, out: Path | None, quiet: bool = False) -> tuple[Study, StudyFolder, Results]:
+    """Return a study, its folder and the results that are fresh; stale stages are warned of unless it is `quiet`."""
+    from stemcal.stages.results import fresh_results
+
+    study = read_study(spec)
+    folder = existing_folder(study, out)
+    results = fresh_results(study, folder)
+    for sentence in () if quiet else results.stale:
+        warn(sentence)
+    return study, folder, results

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stemcal.cli.console import height, note, say, say_json, say_tables, say_whole, stdout, warn
-from stemcal.names import Names
+from stemcal.cli.console import note, say, say_json, say_tables, say_whole, warn
+from stemcal.naming import Names
 from stemcal.stages.verdict.result import Verdict
 from stemcal.words import counted
 
@@ -67,7 +67,7 @@ def show_run(
 ) -> None:
     """Print what a whole study came to: what was found, notes, at last the verdict, a table, and where the page is.
 
-    The last part fits on a screen. With `as_json` all stages as JSON. Leaves with exit code 3 if runs failed.
+    With `as_json` all stages as JSON. Leaves with exit code 3 if runs failed.
     """
     if as_json:
         from stemcal.stages.verdict.words import verdict_json
@@ -109,12 +109,8 @@ def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> N
     from stemcal.report.terminal import final_tables
     from stemcal.stages.verdict.words import lines
 
-    judged = lines(verdict, Names(study.naming))
-    taken = sum(height(line) for line in judged) + 3  # an empty line, the page, the prompt
-    screen = stdout()
-    tables = final_tables(study, results, verdict.holds, screen.height - taken if screen.is_terminal else None)
-    say(*judged, "")
-    say_tables(*tables)
+    say(*lines(verdict, Names(study.naming)), "")
+    say_tables(*final_tables(study, results, verdict.holds))
     say_whole(f"Report: {page}")
 
 

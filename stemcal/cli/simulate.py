@@ -74,16 +74,17 @@ def simulate(
         return
     section = test_called(study, test)
 
+    from stemcal.fem.warm import is_compiled
     from stemcal.overview.foresight import demand_of_one
-    from stemcal.report.progress import compiling
-    from stemcal.solvers.embedded import seconds_to_prepare, simulate_test
+    from stemcal.report.progress import COMPILING
     from stemcal.solvers.embedded import simulate as shear_test
+    from stemcal.solvers.embedded import simulate_test
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
     require_sense(demand_of_one(alone, [at]), 1)
-    if (seconds := seconds_to_prepare()) != 0.0 and not quiet:
-        note(compiling(seconds))
+    if not is_compiled() and not quiet:
+        note(COMPILING)
     with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet):
         if test is None or test == CUTTING:
             result = shear_test(study, levels, at, frames=frames)

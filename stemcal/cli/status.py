@@ -15,7 +15,7 @@ from stemcal.words import counted
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import Holder, StudyFolder
-    from stemcal.names import Names
+    from stemcal.naming import Names
     from stemcal.overview.status import Inspection, StageStatus, Status
     from stemcal.study.model import Study
 
@@ -67,7 +67,7 @@ def status(
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
     """Return how far every stage is, and the verdict."""
     from stemcal.files.rows import Column, Table
-    from stemcal.names import Names
+    from stemcal.naming import Names
     from stemcal.overview.status import status as count
     from stemcal.stages.verdict.words import verdict_json
 
@@ -113,7 +113,7 @@ def _stage(stage: StageStatus) -> Iterator[str]:
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
     """Return the runs of the study, or the failed ones."""
-    from stemcal.names import Names
+    from stemcal.naming import Names
     from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import listed, runs_table
 

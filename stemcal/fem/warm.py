@@ -87,10 +87,9 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
     with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
         lock.acquire()
     try:
-        begun = time.perf_counter()
         yield
-        with suppress(OSError), mark.open("x", encoding="ascii") as file:
-            file.write(f"{time.perf_counter() - begun:.1f}\n")
+        with suppress(OSError):
+            mark.touch()
     finally:
         lock.release()
 
@@ -98,15 +97,6 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
 def is_compiled() -> bool:
     """Return whether the cache has every kernel for this machine, as far as this is possible without loading them."""
     return _mark().exists()
-
-
-def seconds_to_compile() -> float | None:
-    """Return how long this machine took to compile the kernels of this or another version the last time, s."""
-    known: list[tuple[float, float]] = []
-    for mark in CACHE.parent.glob("kernels-*/complete-*"):
-        with suppress(OSError, ValueError):
-            known.append((mark.stat().st_mtime, float(mark.read_text(encoding="ascii"))))
-    return max(known)[1] if known else None
 
 
 def _mark() -> Path:

@@ -15,7 +15,7 @@ from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import ShearCurve, read_curves
 from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
-from stemcal.measured.tables import Form, find_column, matching, read_table, scale_of
+from stemcal.measured.tables import find_column, matching, read_table, scale_of
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.words import did_you_mean, series
@@ -122,7 +122,6 @@ def measure_shear(
     how: CurveOptions = CurveOptions(),
     index: Mapping[str, tuple[float, float | None]] | None = None,
     exclude: Collection[str] = (),
-    alpha: float = 0.05,
 ) -> ShearTests:
     """Read the files of all specimens.
 
@@ -132,11 +131,7 @@ def measure_shear(
         Diameter and grade (or None) by the name of the file or its stem.
     exclude : collection of str
         Specimens that do not count.
-    alpha : float
-        Significance level of the test for outliers.
     """
-    if not 0.0 < alpha < 1.0:
-        raise UsageError(f"--alpha {alpha:g}: the level of a test must be between 0 and 1")
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
     specimens = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed, exclude))
@@ -147,7 +142,7 @@ def measure_shear(
     if not counted:
         raise UsageError("no specimen is left")
     diameters = sorted({s.grade for s in counted})
-    grades = tuple(_grade(d, [s for s in counted if s.grade == d], alpha) for d in diameters)
+    grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
     notes = (
         *_not_there(listed, files, specimens),
@@ -213,9 +208,9 @@ def _by_number(path: Path) -> list[tuple[bool, float, str]]:
     return [(place % 2 == 1, float(part) if place % 2 else 0.0, part) for place, part in enumerate(parts)]
 
 
-def read_index(path: Path, form: Form = Form()) -> dict[str, tuple[float, float | None]]:
+def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     """Return diameter and grade of each file from a table with the columns file, diameter and perhaps grade."""
-    table = read_table(path, form)
+    table = read_table(path)
     name = find_column(table, FILE, "the names of files", "call it file")
     diameter = find_column(table, DIAMETER, "the diameters", "call it diameter", known=MILLIMETRES)
     scale, grade = scale_of(table, diameter, MILLIMETRES, "mm"), matching(table, GRADE)
@@ -285,9 +280,9 @@ def _grade_near(diameter: float) -> float:
     return diameter if (2.0 * diameter).is_integer() else float(round(diameter))
 
 
-def _grade(diameter: float, specimens: Sequence[TestedSpecimen], alpha: float) -> GradeForces:
+def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> GradeForces:
     forces = [specimen.curve.max_force for specimen in specimens]
-    test = grubbs(forces, alpha)
+    test = grubbs(forces)
     suspect = specimens[test.index].name if test and test.is_outlier else None
     travel = summarise([specimen.curve.travel_at_max for specimen in specimens])
     work = summarise([specimen.curve.work_to_max for specimen in specimens])

@@ -32,7 +32,7 @@ class Summary:
     sd_interval: tuple[float, float] | None
 
 
-def summarise(values: Sequence[float], level: float = LEVEL) -> Summary:
+def summarise(values: Sequence[float]) -> Summary:
     """Return a sample's summary; it must hold one value at least.
 
     >>> low, high = summarise([7.0, 8.0, 9.0]).mean_interval
@@ -46,9 +46,9 @@ def summarise(values: Sequence[float], level: float = LEVEL) -> Summary:
         return Summary(n, mean, None, None, None, None)
     sd = float(np.std(values, ddof=1))
     # mean ± t(1 − α/2; n − 1)·s/√n
-    reach = float(stdtrit(n - 1, 0.5 + level / 2)) * sd / sqrt(n)
+    reach = float(stdtrit(n - 1, 0.5 + LEVEL / 2)) * sd / sqrt(n)
     # s·√((n − 1)/χ²)
-    low, high = (sd * sqrt((n - 1) / float(chdtri(n - 1, 0.5 - side * level / 2))) for side in (1, -1))
+    low, high = (sd * sqrt((n - 1) / float(chdtri(n - 1, 0.5 - side * LEVEL / 2))) for side in (1, -1))
     cv = 100.0 * sd / mean if mean else None
     return Summary(n, mean, sd, cv, (mean - reach, mean + reach), (low, high))
 

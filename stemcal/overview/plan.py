@@ -1,12 +1,12 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs cannot estimate.
 
+
 How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
-else from the solver's own guess. What comes next to it is a constant of a small machine; compiling is known from the
-last time.
+else from the solver's own guess.
 """
 
 import socket
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from heapq import heapify, heapreplace
 from itertools import islice
@@ -18,7 +18,7 @@ from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.executors.machine import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import program
+from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.runs.outcome import record_key, stands
@@ -31,10 +31,6 @@ from stemcal.study.model import Study
 from stemcal.words import counted, series
 
 _MOST_RECORDS = 50  # that are looked at
-# Of two cores at 2.1 GHz, s: starting and statistics; what workers add; compiling, as long as it was never timed.
-_STARTING, _WORKERS, _COMPILING = 2.5, 1.5, 30.0
-# So too: the page with its figures.
-_PAGE = 5.0
 
 Source = Literal["none", "by_hand", "guess", "tried", "recorded"]
 """How costs are known: not for runs that people do, else by the solver's guess, by half a second of a run here, by runs
@@ -67,9 +63,8 @@ class PlannedStage:
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); `overhead` what
-    compiling, starting, statistics and page take, and `elapsed` all of it with `workers`, runs that are decided
-    one by one counted as usual.
+    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); `elapsed` is
+    what the study takes with so many `workers`, runs that are decided one by one counted as usual.
     """
 
     schema_version: int
@@ -83,7 +78,6 @@ class Plan:
     source: Source = "none"
     recorded_runs: int = 0
     workers: int = 1
-    overhead: float = 0.0
     elapsed: float | None = None
 
 
@@ -100,8 +94,8 @@ def plan(
     seconds = [stage.seconds for stage in stages]
     later = [found for stage in stages_of(study) if (found := stage.later(study)) is not None]
     rounds = [part for found in later for part in found.rounds] if not wanted[-1].settled else []
+    spent = [] if costs.of is None else [list(map(costs.of, runs)) for runs in (*left, *rounds)]
     left_there, seconds_there = _there(study, folder)
-    rest = overhead(solver)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [found.note for found in later]
     notes += _in_another_program(study, to_run, left_there, seconds_there)
@@ -118,15 +112,8 @@ def plan(
         costs.source,
         costs.recorded,
         workers,
-        rest,
-        None
-        if costs.of is None
-        else rest + elapsed([*_timed([*left, *rounds], costs.of), [seconds_there or 0.0]], workers),
+        None if costs.of is None else overhead(solver) + elapsed([*spent, [seconds_there or 0.0]], workers),
     )
-
-
-def _timed(stages: Sequence[Sequence[Request]], cost: Callable[[Request], float]) -> list[list[float]]:
-    return [[cost(request) for request in runs] for runs in stages]
 
 
 def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]:
@@ -136,23 +123,10 @@ def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]
     """
     if (there := study.there) is study:
         return 0, None
-    most = {stage.name: stage.most_there(study) for stage in stages_of(study) if stage.seen(study) is not study}
-    left = max(0, sum(most.values()) - _recorded(most, there, folder))
+    left = sum(stage.most_there(study) for stage in stages_of(study) if stage.seen(study) is not study)
     probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
     cost = costs_of(make_solver(there), folder, probes[0]).of if there.kind.foresees else None
-    return left, None if cost is None or not left else left * max(map(cost, probes))
-
-
-def _recorded(stages: Collection[str], study: Study, folder: StudyFolder | None) -> int:
-    """Count the records of some stages that are of this study's solver, not of another that made such runs before."""
-    if folder is None:
-        return 0
-    solver, found = make_solver(study), 0
-    for key in folder.keys():  # noqa: SIM118
-        record = folder.peek(key)
-        if record is not None and record["request"]["stage"] in stages:
-            found += record_key(solver, Request(**record["request"])) == key
-    return found
+    return left, None if cost is None else left * max(map(cost, probes))
 
 
 def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:
@@ -283,8 +257,5 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
 
 
 def overhead(solver: Solver) -> float:
-    """Return the seconds that compiling, starting, statistics and the page take."""
-    if solver.immediate:
-        return _STARTING + _PAGE
-    compiling = solver.preparing()
-    return _STARTING + _WORKERS + _PAGE + (_COMPILING if compiling is None else compiling)
+    """Return the seconds that starting, statistics, page, workers and compiling take, of two cores at 2.1 GHz."""
+    return 7.5 if solver.immediate else 9.0 + 30.0 * solver.preparing()

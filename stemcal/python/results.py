@@ -13,7 +13,7 @@ from stemcal.doe.calibration.fit import Fit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.gallery import gallery
 from stemcal.report.page.profiler import for_notebook

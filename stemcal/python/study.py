@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from stemcal import workflow
 from stemcal.by_hand import Correction, awaited_runs, enter, gone_on, require_sheet, user_name
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
@@ -27,6 +26,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.columns import fields_of
 from stemcal.solvers.sheet.reading import told
+from stemcal.stages.fresh import make_all
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.checked import checked, checked_path, level_of
@@ -81,7 +81,7 @@ def calibrate(
         solver = make_solver(study)
         demand = demand_of(left_to_run(study, folder, solver), solver)
         _warn_before(demand, executor.workers)
-        workflow.calibrate(study, folder, executor, watch)
+        make_all(study, folder, executor, watch)
     folder.remember_spec(study.source)
     return StudyResults.read(study, folder)
 

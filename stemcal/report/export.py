@@ -9,7 +9,7 @@ from pathlib import Path
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.rows import Column, Table
 from stemcal.files.showing import csv_text, in_a_line
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import short
 from stemcal.report.docx import write_word
 from stemcal.report.figures.plot import Plot

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from stemcal.runs.answer import Progress
 
 SPARSE_SECONDS = 30.0
+COMPILING = "compiling the solver for this machine (about half a minute, once for all studies)"
 TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain over element size"}
 
 
@@ -38,23 +39,17 @@ def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watc
     return Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
 
 
-def compiling(seconds: float | None) -> str:
-    """Return that kernels are compiled, and how many seconds that took the last time if that is known."""
-    last = "about half a minute" if seconds is None else f"{seconds:.0f} s last time"
-    return f"compiling the solver for this machine ({last}, once for all studies)"
-
-
 def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     """Return one line on the progress of a stage.
 
     >>> from types import SimpleNamespace as Progress
     >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
-    ...                   last_condition=8.0, preparing=0.0, points=14))
+    ...                   last_condition=8.0, preparing=False, points=14))
     'Screening: 5/12 runs for 14 design points, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
     title = TITLES.get(progress.stage, progress.stage)
-    if progress.preparing != 0.0:
-        return f"{title}: {compiling(progress.preparing)}"
+    if progress.preparing:
+        return f"{title}: {COMPILING}"
     repeated = f" for {progress.points} design points" if progress.points > progress.total else ""
     parts = [f"{title}: {progress.done}/{progress.total} runs{repeated}"]
     if progress.cached:
@@ -104,7 +99,7 @@ class Lines(Watcher):
         """Print the line if it is new and due."""
         line = describe(progress, self.naming)
         complete = progress.done >= progress.total and self.ended != progress.stage  # its first round
-        edge = progress.stage != self.stage or complete or progress.preparing != 0.0
+        edge = progress.stage != self.stage or complete or progress.preparing
         due = self.clock() - self.last_time >= SPARSE_SECONDS
         if complete:
             self.ended = progress.stage
@@ -138,13 +133,12 @@ class Bar(Watcher):
             self.before[stage] = self.before.get(stage, 0) + last.done
         self.last[stage] = progress
         done, total = (self.before.get(stage, 0) + count for count in (progress.done, progress.total))
-        preparing = progress.preparing != 0.0
         self.bars.update(
             self.tasks[stage],
             completed=done,
-            total=None if preparing else total,  # without a total the bar pulses
+            total=None if progress.preparing else total,  # without a total the bar pulses
             runs=f"{done}/{total}",
-            tail="compiling, once" if preparing else self._tail(progress),
+            tail="compiling, once" if progress.preparing else self._tail(progress),
         )
 
     def busy(self, what: str) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Generic
 
 from stemcal.files.rows import MOST_ROWS, Table
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import unit_written
 from stemcal.registry import Checked
 from stemcal.report.figures.plot import Plot
@@ -129,10 +129,10 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judge
     return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels), judged)]
 
 
-def shortened(stage: StageResult, table: Table, most: int = MOST_ROWS) -> Table:
-    """Return a table of a stage with a limited number of rows, and the file that has all of them."""
-    if len(table.rows) <= most:
+def shortened(stage: StageResult, table: Table) -> Table:
+    """Return a table of a stage with at most `MOST_ROWS` rows, and the file that has all of them."""
+    if len(table.rows) <= MOST_ROWS:
         return table
     files, keys = stage.tables(), {column.key for column in table.headed(stage.naming.headings).columns}
     file = max(files, key=lambda name: len(keys & {column.key for column in files[name].columns}))
-    return table.shortened(f"`{file}.csv`", most)
+    return table.shortened(f"`{file}.csv`")

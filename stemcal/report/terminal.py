@@ -13,7 +13,7 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from stemcal.files.rows import MOST_ROWS, Table, visible
+from stemcal.files.rows import Table, visible
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant
 from stemcal.report.showing import Setting, names_of, shortened, showing_of, tables_of
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 WIDTH = 80
 CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
-_AROUND = 9  # lines of the two tables besides their rows: titles, heads, rules, a foot, an empty line below each
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -96,14 +95,11 @@ def _wrapped(text: str, width: int) -> str:
     return "\n".join(textwrap.wrap(text, max(width, 1), break_long_words=False, break_on_hyphens=False)) or text
 
 
-def final_tables(study: Study, results: Results, holds: bool, left: int | None) -> list[Table]:
-    """Return parameters and forces for `left` lines of a screen, all of them where it has no end."""
+def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
+    """Return parameters and forces."""
     setting, tables = Setting(study, results, holds), list[Table]()
     for result in results.done:
-        for table in visible(showing_of(result).closing(result, setting), holds):
-            used = sum(len(one.rows) for one in tables)
-            most = MOST_ROWS if left is None or len(tables) != 1 else max(left - _AROUND - used, 4)
-            tables.append(shortened(result, table, most))
+        tables += [shortened(result, one) for one in visible(showing_of(result).closing(result, setting), holds)]
     return tables
 
 

@@ -30,7 +30,7 @@ WORK = "work"  # where solvers that need files have their run folders
 class Progress:
     """The progress of a stage, in runs: `points` of its design with equal levels and condition are one run.
 
-    `preparing` is how many seconds what no row can begin without takes (None: unknown), 0 where nothing is prepared.
+    It is `preparing` while something is made that no row can begin without.
     """
 
     stage: str
@@ -40,7 +40,7 @@ class Progress:
     failed: int
     last_response: float | None
     last_condition: float | None = None
-    preparing: float | None = 0.0
+    preparing: bool = False
     points: int = 0
 
 
@@ -137,9 +137,7 @@ class _Tally:
         elif len(self.warned) == MOST_WARNINGS + 1:
             logger.warning("more runs failed; `stemcal status SPEC --failed` lists all")
 
-    def report(
-        self, response: float | None = None, condition: float | None = None, preparing: float | None = 0.0
-    ) -> None:
+    def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
         """Notify the watcher of the progress."""
         counts = (self.done, self.total, self.cached, self.failed)
         condition = None if response is None else condition
@@ -148,12 +146,12 @@ class _Tally:
 
 def _prepare(solver: Solver, tally: _Tally) -> None:
     """Prepare the solver once for its workers; notify the watcher if that takes a while."""
-    seconds = solver.preparing()
-    if seconds != 0.0:
-        tally.report(preparing=seconds)
+    if not solver.preparing():
+        solver.prepare()
+        return
+    tally.report(preparing=True)
     solver.prepare()
-    if seconds != 0.0:
-        tally.report()
+    tally.report()
 
 
 def _recording(

@@ -15,7 +15,7 @@ from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.fem.warm import compile_once, is_compiled, seconds_to_compile, warm
+from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory.parts import LaboratoryTest
 from stemcal.laboratory.result import LaboratoryResult
@@ -69,9 +69,9 @@ class Embedded(Solver):
         """Load the kernels into this process, or compile them where no cache has them."""
         warm()
 
-    def preparing(self) -> float | None:
-        """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-        return seconds_to_prepare()
+    def preparing(self) -> bool:
+        """Return whether the kernels have to be compiled."""
+        return not is_compiled()
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -185,11 +185,6 @@ def meshed_as(study: Study, element_size: float) -> Study:
         "elements_through_wall": None if (n := options.elements_through_wall) is None else max(1, round(n / ratio)),
     }
     return study.model_copy(update={"solver": options.model_copy(update=changes)})
-
-
-def seconds_to_prepare() -> float | None:
-    """Return how many seconds the kernels take to be compiled: none if they are, None if that is unknown."""
-    return 0.0 if is_compiled() else seconds_to_compile()
 
 
 def simulate(

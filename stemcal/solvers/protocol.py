@@ -130,9 +130,9 @@ class Solver:
         """Return what a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
         return None
 
-    def preparing(self) -> float | None:
-        """Return the seconds that `prepare` takes now; None where that is unknown."""
-        return 0.0
+    def preparing(self) -> bool:
+        """Return whether `prepare` takes a while now."""
+        return False
 
     def belongings(self, _condition: float) -> dict[str, str] | None:
         """Return the settings on which calibrated values depend, by name, as they are at a stem diameter.

@@ -18,7 +18,7 @@ from stemcal.files.reading import holds
 from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
-from stemcal.runs.answer import Progress, Watch
+from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.runs.outcome import counted, identity_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
@@ -234,7 +234,7 @@ def make_all(
     study: Study,
     folder: StudyFolder,
     executor: RunExecutor,
-    watch: Watch,
+    watch: Watch = ignore,
     solver: Solver | None = None,
     done: Callable[[StageResult], None] = lambda _result: None,
     until: str | None = None,

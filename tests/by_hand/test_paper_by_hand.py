@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 from sheets import ROOT, Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
-from stemcal import workflow
 from stemcal.by_hand import Correction
 from stemcal.errors import Waiting
 from stemcal.executors.base import InlineExecutor

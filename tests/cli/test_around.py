@@ -40,7 +40,6 @@ def test_measure_shear_prints_and_writes_targets(tmp_path: Path) -> None:
     spec.write_text(SMOKE.read_text("utf-8"), "utf-8")
     result = command("measure", "shear", DATA / "measured-shear", "--spec", spec, "--out", tmp_path)
     assert result.exit_code == 0
-    assert "stroke of the simulation is 1.33 mm" in result.stderr
     assert "- {diameter: 8 mm, force: 159.2 N, sd:" in result.stdout
     assert max(map(len, result.stdout.splitlines())) <= 80
     assert command("check", spec).exit_code == 0
@@ -147,14 +146,13 @@ def test_of_a_section_the_keys_are_listed() -> None:
     assert [entry.meaning.count("Keys:") for entry in look_up("solver.time_limit")] == [0, 0, 0]
 
 
-def test_doctor_solves_its_known_answers() -> None:
+def test_doctor_solves_its_known_answer() -> None:
     result = command("doctor", "--json")
     found: dict[str, Any] = json.loads(result.stdout)["result"]
     rows = {row["what"]: row for row in found["found"]}
     assert (result.exit_code, found["ok"]) == (0, True)
     assert "exact 0.03685" in rows["self-test: solver"]["found"]
-    assert rows["self-test: surface"]["ok"]
-    assert command("doctor").stdout.count("self-test") == 2
+    assert command("doctor").stdout.count("self-test") == 1
 
 
 def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,11 +14,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from test_local import Prepared
 
 import stemcal
-from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.base import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
 from stemcal.folder.study_folder import StudyFolder

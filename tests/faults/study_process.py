@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal import workflow
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder.study_folder import StudyFolder
 

@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, results, trials
 
-from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import workflow
 from fakes import FakeSolver, lines, make_study
 from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 
-from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.durable import sealed

@@ -13,10 +13,10 @@ from typing import Any
 from unittest import mock
 
 import pytest
+import workflow
 from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, command, trials
 
-from stemcal import workflow
 from stemcal.errors import SimulationFailed, SpecError, UsageError
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Column, Table

@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from trying import POINTS, POSIX, results
 
-from stemcal import workflow
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 from typer.testing import CliRunner, Result
 
-from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

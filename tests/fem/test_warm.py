@@ -153,12 +153,3 @@ def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_lef
     monkeypatch.setattr(module, "_compiled_elsewhere", compiling)
     module.compile_once()
     assert found == [True, False] and module.is_compiled()
-
-
-def test_one_who_waited_keeps_what_the_first_took(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """`check` tells by it how long compiling takes."""
-    monkeypatch.setattr(module, "CACHE", tmp_path)
-    mark = tmp_path / "complete"
-    with module._one_at_a_time(mark):
-        mark.write_text("31.0\n")
-    assert mark.read_text() == "31.0\n"

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Rows, Table

@@ -4,8 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.files.rows import MOST_ROWS, Rows
-from stemcal.names import Names
-from stemcal.naming import Named, Naming
+from stemcal.naming import Named, Names, Naming
 from stemcal.report.showing import tables_of
 from stemcal.stages.validate.figures import MOST_RESPONSES, plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult

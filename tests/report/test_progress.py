@@ -41,10 +41,10 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
     for watch in (bar(out), Lines(Console(file=lines, width=200))):
         with watch:
             watch(progress(0))
-            watch(progress(0, preparing=31.4))
+            watch(progress(0, preparing=True))
     assert "compiling, once" in shown(out)
     assert lines.getvalue().splitlines()[-1] == (
-        "Screening: compiling the solver for this machine (31 s last time, once for all studies)"
+        "Screening: compiling the solver for this machine (about half a minute, once for all studies)"
     )
 
 

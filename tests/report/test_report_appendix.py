@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.report.records import Checks, Details, Provenance, RunRecord
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table

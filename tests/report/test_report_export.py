@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.report.export import export_tables, latex, markdown, numbered, paper_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.tables.printed import PaperTable

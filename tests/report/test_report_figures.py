@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.figures.inline import Shared, inline
+from stemcal.report.figures.plot import Shared, inline
 from stemcal.report.figures.style import save, save_both, svg
 from stemcal.report.records import Curve
 from stemcal.stages.screen.figures import half_normal, pareto

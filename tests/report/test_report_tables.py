@@ -9,8 +9,7 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from stemcal.files.rows import Column, Rows, Table
-from stemcal.names import Names
-from stemcal.naming import DIAMETER, FORCE, Named, Naming
+from stemcal.naming import DIAMETER, FORCE, Named, Names, Naming
 from stemcal.numbers import significant
 from stemcal.report.page.render import coded
 from stemcal.report.showing import tables_of

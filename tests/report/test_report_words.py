@@ -9,12 +9,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from workflow import calibrate
 
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Table
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import CUTTING, Named, Naming
+from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, paper_tables
 from stemcal.report.figures.style import svg
@@ -34,7 +34,6 @@ from stemcal.stages.surface.showing import equation
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
-from stemcal.workflow import calibrate
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
 OF_STEMS = re.compile(r"\b((?i:forces?|diameters?|stems?|blades?|cut|cutting)|N|N²|mm|mJ)\b|\bF =|Shear Force")
@@ -101,7 +100,7 @@ def all_tables(told: Told) -> list[Table]:
     names = Names(study.naming)
     stages = [table for stage in results.done for table in tables_of(stage)]
     runs = listed(runs_table(ledger(study, folder), names), names)
-    ends = [table for taken in (4, 40) for table in final_tables(study, results, True, taken)]
+    ends = final_tables(study, results, True)
     return [*stages, *setting_tables(study), *run_tables(study, results, read_records(results, folder)), *ends, runs]
 
 
@@ -259,7 +258,7 @@ def test_progress_tells_the_last_answer() -> None:
         failed=0,
         last_response=0.5312,
         last_condition=12.0,
-        preparing=0.0,
+        preparing=False,
         points=8,
     )
     restitution = Named("cor", "Restitution", "e", "1")

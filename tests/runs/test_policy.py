@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 from fakes import FakeSolver, lines, make_study
 
-from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.base import InlineExecutor
 from stemcal.executors.local import LocalExecutor

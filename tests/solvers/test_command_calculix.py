@@ -7,8 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.solvers import make_solver

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.doe.calibration.intervals import holds
 from stemcal.doe.calibration.region import Region
 from stemcal.executors.local import LocalExecutor

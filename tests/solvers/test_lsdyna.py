@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SimulationFailed, SpecError
 from stemcal.executors.base import InlineExecutor

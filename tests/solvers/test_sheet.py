@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import make_study
 
-from stemcal import workflow
 from stemcal.errors import UsageError, Waiting
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

@@ -4,8 +4,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.errors import TargetUnreachable
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

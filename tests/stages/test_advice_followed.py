@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 import yaml
 from edits import merged
 from fakes import TWO_FACTORS, SpecSolver
 
-from stemcal import workflow
 from stemcal.errors import StemcalError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal import workflow
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
 from stemcal.executors.base import InlineExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import CUTTING
+from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.climb.result import ClimbResult, ClimbRow

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal import workflow
 from stemcal.doe.calibration.fit import fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region

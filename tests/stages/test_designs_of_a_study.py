@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import workflow
 from fakes import FakeSolver, lines, make_study
 
-from stemcal import workflow
 from stemcal.doe.regression.coding import Coding
 from stemcal.errors import SpecError, UsageError
 from stemcal.executors.base import InlineExecutor

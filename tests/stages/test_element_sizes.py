@@ -8,11 +8,11 @@ from statistics import fmean, stdev
 from typing import Any
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 from typer.testing import CliRunner
 
 import stemcal
-from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.executors.base import InlineExecutor

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import workflow
 from fakes import FakeSolver, force, make_study
 
-from stemcal import workflow
 from stemcal.errors import RunsFailed
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

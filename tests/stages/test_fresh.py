@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.errors import UsageError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import FakeSolver
 
-from stemcal import workflow
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.tables.setting import grown_table, setting_tables

@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Rows
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+import workflow
 from edits import merged
 from fakes import TWO_FACTORS, SpecSolver, make_study
 
-from stemcal import workflow
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
 from stemcal.executors.base import InlineExecutor

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal import workflow
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.report.notes import shown_notes
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.words import certainty

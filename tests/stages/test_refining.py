@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal import workflow
 from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

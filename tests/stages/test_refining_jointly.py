@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal import workflow
 from stemcal.doe.calibration.approach import JointTrial, missed
 from stemcal.errors import RunsFailed
 from stemcal.executors.base import InlineExecutor

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 from typer.testing import CliRunner, Result
 
 import stemcal
-from stemcal import workflow
 from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.executors.base import InlineExecutor

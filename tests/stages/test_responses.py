@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal import workflow
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

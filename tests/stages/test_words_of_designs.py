@@ -6,7 +6,7 @@ import pytest
 
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.files.rows import Rows
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import SEVERITIES
 from stemcal.report.notes import notes_of_all, read_first
 from stemcal.run_warnings import energy_drifts

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Rows
-from stemcal.names import Names, program
-from stemcal.naming import Named, Naming
+from stemcal.naming import Named, Names, Naming, program
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
 from stemcal.stages.refine.showing import refine_tables

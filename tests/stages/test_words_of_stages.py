@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.errors import SpecError, TargetUnreachable
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import Naming
+from stemcal.naming import Names, Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver

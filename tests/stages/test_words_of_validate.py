@@ -4,8 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.files.rows import Rows
-from stemcal.names import Names
-from stemcal.naming import Named, Naming
+from stemcal.naming import Named, Names, Naming
 from stemcal.note import Note
 from stemcal.stages.fitting import Measured
 from stemcal.stages.validate.result import FurtherRow, ValidateResult

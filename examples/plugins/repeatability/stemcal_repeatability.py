@@ -16,7 +16,7 @@ from pydantic import Field
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import inline
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot

@@ -15,7 +15,7 @@ from stemcal.doe.regression.least_squares import f_test, fit_least_squares, not_
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import UsageError
-from stemcal.names import Names
+from stemcal.naming import Names
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_
 from stemcal.doe.regression.surface_notes import surface_notes
 from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import UsageError
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note
 
 ROUGH_PERCENT = 3.0

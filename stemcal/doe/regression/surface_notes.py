@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from stemcal.doe.regression.anova import LackOfFit
 from stemcal.doe.regression.influence import RunDiagnostics
 from stemcal.doe.regression.least_squares import LeastSquares
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import signed_probability
 from stemcal.words import counted

@@ -25,7 +25,7 @@ from stemcal.doe.screening.notes import LEAST_DF, screening_notes
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note
 
 

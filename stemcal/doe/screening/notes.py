@@ -9,7 +9,7 @@ from stemcal.doe.regression.least_squares import Array, LeastSquares
 from stemcal.doe.regression.surface_notes import flat_response
 from stemcal.doe.screening.effects import Curvature, Effect, stands_out
 from stemcal.doe.screening.lenth import FEWEST, Lenth
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import signed_probability
 from stemcal.words import counted, series

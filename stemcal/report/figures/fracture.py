@@ -22,7 +22,7 @@ TOOL = "#b4bac3"
 WHOLE = "#ffffe5"  # where it begins
 
 
-def fracture(shape: Shape, title: str = "") -> Figure:
+def fracture(shape: Shape) -> Figure:
     """Return side view and section near the blade; x runs along the stem, z up, the blade comes from above."""
     scale = strain_scale([shape])
     with new_figure(width=6.4, height=2.3) as figure:
@@ -35,8 +35,6 @@ def fracture(shape: Shape, title: str = "") -> Figure:
             axes.set_xlabel("x, mm")
         panels[0].set_ylabel("z, mm")
         colour_bar(figure, scale, list(panels))
-        if title:
-            figure.suptitle(title, fontsize=9, color=INK)
     return figure
 
 

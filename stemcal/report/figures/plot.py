@@ -1,12 +1,24 @@
-"""A figure before it is drawn."""
+"""A figure before it is drawn, and as the page has it: one drawing for light and dark, with styles and marks shared.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+Matplotlib repeats the style with every path, writes a millionth of a point, and defines each mark once a figure: three
+quarters of what it writes. The page keeps a tenth of a point.
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from math import isfinite
 from typing import Any
+from xml.etree.ElementTree import Element, fromstring
 
-from stemcal.report.figures.inline import readings
-from stemcal.report.figures.style import Figure, png, svg
+from markupsafe import escape
+
+from stemcal.report.figures.style import COLOURS, Figure, png, svg
+
+_HREF = "{http://www.w3.org/1999/xlink}href"
+_ROUNDED = ("x", "y", "width", "height", "transform")
 
 
 @dataclass(frozen=True)
@@ -47,3 +59,191 @@ class Plot:
     def pixels(self) -> bytes:
         """The figure as PNG."""
         return png(self.draw())
+
+
+# ---- on the page
+
+
+@dataclass
+class Shared:
+    """What the figures of a page share: the class of each style; marks and clipping paths, each with its id."""
+
+    styles: dict[str, str] = field(default_factory=dict)
+    marks: dict[tuple[str, str], str] = field(default_factory=dict)
+
+    @property
+    def css(self) -> str:
+        """The rules of all styles."""
+        return "\n".join(f".{name} {{ {style} }}" for style, name in self.styles.items())
+
+    @property
+    def defs(self) -> str:
+        """The marks and clipping paths, to be written once."""
+        return "".join(f'<{tag} id="{name}"{rest}' for (tag, rest), name in self.marks.items())
+
+
+def inline(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
+    """Return the `svg` of a figure as an element for the page; what it shares with others goes to `shared`.
+
+    `values` are its `readings`, which the page shows under the pointer.
+    """
+    root, ids = fromstring(document), dict[str, str]()
+    for node in root.iter():
+        node.tag = node.tag.rpartition("}")[2]
+    for defs in root.iter("defs"):
+        for mark in defs.iter():
+            if name := mark.attrib.pop("id", ""):
+                tag, rest = mark.tag, _written(mark, shared, ids).removeprefix(f"<{mark.tag}")
+                ids[name] = shared.marks.setdefault((tag, rest), f"m{len(shared.marks)}")
+    inside = "".join(_written(node, shared, ids) for node in root)
+    read = f' data-read="{escape(json.dumps(values, separators=(",", ":")))}"' if values else ""
+    view = root.attrib["viewBox"]
+    return f'<svg role="img" aria-label="{escape(description)}" viewBox="{view}"{read}>{inside}</svg>'
+
+
+def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
+    """Return an element as text; of a group without attributes only its content."""
+    if node.tag in ("defs", "metadata"):
+        return ""
+    inside = str(escape((node.text or "").strip())) + "".join(_written(child, shared, ids) for child in node)
+    attributes = "".join(f' {name}="{escape(value)}"' for name, value in _attributes(node, shared, ids))
+    if node.tag == "g" and not (inside and attributes):
+        return inside
+    return f"<{node.tag}{attributes}>{inside}</{node.tag}>" if inside else f"<{node.tag}{attributes}/>"
+
+
+def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[tuple[str, str]]:
+    for name, value in node.attrib.items():
+        if name == "style":
+            style = _style(value)
+            yield "class", shared.styles.setdefault(style, f"s{len(shared.styles)}")
+        elif name == "d":
+            yield name, shortened(value)
+        elif name == _HREF:
+            yield "href", f"#{ids[value[1:]]}" if value.startswith("#") else re.sub(r"\s", "", value)
+        elif name == "clip-path":
+            yield name, f"url(#{ids[value[5:-1]]})"
+        elif name in _ROUNDED and "scale" not in value:
+            if not value.startswith("rotate(-0 "):
+                yield name, re.sub(r"-?\d+\.\d+", lambda number: _short(round(10 * float(number[0]))), value)
+        elif name != "id":
+            yield name, value
+
+
+def _style(style: str) -> str:
+    """Return a style in the colours and the font of the page."""
+    style = re.sub(r"\bfont: [^;]*?([\d.]+px)[^;]*", r"font-size: \1", style)
+    style = re.sub(r"font-family: [^;]*;? ?", "", style)
+    for colour, variable in COLOURS.items():
+        style = style.replace(colour, variable)
+    return style
+
+
+def shortened(path: str) -> str:
+    """Return a path to a tenth of its unit, in steps.
+
+    >>> shortened("M 10.04 20 L 13.333 20 L 13.333 16.7 z M 1 1 C 1 2 3 4 5 6")
+    'M10 20h3.3v-3.3zM1 1c0 1 2 3 4 5'
+    """
+    written, at = [], (0, 0)
+    for command, numbers in re.findall(r"([MLQCzZ])([^MLQCzZ]*)", path):
+        tenths = [round(10 * float(number)) for number in numbers.split()]
+        points = list(zip(tenths[::2], tenths[1::2], strict=True))
+        if command in "QC":
+            written.append(command.lower() + _pairs([(x - at[0], y - at[1]) for x, y in points]))
+        elif command in "zZ":
+            written.append("z")
+        for point in points if command in "ML" else ():
+            written.append(f"M{_pairs([point])}" if command == "M" else _line(point[0] - at[0], point[1] - at[1]))
+            at = point
+        at = points[-1] if points else at
+    return "".join(written)
+
+
+def _line(dx: int, dy: int) -> str:
+    """Return a step; nothing where it is shorter than a tenth."""
+    if dx and dy:
+        return f"l{_pairs([(dx, dy)])}"
+    return f"h{_short(dx)}" if dx else f"v{_short(dy)}" if dy else ""
+
+
+def _pairs(points: list[tuple[int, int]]) -> str:
+    return " ".join(f"{_short(x)} {_short(y)}" for x, y in points).replace(" -", "-")
+
+
+def _short(tenths: int) -> str:
+    """Return tenths as a number.
+
+    >>> _short(33), _short(-5), _short(40)
+    ('3.3', '-.5', '4')
+    """
+    whole, rest = divmod(abs(tenths), 10)
+    return f"{'-' if tenths < 0 else ''}{whole or ('' if rest else 0)}{f'.{rest}' if rest else ''}"
+
+
+# ---- values under the pointer
+
+_DENSE = 60  # points of a curve without a name, above which it is one of many
+_SCALED = ("linear", "log")
+
+
+def readings(figure: Figure) -> list[dict[str, Any]]:
+    """Return what the lines and bars of each flat pair of axes show, with the place of the axes in the figure.
+
+    A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
+    """
+    wide, high = (72.0 * inches for inches in figure.get_size_inches())
+    found: list[dict[str, Any]] = []
+    panels: list[Any] = figure.axes  # flat ones and such in space
+    for axes in panels:
+        if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
+            box = axes.get_position()
+            x = _axis(axes.xaxis, [box.x0 * wide, box.x1 * wide], axes.get_xlim())
+            y = _axis(axes.yaxis, [(1.0 - box.y0) * high, (1.0 - box.y1) * high], axes.get_ylim())
+            found.append({"x": x, "y": y, "series": series})
+    return found
+
+
+def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str, Any]:
+    """Return an axis: its ends in points and in units, whether it is logarithmic, its name and its unit."""
+    label = "" if _words(axis) else axis.get_label_text().replace("\n", " ").replace("\\$", "$")
+    name, comma, unit = label.rpartition(", ")
+    said = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
+    return {"ends": [_rounded(end) for end in ends], "from": limits[0], "to": limits[1],
+            "log": axis.get_scale() == "log"} | said  # fmt: skip
+
+
+def _words(axis: Any) -> dict[float, str]:
+    """Return the words that an axis has instead of numbers, by their places."""
+    texts = {float(at): label.get_text() for at, label in zip(axis.get_ticklocs(), axis.get_ticklabels(), strict=False)}
+    return {} if all(re.fullmatch(r"[\d.,−+e-]*", text) for text in texts.values()) else texts
+
+
+def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+    """Yield the lines with names, those with few points, and the ends of the bars."""
+    words = {**_words(axes.xaxis), **_words(axes.yaxis)}
+    for line in axes.lines:
+        label, points = str(line.get_label()), [(float(x), float(y)) for x, y in line.get_xydata()]
+        known = not label.startswith("_")
+        if label != "_nolegend_" and line.get_transform() == axes.transData and (known or len(points) <= _DENSE):
+            yield from _named(label.replace("\\$", "$") if known else "", points, words)
+    for bars in axes.containers:
+        for bar in getattr(bars, "patches", ()):
+            (left, low), (right, top) = bar.get_bbox().get_points().tolist()
+            flat = bars.orientation == "horizontal"
+            yield from _named("", [(right, (low + top) / 2) if flat else ((left + right) / 2, top)], words)
+
+
+def _named(
+    label: str, points: list[tuple[float, float]], words: dict[float, str]
+) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+    """Yield points as a series; where an axis has words, each with its own."""
+    kept = [(_rounded(x), _rounded(y)) for x, y in points if isfinite(x) and isfinite(y)]
+    if words and not label:
+        yield from ((words.get(x) or words.get(y) or "", [(x, y)]) for x, y in kept)
+    elif kept:
+        yield label, kept
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")

@@ -255,12 +255,12 @@ def _lay_out(figure: Figure) -> None:
     figure.set_layout_engine(None)
 
 
-def png(figure: Figure, dpi: float = 200) -> bytes:
+def png(figure: Figure) -> bytes:
     """Return a figure on white as PNG, everything where it is in its `svg`."""
     image = io.BytesIO()
     with styled():
         _lay_out(figure)
-        _save_pixels("png", figure, image, dpi)
+        _save_pixels("png", figure, image, 200)
     return image.getvalue()
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Remedy
 from stemcal.numbers import short, significant, unit_written
 from stemcal.registry import code_version

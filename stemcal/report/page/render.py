@@ -14,11 +14,9 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.rows import Table, visible
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import small
+from stemcal.naming import Names, small
 from stemcal.numbers import short
-from stemcal.report.figures.inline import Shared, inline
-from stemcal.report.figures.plot import Plot
+from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery
 from stemcal.report.notes import certainty, outcome_of, shown_notes
 from stemcal.report.page.headline import (

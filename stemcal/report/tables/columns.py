@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
-from stemcal.naming import FIRST, FORCE, Named, Naming
+from stemcal.naming import FIRST, FORCE, Named, Names, Naming
 from stemcal.numbers import decimals, fixed, probability, short, significant
 
 Form = Callable[[Any], str]

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
-from stemcal.naming import FIRST, Named
+from stemcal.naming import FIRST, Named, Names
 from stemcal.numbers import fixed, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import (

@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import MOST_LISTED, Names
-from stemcal.naming import Named
+from stemcal.naming import MOST_LISTED, Named, Names
 from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
 from stemcal.study.model import Study

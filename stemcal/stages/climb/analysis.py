@@ -7,7 +7,7 @@ from stemcal.doe.screening.ascent import ascent_path, nearest_step, own_path, pa
 from stemcal.doe.validation.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.rows import Rows
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import minus
 from stemcal.solvers.protocol import Request

@@ -1,7 +1,7 @@
 """How a climb is shown: how near it came to the target, and every step."""
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import fixed, significant
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, levels, simulated

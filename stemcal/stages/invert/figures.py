@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import partial
 
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import (
     BLUE,

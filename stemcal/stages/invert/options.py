@@ -93,7 +93,7 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
     if not given:
         yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
     elif all(scatter is None for scatter in given.values()):
-        at_any = f" at any {naming.condition_noun}" if naming.condition is not None else ""
+        at_any = f" at any {naming.condition.noun}" if naming.condition is not None else ""
         message = f"{name} has no sd{at_any}: its weight is unknown"
         yield Finding(("targets", min(given)), message, f"add {sd}")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from stemcal.files.rows import Column, Table, visible
 from stemcal.files.typed import to_json
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from stemcal.doe.calibration.scatter import COARSEST, FINEST
 from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import change, fixed, interval, short, signed_probability, significant, tenths, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, PriorRow

@@ -3,7 +3,7 @@
 from functools import partial
 
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names, program
+from stemcal.naming import Names, program
 from stemcal.numbers import fixed, interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from stemcal.names import Names, program
+from stemcal.naming import Names, program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import significant
 from stemcal.stages.refine.result import RefineResult

@@ -12,8 +12,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.screening.analysis import Screening, analyse_screening
 from stemcal.doe.screening.effects import Effect
 from stemcal.errors import UsageError
-from stemcal.names import Names
-from stemcal.naming import FIRST
+from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bound_notes

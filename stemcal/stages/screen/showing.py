@@ -5,7 +5,7 @@ from dataclasses import replace
 from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import fixed, percent
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing

@@ -1,7 +1,7 @@
 """The outcome of a screening, and how sure it is, in sentences."""
 
 from stemcal.doe.screening.effects import Effect
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import fixed
 from stemcal.stages.screen.result import Limit, ScreenResult
 from stemcal.words import series

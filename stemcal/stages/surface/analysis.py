@@ -10,8 +10,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import FIRST
+from stemcal.naming import FIRST, Names
 from stemcal.note import Note
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bound_notes

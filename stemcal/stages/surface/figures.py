@@ -5,7 +5,7 @@ from functools import partial
 from itertools import combinations
 from statistics import NormalDist
 
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
 from stemcal.stages.invert.result import InvertResult

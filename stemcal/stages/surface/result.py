@@ -22,8 +22,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline, to_json
-from stemcal.names import Names
-from stemcal.naming import FIRST
+from stemcal.naming import FIRST, Names
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult

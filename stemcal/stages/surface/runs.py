@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.files.typed import Spread, inline
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note, Remedy
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns

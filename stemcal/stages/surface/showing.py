@@ -7,8 +7,7 @@ from typing import Any
 from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Column, Table
-from stemcal.names import Names
-from stemcal.naming import FORCE, Named
+from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing

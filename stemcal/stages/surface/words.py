@@ -1,7 +1,7 @@
 """The outcome of a response surface and how well it explains its runs, in sentences."""
 
 from stemcal.doe.regression.canonical import Shape
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import fixed, signed_probability
 from stemcal.stages.surface.result import SurfaceResult
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.note import Note, Severity
 from stemcal.numbers import interval, significant, tenths
 from stemcal.stages.validate.result import ValidateResult

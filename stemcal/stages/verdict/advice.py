@@ -7,8 +7,7 @@ from math import floor, log10
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.names import Names
-from stemcal.naming import DIAMETER, FIRST
+from stemcal.naming import DIAMETER, FIRST, Names
 from stemcal.note import Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.options import InvertOptions
@@ -189,7 +188,7 @@ def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
-    key = "responses" if over == "responses" else study.naming.fitted_at.partition(".")[2]
+    key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
     return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
@@ -248,7 +247,7 @@ def measure_more(study: Study) -> Remedy:
     if naming.condition is None:
         return Remedy("Measure under another condition, or a further response that `invert.responses` leaves out.")
     other = f"Measure at another {naming.condition.long}"
-    fewer = f", or leave one out of `{naming.fitted_at}`" if len(study.joint_targets) > 1 else ""
+    fewer = ", or leave one out of `invert.diameters`" if len(study.joint_targets) > 1 else ""
     return Remedy(f"{other}{fewer}.")
 
 

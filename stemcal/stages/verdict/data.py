@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.regression.least_squares import Array
 from stemcal.folder.study_folder import StudyFolder
-from stemcal.names import Names
-from stemcal.naming import FIRST
+from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
@@ -285,7 +284,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     rest = [target.condition for target in evidence.study.joint_targets if target.condition not in none_left]
     remedy = Remedy("Correct the cause (`stemcal status SPEC --failed`), then `stemcal run SPEC --retry`.")
     if none_left and rest and evidence.names.placed:
-        key, unit = evidence.study.naming.fitted_at.partition(".")[2], evidence.names.condition.unit_suffix
+        key, unit = "diameters", evidence.names.condition.unit_suffix
         edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
         remedy = Remedy(f"{remedy.text} Until then fit the others: `{edit}`.", edit)
     yield Note("failed_runs", "error", text, remedy)

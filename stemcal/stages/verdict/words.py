@@ -4,7 +4,7 @@ from dataclasses import asdict
 from typing import Any
 
 from stemcal.doe.validation.null_model import FIXED_EXPONENT
-from stemcal.names import Names
+from stemcal.naming import Names
 from stemcal.numbers import change, fixed, minus
 from stemcal.stages.invert.result import Certainty, Contradicted, JointFitted
 from stemcal.stages.verdict.physics import Doubt, DoubtAt

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import workflow
 
-from stemcal import workflow
 from stemcal.errors import SpecError
 from stemcal.executors.base import InlineExecutor
 from stemcal.folder.study_folder import StudyFolder

@@ -75,7 +75,7 @@ def test_every_shipped_spec_satisfies_the_schema(spec: Path) -> None:
 
 
 def test_what_init_writes_satisfies_the_schema() -> None:
-    from stemcal.cli.init import spec_text
+    from stemcal.cli.spec import spec_text
 
     for full in (False, True):
         assert complaints(read_yaml(spec_text("mine", full).encode("utf-8")).data) == []

@@ -1,10 +1,15 @@
-"""`stemcal check`: every mistake in a spec; without one, what the study takes."""
+"""`stemcal init`, a commented spec to start from; `stemcal check`, every mistake in one, or what its study takes."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
 from stemcal.cli.session import AsJson, Out, Spec, Workers, folder_of
@@ -13,6 +18,60 @@ from stemcal.errors import SpecError, UsageError
 if TYPE_CHECKING:
     from stemcal.overview.plan import Plan
     from stemcal.study.model import Study
+
+
+MORE = "# ---- Everything below"  # begins what only --full writes
+
+
+def init(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its file.")] = "my-study",
+    full: Annotated[bool, typer.Option("--full", help="Include the keys that have a default.")] = False,
+) -> None:
+    """Write a commented spec to start from.
+
+    The file is NAME.yaml; an existing file is not overwritten.
+
+    Example: [bold]stemcal init my-stems[/bold]
+    """
+    stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
+    path = Path(name).with_name(f"{stem}.yaml")
+    write_new(path, spec_text(stem, full))
+    say_whole(str(path))
+    given = f'"{path}"' if " " in str(path) else path
+    note("edit it, then")
+    for verb in ("check", "run"):
+        note(f"  stemcal {verb} {given}")
+
+
+def spec_text(name: str, full: bool = False) -> str:
+    """Return the commented spec of a study called `name`; raise `UsageError` if no study can have that name."""
+    from pydantic import TypeAdapter, ValidationError
+
+    from stemcal.study.types.field_types import StudyName
+
+    try:
+        TypeAdapter(StudyName).validate_python(name)
+    except ValidationError as error:
+        problem = error.errors()[0].get("ctx", {})
+        raise UsageError(f"{problem['message']}; {problem['remedy']}") from None
+    text = files("stemcal.cli").joinpath("study.yaml").read_text(encoding="utf-8")
+    text = text.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
+    return text if full else text[: text.index(MORE)]
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file; raise `UsageError` if there is one of that name, or none can be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except FileExistsError:
+        raise UsageError(f"{path} already exists; choose another name or remove it first") from None
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
+
+
+# ---- check
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
