@@ -64,7 +64,7 @@ class Plan:
     """What a study would run.
 
     `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); `elapsed` is
-    what the study takes with so many `workers`, runs that are decided one by one counted as usual.
+    what the study takes with `workers`, runs that are decided one by one counted as usual.
     """
 
     schema_version: int

@@ -24,15 +24,9 @@ if TYPE_CHECKING:
     import pytest
 
 __all__ = [
-    "Check",
-    "ChecksFailed",
-    "check_design",
-    "check_laboratory_test",
-    "check_solver",
-    "check_stage",
-    "checks_of",
+    "Check", "ChecksFailed", "check_design", "check_laboratory_test", "check_solver", "check_stage", "checks_of",
     "parametrize_with_checks",
-]
+]  # fmt: skip
 
 AnyStudy = Study | str | Path
 
@@ -83,9 +77,8 @@ def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
     raise UsageError(f"{thing!r:.60} is no {', '.join(kind.__name__ for kind in KINDS)}; give an object, not its class")
 
 
-def _check(thing: object, study: AnyStudy | None) -> None:
-    found = checks_of(thing, study)
-    failed = []
+def _check(thing: object, study: AnyStudy | None = None) -> None:
+    found, failed = checks_of(thing, study), []
     for check in found:
         try:
             check()
@@ -97,21 +90,21 @@ def _check(thing: object, study: AnyStudy | None) -> None:
 
 def check_design(design: SurfaceDesign) -> None:
     """Run all checks of a design for the response surface; raise `ChecksFailed` if any fails."""
-    _check(design, None)
+    _check(design)
 
 
 def check_solver(kind: SolverKind, study: AnyStudy) -> None:
-    """Run all checks of a kind of solver on a study that uses it; raise `ChecksFailed` if any fails."""
+    """Run all checks of a kind of solver on a study that uses it."""
     _check(kind, study)
 
 
 def check_stage(stage: Stage[Any], study: AnyStudy) -> None:
-    """Run all checks of a stage on a study that has it; raise `ChecksFailed` if any fails."""
+    """Run all checks of an installed stage on a study that has it."""
     _check(stage, study)
 
 
 def check_laboratory_test(kind: LaboratoryKind, study: AnyStudy) -> None:
-    """Run all checks of a laboratory test on a study that has one of the kind; raise `ChecksFailed` if any fails."""
+    """Run all checks of an installed laboratory test on a study that has one of the kind."""
     _check(kind, study)
 
 

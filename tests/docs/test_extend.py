@@ -1,6 +1,10 @@
 """The classes on the page about extensions work as printed: known answers."""
 
 import re
+import shutil
+from collections.abc import Iterator
+from importlib.metadata import EntryPoint
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +14,14 @@ from shown import DOCS
 
 from stemcal.doe.designs.catalogue import SurfaceOptions
 from stemcal.doe.regression.terms import term_columns
+from stemcal.laboratory.kind import Kind
 from stemcal.solvers.protocol import Request
+from stemcal.stages.stage import STAGES
+from stemcal.study.model import TESTS
+from stemcal.study.reading import json_schema, load_study, sections
+from stemcal.testing import check_design, check_laboratory_test, check_stage
+
+SPECS = Path(__file__).parents[1] / "testing" / "specs"
 
 
 @pytest.fixture(scope="module")
@@ -38,3 +49,40 @@ def test_a_design_estimates_a_quadratic(printed: dict[str, Any], k: int) -> None
     coded = printed["Star"]().points(k, SurfaceOptions(centre_points=1))
     assert coded.shape == (2**k + 2 * k + 1, k) and np.linalg.norm(coded[2**k : -1], axis=1) == pytest.approx(1.0)
     assert np.linalg.matrix_rank(term_columns(coded)) == (k + 1) * (k + 2) // 2
+    check_design(printed["Star"]())
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The stage and the laboratory test of the page, as if their packages were installed."""
+    monkeypatch.syspath_prepend(DOCS / "howto" / "extending")
+    for registry, name, place in ((STAGES, "middle", "stage:Middle"), (TESTS, "stretch", "laboratory_test:Stretch")):
+        monkeypatch.setitem(vars(registry), "_entries", {name: EntryPoint(name, place, registry.group)})
+        monkeypatch.setitem(vars(registry), "_loaded", {})
+        monkeypatch.setitem(vars(registry), "learned", [])
+    yield
+    monkeypatch.undo()
+    json_schema.made_anew()
+    sections._adapter.cache_clear()
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_stage_passes_the_checks(tmp_path: Path) -> None:
+    shutil.copy(SPECS / "law.py", tmp_path)
+    spec = (SPECS / "python.yaml").read_text("utf-8") + "middle: {condition: 10.0}\n"
+    (tmp_path / "study.yaml").write_text(spec, encoding="utf-8")
+    stage = STAGES.named("middle")
+    assert stage is not None
+    check_stage(stage, tmp_path / "study.yaml")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("installed")
+def test_a_laboratory_test_passes_the_checks(tmp_path: Path) -> None:
+    spec = re.sub(r"tests:\n(  - .*\n)+", "tests: [{name: pull, kind: stretch, stroke: 0.4 mm}]\n",
+                  (SPECS / "embedded.yaml").read_text("utf-8"))  # fmt: skip
+    (tmp_path / "study.yaml").write_text(spec, encoding="utf-8")
+    study = load_study(tmp_path / "study.yaml")
+    kind = TESTS.named("stretch")
+    assert kind is not None and isinstance(kind.make(study.tests[0], 8.0), Kind)
+    check_laboratory_test(kind, study)

@@ -6,7 +6,7 @@ The section ``repeatability: {positions: 3}`` in a spec adds it to the study.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from statistics import mean, stdev
 from typing import Annotated, ClassVar
@@ -22,7 +22,8 @@ from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, Figure, new_figure
 from stemcal.report.showing import Setting, Showing
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.outcome import Outcome, merged, repeated
+from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage
@@ -43,7 +44,6 @@ class RepeatResult(StageResult):
 
     name: ClassVar[str] = "repeatability"
     shown = ("cv_percent",)
-
     head: Head = inline()
     outcome: Outcome = inline()
     cv_percent: float
@@ -52,13 +52,13 @@ class RepeatResult(StageResult):
     @property
     def forces(self) -> tuple[float, ...]:
         """The force at each position, N."""
-        return self.outcome.phase_responses or ()
+        return self.outcome.replicates.values if self.outcome.replicates else ()
 
     def _tables(self) -> dict[str, Table]:
         return {self.name: Table((Column("position"), Column("force")), tuple(enumerate(self.forces, 1)))}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield the one run, which has all positions."""
+        """Yield the one point, which has a run for each position."""
         yield "repeatability 1", self.outcome
 
 
@@ -66,10 +66,11 @@ class RepeatResult(StageResult):
 def repeat(work: Work, head: Head) -> RepeatResult:
     """Simulate the middle of the ranges at every position."""
     study, positions = work.study, work.study.of(RepeatOptions).positions
-    asked = Request("repeatability", 0, study.midlevels(), study.targets.calibrate_at, phases=positions)
-    (outcome,) = work.outcomes([asked])
-    if len(forces := outcome.phase_responses or ()) < 2:
-        raise RunsFailed(f"repeatability: {outcome.message or 'this solver has no positions of a mesh'}")
+    study = study.model_copy(update={"solver": study.solver.model_copy(update={"replicates": positions})})
+    asked = repeated([Request("repeatability", 0, study.midlevels(), study.targets.calibrate_at)], positions)
+    (outcome,) = merged(replace(work, study=study, solver=make_solver(study)).outcomes(asked), positions)
+    if len(forces := outcome.replicates.values if outcome.replicates else ()) < 2:
+        raise RunsFailed(f"repeatability: {outcome.message}")
     cv = 100.0 * stdev(forces) / mean(forces)
     note = Note("repeatability", "info", f"Over {len(forces)} positions of the mesh the force scatters by {cv:.2f} %.")
     return RepeatResult(head=head, outcome=outcome, cv_percent=cv, notes=(note,))
@@ -104,6 +105,7 @@ class Repeatability(Stage[RepeatResult]):
 
     name, title = "repeatability", "Repeatability"
     help = "Simulate the middle of the ranges at several positions of the mesh."
+    purpose, by_section = "Positions of the mesh.", True
 
     def section(self) -> type[Frozen]:
         return RepeatOptions

@@ -86,6 +86,13 @@ class SurfaceDesign(Checked):
         """Return the runs (n, k)."""
         raise NotImplementedError
 
+    def runs(self, k: int, options: SurfaceOptions) -> Array:
+        """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not take."""
+        least, most = self.factors
+        if not least <= k <= most:
+            raise UsageError(f"rsm.factors: {self.name} takes {least} to {most} factors, not {k}")
+        return np.asarray(self.points(k, options))
+
     def reach(self, k: int, options: SurfaceOptions) -> float:
         """Return the coded distance at which a factor's low and high lie."""
         return 1.0
@@ -161,10 +168,7 @@ def surface_design(name: str) -> SurfaceDesign:
 
 def surface_runs(k: int, options: SurfaceOptions) -> Array:
     """Build a design for the response surface of k factors, its extra runs last."""
-    chosen = surface_design(options.design)
-    if k < 1:
-        raise UsageError(f"rsm.factors: {k} factors; list at least one")
-    design = np.asarray(chosen.points(k, options))
+    design = surface_design(options.design).runs(k, options)
     if not options.extra_runs:
         return design
     return np.vstack([design, extra_runs(design, options.extra_runs, _candidates(k, options))])

@@ -1,0 +1,48 @@
+# ruff: noqa: D100, D101, D103, I001
+# fmt: off
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.files.rows import Column, Table
+from stemcal.files.typed import inline
+from stemcal.note import Note
+from stemcal.report.showing import Showing
+from stemcal.solvers.protocol import Request
+from stemcal.stages.result import Head, StageResult
+from stemcal.stages.stage import Stage
+from stemcal.stages.work import a_stage
+from stemcal.study.types.field_types import Frozen
+
+class MiddleOptions(Frozen):
+    condition: float = 8.0
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MiddleResult(StageResult):
+    name: ClassVar[str] = "middle"
+    head: Head = inline()
+    force: float | None
+    notes: tuple[Note, ...] = ()
+    def _tables(self):
+        return {"middle": Table((Column("force"),), ((self.force,),))}
+
+@a_stage(MiddleResult)
+def make(work, head):
+    condition = work.study.of(MiddleOptions).condition
+    (outcome,) = work.outcomes([Request("middle", 0, work.study.midlevels(), condition)])
+    return MiddleResult(head=head, force=outcome.response)
+
+class MiddleShowing(Showing):
+    def tables(self, result, names, judged=False):
+        column = Column("force", "Maximum force", "N", "{:.1f}".format)
+        return [Table((column,), ((result.force,),), "Force in the middle of the ranges")]
+
+class Middle(Stage):
+    name, title, help = "middle", "Middle", "Simulate the middle of the ranges."
+    def section(self):
+        return MiddleOptions
+    def result(self):
+        return MiddleResult
+    def making(self):
+        return make
+    def showing(self):
+        return MiddleShowing()
