@@ -191,15 +191,15 @@ def target(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    refine = refined_here(evidence.study)
-    tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
+    options = refined_here(evidence.study)
+    tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
     severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
-    remedy = _refine_more(refine.budget if refine is not None else None)
+    remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
-        remedy = next((conflict.remedy for conflict in conflict(evidence) if conflict.remedy), remedy)
+        remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
     yield Note("target_missed", severity, f"{words.miss(worst, evidence.names)}, although it was fitted.", remedy)
 
 
