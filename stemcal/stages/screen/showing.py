@@ -73,9 +73,9 @@ def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Ta
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     rule = (
-        "Lenth's method chooses the factors: the residual has fewer than 3 degrees of freedom or is zero."
+        "Lenth's method selects the factors: the residual has fewer than 3 degrees of freedom or is zero."
         if stage.by_lenth
-        else "The F test chooses the factors: its residual has at least 3 degrees of freedom."
+        else "The F test selects the factors: its residual has at least 3 degrees of freedom."
     )
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
@@ -96,12 +96,12 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     response = screen.naming.response.noun
     bars = (
-        f"Effects by size; blue raises and orange lowers the {response}. An effect beyond Lenth's margin of error (ME) "
-        "or the limit of the t test is significant; beyond SME also after correction for the number of effects."
+        f"Effects by size: blue increases and orange decreases the {response}. An effect beyond Lenth's margin of "
+        "error (ME) or the limit of the t test is significant; beyond SME also after correction for the number of effects."
     )
     line = (
-        "Half-normal plot: effects above the line of chance and beyond Lenth's margins are significant. Symbols are "
-        "those of the table of effects."
+        "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols as in "
+        "the table of effects."
     )
     return [
         Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
@@ -132,7 +132,7 @@ def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
 
 
 def _signed(effect: float, places: int = 1) -> str:
-    """Return an effect with its sign and so many decimals.
+    """Return an effect with its sign and a number of decimals.
 
     >>> _signed(-8.0), _signed(74.69)
     ('−8.0', '+74.7')
