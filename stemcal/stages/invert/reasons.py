@@ -107,12 +107,12 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
 
 
 def edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the solution is on the edge of the search region, unless a conflict says what to do elsewhere."""
+    """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     if surface is None or found is None:
         return
     if found.joint is not None and any(conflict(evidence)):
-        return  # the conflict says what to do, at its own place
+        return  # the rule on the conflict has the remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):

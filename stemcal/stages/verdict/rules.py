@@ -47,7 +47,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 
 
 def _place(reason: Note) -> int:
-    """Return where a reason stands among others; doubts about a few runs come after a trend, which they do not make."""
+    """Return the rank of a reason; doubts about a few runs come after a trend, which they do not cause."""
     known = ORDER.index(reason.kind) if reason.kind in ORDER else len(ORDER)
     doubtful = reason.kind.startswith("physics") and reason.severity == "error"
     return ORDER.index("unfinished") if doubtful else known
