@@ -161,8 +161,8 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
     fitted, out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     judged = {
         None: "Nothing is left out to compare them by.",
-        True: "The joint fit predicts the diameters better than a formula.",
-        False: "The joint fit predicts the diameters no better than a formula.",
+        True: "Left out in turn, the diameters are predicted better by the joint fit than by a formula.",
+        False: "Left out in turn, the diameters are predicted no better by the joint fit than by a formula.",
     }[null.beaten_by(out)]
     return (
         f"Largest errors for the same {null.conditions} forces (left out in turn): {series(each)}, the joint fit by "
