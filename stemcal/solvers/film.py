@@ -31,7 +31,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Moment:
-    """What is kept of one output: time in s, nodes (N, 3) in mm, of each element whether it stands and its strain."""
+    """The stored data of one output: time in s, nodes (N, 3) in mm, which elements remain and their strain."""
 
     time: float
     nodes: Array
@@ -91,7 +91,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 nodes=shape.reference + moved[k],
                 standing=standing[k],
                 plastic_strain=strains[k],
-                # the blade, the first of them, higher; the supports stand still
+                # the blade, the first of them, higher; the supports are fixed
                 tools=(shape.tools[0] + [0.0, packed["stroke"] - packed["travel"][k]], *shape.tools[1:]),
             ),
         )

@@ -46,7 +46,7 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith(
-        "The surface meets the measured 159.2 N at Yield stress = 18.37"
+        "The surface gives the measured 159.2 N at Yield stress = 18.37"
     )
     kept, free, assumed = words.known(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at 8 mm alone determines Yield stress between 15.")
@@ -58,7 +58,7 @@ def test_one_force_does_not_determine_two_factors(results: Any) -> None:
 
 
 def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
-    assert words.certainty(joint, LABELLED)[-1].endswith("no better by the joint fit than by a formula.")
+    assert words.certainty(joint, LABELLED)[-1].endswith("no better than a formula.")
     found = kinds(joint)
     assert found["without_mechanics"] == found["misfit_too_large"] == "warning" and "one_of_many" not in found
     better = replace(joint, joint=replace(JOINT, max_abs_left_out_error_percent=4.0))

@@ -46,13 +46,13 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         return
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (
-        f"The error follows the diameter: the measured force grows {how} than the simulated, by "
+        f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
         f"d^{abs(law.exponent):.2f} (largest error {worst:.1f} %)."
     )
     if joint is not None:
         remedy = advice.for_trend(study, surface, found.point.solution)
     else:
-        then = "What removes the trend is computed from the surfaces of all of them."
+        then = "With the surfaces of all of them, stemcal can compute what removes the trend."
         remedy = advice.fit_all(study, "conditions", then)
     yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
 
@@ -91,13 +91,13 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
     others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
     return minus(
         f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away). It is {errors[place]:+.0f} % from "
-        f"the joint fit, the others {others} %."
+        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). It differs from the joint fit by "
+        f"{errors[place]:+.0f} %, the others by {others} %."
     )
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
-    """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
+    """Widen a range where a mean is out of reach by itself; if each is reached, no range is changed."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     assert surface is not None and found is not None
     coded = list(found.point.coded.values())
@@ -107,12 +107,12 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
 
 
 def edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the solution is on the edge of the search region, unless a conflict says what to do elsewhere."""
+    """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     if surface is None or found is None:
         return
     if found.joint is not None and any(conflict(evidence)):
-        return  # the conflict says what to do, at a place of its own
+        return  # the rule on the conflict has the remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
@@ -121,7 +121,7 @@ def edge(evidence: Evidence) -> Iterator[Note]:
 
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
-    """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
+    """Widen a range, unless the joint fit is there because of scatter or a flat valley."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
@@ -150,7 +150,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
-    text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."
+    text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
     remedy = _check_prior(found) or advice.to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
@@ -191,15 +191,15 @@ def target(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    refine = refined_here(evidence.study)
-    tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
+    options = refined_here(evidence.study)
+    tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
     severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
-    remedy = _refine_more(refine.budget if refine is not None else None)
+    remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
-        remedy = next((conflict.remedy for conflict in conflict(evidence) if conflict.remedy), remedy)
+        remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
     yield Note("target_missed", severity, f"{words.miss(worst, evidence.names)}, although it was fitted.", remedy)
 
 
