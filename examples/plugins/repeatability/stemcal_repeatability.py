@@ -5,7 +5,7 @@ The section ``repeatability: {positions: 3}`` in a spec adds it to the study.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from statistics import mean, stdev
@@ -113,7 +113,7 @@ class Repeatability(Stage[RepeatResult]):
     def result(self) -> type[RepeatResult]:
         return RepeatResult
 
-    def making(self):
+    def making(self) -> Callable[..., RepeatResult]:
         return repeat
 
     def showing(self) -> object:
