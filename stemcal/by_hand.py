@@ -26,7 +26,17 @@ from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.solvers.sheet.columns import FAILED, REMARK, WHEN, WHO, SheetRow, entered_responses, run_name, sheet_text
+from stemcal.solvers.sheet.columns import (
+    FAILED,
+    REMARK,
+    STUDY,
+    WHEN,
+    WHO,
+    SheetRow,
+    entered_responses,
+    run_name,
+    sheet_text,
+)
 from stemcal.solvers.sheet.reading import Filled, narrow
 from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.stages.fresh import make
@@ -210,8 +220,8 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Corre
     require_sheet(study)
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
     for row in rows:
-        if row.study and row.study != narrow(study.name):
-            raise UsageError(f"{row.place}: the sheet is for study {row.study!r}, not for {study.name!r}")
+        if row.said.get(STUDY) and row.said[STUDY] != narrow(study.name):
+            raise UsageError(f"{row.place}: the sheet is for study {row.said[STUDY]!r}, not for {study.name!r}")
     try:
         waiting = gone_on(study, folder) if rows else None
     except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
@@ -335,8 +345,8 @@ def _said(answer: Answer) -> str:
 def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correction) -> None:
     """Save a result with who entered it and when; an earlier one stays in the record."""
     before, filled, time = folder.peek(result.key), result.filled, now()
-    told: dict[str, Any] = {"entered": time, "entered_by": filled.who or how.who}
-    told |= {name: text for name, text in (("done", filled.when), ("remark", filled.remark)) if text}
+    told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or how.who}
+    told |= {name: text for name, text in (("done", filled.said.get(WHEN)), ("remark", filled.remark)) if text}
     if before is not None:
         old = {name: before[name] for name in ("status", "response", "reason", "message")}
         further = before["details"].get(RESPONSES)

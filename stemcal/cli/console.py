@@ -6,7 +6,6 @@ import json
 import logging
 import os
 import re
-import time
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
@@ -138,20 +137,15 @@ def route_log() -> None:
 
 def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
     """Show on a terminal that something is being computed, and for how long."""
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
     console = stderr()
-    return nullcontext() if quiet or not console.is_terminal else console.status(_Waiting(what))
-
-
-class _Waiting:
-    """What is waited for and how long that has been, as often as it is drawn."""
-
-    def __init__(self, what: str) -> None:
-        self._what, self._began = what, time.monotonic()
-
-    def __rich__(self) -> str:
-        from stemcal.numbers import duration
-
-        return f"{self._what}, {duration(time.monotonic() - self._began)}"
+    if quiet or not console.is_terminal:
+        return nullcontext()
+    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+    shown = Progress(*columns, console=console, transient=True)
+    shown.add_task(what, total=None)
+    return shown
 
 
 def drop(stream: IO[str]) -> None:

@@ -71,7 +71,7 @@ def _is_typers_own(error: Exception) -> bool:
 
 
 def _unexpected(error: Exception) -> str:
-    """Return one line on an unforeseen error; its traceback goes to a file, for developers to stderr."""
+    """Return one line on an unforeseen error; its traceback goes to a file."""
     if isinstance(error, MemoryError):
         return f"out of memory; use fewer workers (--workers) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
@@ -79,24 +79,13 @@ def _unexpected(error: Exception) -> str:
         from stemcal.files.durable import what_happened
 
         return f"{place}{what_happened(error)}"
-    line = f"{type(error).__name__}: {error}".splitlines()[0]
-    if os.environ.get("STEMCAL_DEBUG", "") not in ("", "0"):
-        traceback.print_exception(error)
-        return f"internal error: {line}"
-    return f"internal error: {line} ({_file_traceback(error)})"
-
-
-def _file_traceback(error: Exception) -> str:
-    """Write the traceback to a new file; return a hint where it is."""
-    text = "".join(traceback.format_exception(error))
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", prefix="stemcal-traceback-", suffix=".txt", delete=False
-        ) as file:
-            file.write(text)
-    except OSError:
-        return "set STEMCAL_DEBUG=1 to see the traceback"
-    return f"traceback in {file.name}"
+    line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
+    with suppress(OSError):
+        descriptor, name = tempfile.mkstemp(".txt", "stemcal-traceback-")
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            traceback.print_exception(error, file=file)
+        line += f" (traceback in {name})"
+    return line
 
 
 def steady_streams() -> None:

@@ -17,7 +17,6 @@ from stemcal.files.reading import read_plain
 from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:
-    from stemcal.by_hand import Entered
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study
 
@@ -226,7 +225,10 @@ def enter(
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
         if as_json:
-            say_json(_entered_json(found))
+            refused = [
+                {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused
+            ]
+            say_json({"schema_version": 1, "stage": "enter", **vars(found), "refused": refused})
         else:
             say(found.summary())
         found.require_all()
@@ -242,8 +244,3 @@ def _content(file: Path) -> bytes:
         return read_plain(file, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{file}: {error.strerror}; name the sheet with the results") from None
-
-
-def _entered_json(found: Entered) -> dict[str, object]:
-    refused = [{"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused]
-    return {"schema_version": 1, "stage": "enter", **vars(found), "refused": refused}

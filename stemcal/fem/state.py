@@ -84,8 +84,6 @@ def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
     return np.asarray(np.abs(np.sum(areas * way, axis=2)) / np.sum(way * way, axis=2))
 
 
-Array = NDArray[np.float64]
-
 # A time step this much smaller than the first one means that the mesh has collapsed.
 _COLLAPSE = 1.0e-4
 # Contact candidates are listed within this share of an element's size.

@@ -57,9 +57,7 @@ def measure_tests(
     UsageError
         If no test has a folder, if a file cannot be read, or if a specimen is unknown.
     """
-    folders = [path for path in sorted(folder.glob("*")) if path.is_dir()]
-    own = {test.name: found for test in study.tests if (found := _folder_of(test.name, folders))}
-    there = [test for test in study.tests if test.name in own]
+    there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:
             raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
@@ -71,15 +69,11 @@ def measure_tests(
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
         raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
-    files = {name: find_files(found) for name, found in own.items()}
-    read = {name: measure_shear(found, how, None, left_out[name]) for name, found in files.items()}
-    taken = {path.name.casefold(): shown(path.name) for path in own.values()}
-    unread = [path.name for path in folders if path not in own.values()]
-    skipped = []
-    for name in unread:
-        other = taken.get(name.casefold())
-        reason = "no test has this name" if other is None else f"{other} is read instead"
-        skipped.append(Note("folder_skipped", "info", f"Folder {shown(name)} is not read: {reason}."))
+    read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}
+    unread = [path.name for path in sorted(folder.glob("*")) if path.is_dir() and path.name not in read]
+    skipped = [
+        Note("folder_skipped", "info", f"Folder {shown(name)} is not read: no test has this name.") for name in unread
+    ]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name], BREAK_DROP))
     return MeasuredTests(
@@ -88,12 +82,6 @@ def measure_tests(
         any(tests.synthetic for tests in read.values()),
         {test.name: tuple(_targets(test, [mean for mean in means if mean.test == test.name])) for test in there},
     )
-
-
-def _folder_of(name: str, folders: Sequence[Path]) -> Path | None:
-    """Return the folder of a test: that of its very name, else of its name in other cases of the letters."""
-    alike = [path for path in folders if path.name.casefold() == name.casefold()]
-    return min(alike, key=lambda path: path.name != name, default=None)
 
 
 def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:

@@ -62,6 +62,7 @@ def _add_caption(document: Any, kind: str, number: int, words: str, begin: bool)
     from docx.oxml import OxmlElement
     from docx.oxml.ns import qn
     from docx.shared import Pt, RGBColor
+    from docx.text.run import Run
 
     caption = document.add_paragraph(style="Caption")
     caption.add_run(f"{kind} ")
@@ -71,15 +72,9 @@ def _add_caption(document: Any, kind: str, number: int, words: str, begin: bool)
     caption._p.append(field)
     caption.add_run(". ")
     caption.add_run(words).bold = False
-    for run in (*caption.runs, *map(_run_of(caption), field)):
+    for run in (*caption.runs, *(Run(element, caption) for element in field)):
         run.font.size, run.font.color.rgb = Pt(9), RGBColor(0, 0, 0)
     return caption
-
-
-def _run_of(paragraph: Any) -> Any:
-    from docx.text.run import Run
-
-    return lambda element: Run(element, paragraph)
 
 
 def _add(document: Any, table: PaperTable, begin: bool) -> None:

@@ -135,7 +135,6 @@ def test_exit_code_of_each_error(error: BaseException, code: int) -> None:
 
 def test_unforeseen_error_files_its_traceback(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.delenv("STEMCAL_DEBUG", raising=False)
     result = ending_with(ZeroDivisionError("division by zero"))
     (filed,) = tmp_path.glob("stemcal-traceback-*.txt")
     assert result.stderr == (f"error: internal error: ZeroDivisionError: division by zero (traceback in {filed})\n")
@@ -156,11 +155,6 @@ def test_a_limit_of_memory_below_what_the_libraries_need_is_refused_before_the_s
         assert done.returncode == 2
         assert "may use 600 MiB of address space, and 1536 MiB are needed" in done.stderr
     assert not (tmp_path / "out").exists()
-
-
-def test_developers_see_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("STEMCAL_DEBUG", "1")
-    assert "Traceback" in ending_with(ZeroDivisionError()).stderr
 
 
 def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -185,11 +185,6 @@ def test_text_cells_with_a_decimal_comma(tmp_path: Path) -> None:
     assert peaks(tmp_path) == {"7mm": PEAK}
 
 
-def test_diameters_from_a_workbook(tmp_path: Path) -> None:
-    path = book(tmp_path / "d.xlsx", a=[["编号", "直径(mm)"], [1, 7.1], [2, 8.0], [3, 9.5]], b=[["x"]])
-    assert json.loads(command("measure", "diameters", path, "--json").stdout)["result"]["mean"] == pytest.approx(8.2)
-
-
 def test_an_open_workbook_leaves_a_file_that_is_none(tmp_path: Path) -> None:
     book(tmp_path / "7mm.xlsx", a=[HEAD, *rows_of()])
     (tmp_path / "~$7mm.xlsx").write_bytes(b"\x05Smith")
@@ -217,14 +212,6 @@ def test_an_old_name_for_text(tmp_path: Path) -> None:
 
 
 # ---- machines and languages
-
-ZWICK = '"Probe 1"\r\n"Prüfzeit";"Standardweg";"Standardkraft"\r\n"s";"mm";"N"\r\n'
-
-
-def test_zwick_tra(tmp_path: Path) -> None:
-    write(tmp_path / "8mm.TRA", ZWICK + lines("{t};{d};{f}\r\n").replace(".", ","), "cp1252")
-    assert peaks(tmp_path) == {"8mm": PEAK}
-
 
 LANGUAGES = {
     "Russian": ("Время, с;Перемещение, мм;Сила, Н", ("utf-8", "cp1251", "utf-16", "cp866")),

@@ -106,23 +106,12 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
     assert notes[1].startswith("note: pull: The preload of 100 N is 16 % of the maximum at 8 mm")
 
 
-def test_folders_go_by_the_name_of_a_test_in_any_case_and_others_are_told(lab: Path) -> None:
-    (lab / "pull").rename(lab / "Pull")
+def test_folders_go_by_the_name_of_a_test_and_others_are_told(lab: Path) -> None:
     (lab / "bend").mkdir()
     found = measure_tests(load_study(THREE), lab, AT_ONCE)
     assert list(found.targets) == ["pull"]
     (note,) = found.notes
     assert note.kind == "folder_skipped" and "'bend'" in note.text
-
-
-def test_of_two_folders_the_one_of_the_very_name_is_read_and_the_other_told(lab: Path) -> None:
-    (lab / "Pull").mkdir(exist_ok=True)
-    if (lab / "Pull").samefile(lab / "pull"):
-        pytest.skip("names of folders differ in more than case here")
-    (lab / "Pull" / "8mm-1.csv").write_text(sheet(300.0), encoding="utf-8")
-    done = command("measure", "tests", THREE, lab, "--preload", 0)
-    assert "force: 630 N" in done.stdout
-    assert "note: Folder 'Pull' is not read: 'pull' is read instead." in done.stderr.splitlines()
 
 
 def test_json_tells_means_and_targets(lab: Path) -> None:

@@ -30,14 +30,6 @@ def screen(tmp_path: Path, folder: StudyFolder, solver: FakeSolver, runs: str = 
 # ---- tries
 
 
-def test_an_accident_is_begun_once_more(tmp_path: Path, folder: StudyFolder) -> None:
-    witness = tmp_path / "witness"
-    stage = screen(tmp_path, folder, FakeSolver(witness, trouble={5: "raise"}))
-    run = stage["design"]["runs"][5]
-    assert (run["status"], run["reason"]) == ("failed", "exception") and "begun" in run["message"]
-    assert lines(witness).count("screen 5") == 2
-
-
 def test_one_accident_is_forgiven_and_recorded(tmp_path: Path, folder: StudyFolder) -> None:
     solver = FakeSolver(trouble={5: "exit"}, accident=tmp_path / "accident")
     stage = screen(tmp_path, folder, solver, workers=2)
@@ -45,12 +37,6 @@ def test_one_accident_is_forgiven_and_recorded(tmp_path: Path, folder: StudyFold
     assert run["status"] == "ok"
     record = folder.load(run["key"])
     assert record is not None and record["provenance"]["tries"] == 2
-
-
-def test_physical_failures_are_not_begun_again(tmp_path: Path, folder: StudyFolder) -> None:
-    witness = tmp_path / "witness"
-    screen(tmp_path, folder, FakeSolver(witness, trouble={5: "failed"}))
-    assert lines(witness).count("screen 5") == 1
 
 
 # ---- time limit

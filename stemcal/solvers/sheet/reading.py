@@ -3,16 +3,16 @@
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from stemcal.errors import UsageError
 from stemcal.files.reading import MIB
 from stemcal.measured.cells import Line, decoded, is_workbook
 from stemcal.measured.cells import sheets as tables_of
-from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, STUDY, WHEN, WHO, Field, fields_of
+from stemcal.solvers.sheet.columns import ASKED, FAILED, REMARK, RUN, Field, Kind, fields_of
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean, listed
 
@@ -24,27 +24,34 @@ _WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}
 
 @dataclass(frozen=True)
 class Filled:
-    """The cells of one row: texts by response, and by factor, condition and replicate as `levels`.
+    """The cells of one row, texts by the names of columns: responses as `values`, who, when, remark, study as `said`.
 
-    `units` are those of the columns. `broken` is what is wrong with the row as a whole.
+    `levels` are those of factors, condition and replicate, `units` those of the columns. `broken` is what is wrong with
+    the row as a whole.
     """
 
     place: str
     run: str
     values: dict[str, str]
-    levels: dict[str, str] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    who: str = ""
-    when: str = ""
-    remark: str = ""
-    study: str = ""
+    levels: dict[str, str]
+    said: dict[str, str]
+    units: dict[str, str]
     decimal: str = "."
     broken: str = ""
+
+    @property
+    def remark(self) -> str:
+        """The remark."""
+        return self.said.get(REMARK, "")
 
     @property
     def is_empty(self) -> bool:
         """Whether the row has no result yet."""
         return not any(self.values.values()) and not self.remark.casefold().startswith(FAILED) and not self.broken
+
+    def with_levels_given(self) -> Self:
+        """Return the row without the levels that it leaves open."""
+        return replace(self, levels={name: text for name, text in self.levels.items() if text})
 
 
 def narrow(text: str) -> str:
@@ -82,31 +89,25 @@ def told(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
     UsageError
         If one is no mapping, has no name or a key that is no column.
     """
-    return [_told(row, f"row {number}", study) for number, row in enumerate(rows, 1)]
+    fields = fields_of(study)
+    lines = [(0, [one.heading for one in fields])]
+    lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]
+    found = _of_lines(lines, "row", study, partial=True)
+    return [replace(row.with_levels_given(), place=row.place.replace(":", " ")) for row in found]
 
 
-def _told(row: object, place: str, study: Study) -> Filled:
+def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
     if not isinstance(row, Mapping) or not isinstance(row.get(RUN), str):
         raise UsageError(f'{place}: the run has no name; write a mapping such as {{"run": "screen 1", "force": 12.5}}')
-    fields = {column.name: column for column in fields_of(study)}
+    names = [one.name for one in fields]
     for name in row:
-        if name not in (*fields, FAILED):
-            raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), list(fields))}")
-    cells = {name: "" if row.get(name) is None else str(row[name]).strip() for name in fields}
+        if name not in (*names, FAILED):
+            raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), names)}")
+    cells = {name: "" if row.get(name) is None else str(row[name]).strip() for name in names}
     reason = row.get(FAILED)
     if reason is not None and reason is not False:
         cells[REMARK] = f"{FAILED}: {reason if isinstance(reason, str) else ''}"
-    said = {name: cells[name] for name, column in fields.items() if column.kind in ("said", "study")}
-    return Filled(
-        place,
-        cells[RUN],
-        {name: cells[name] for name, column in fields.items() if column.kind == "response"},
-        {name: cells[name] for name, column in fields.items() if column.kind in ASKED and cells[name]},
-        who=said.get(WHO, ""),
-        when=said.get(WHEN, ""),
-        remark=said.get(REMARK, ""),
-        study=said.get(STUDY, ""),
-    )
+    return [cells[name] for name in names]
 
 
 # ---- a file
@@ -163,14 +164,11 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
     return [
         Filled(
             place=f"{source}:{number}",
-            run=_of(cells, columns, RUN),
-            values={c.name: _at(cells, i) for c, i in columns.items() if c.kind == "response"},
-            levels={c.name: _at(cells, i) for c, i in columns.items() if c.kind in ASKED},
+            run=_of(cells, columns, "run")[RUN],
+            values=_of(cells, columns, "response"),
+            levels=_of(cells, columns, *ASKED),
+            said=_of(cells, columns, "said", "study"),
             units=units,
-            who=_of(cells, columns, WHO),
-            when=_of(cells, columns, WHEN),
-            remark=_of(cells, columns, REMARK),
-            study=_of(cells, columns, STUDY),
             decimal=decimal,
             broken=_broken(len(cells), width, number == cut),
         )
@@ -216,10 +214,7 @@ def _parted(heading: str) -> tuple[str, str]:
     return (match[1], match[2].strip()) if match else (heading, "")
 
 
-def _of(cells: Sequence[str], columns: Mapping[Field, int], name: str) -> str:
-    places = [i for column, i in columns.items() if column.name == name and column.kind in ("run", "said", "study")]
-    return _at(cells, places[0]) if places else ""
-
-
-def _at(cells: Sequence[str], place: int) -> str:
-    return narrow(cells[place]) if place < len(cells) else ""
+def _of(cells: Sequence[str], columns: Mapping[Field, int], *kinds: Kind) -> dict[str, str]:
+    """Return the texts of the columns of some kinds; none past the end of a row."""
+    places = {one.name: place for one, place in columns.items() if one.kind in kinds}
+    return {name: narrow(cells[place]) if place < len(cells) else "" for name, place in places.items()}

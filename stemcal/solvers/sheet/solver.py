@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -147,13 +147,8 @@ def _numbered(rows: Sequence[Filled]) -> list[Filled]:
         name = " ".join(cells.run.split()).casefold()
         counts[name] = counts.get(name, 0) + 1
         run = f"{name} {counts[name]}" if name.isalpha() else name
-        found.append(_changed(cells, run))
+        found.append(replace(cells.with_levels_given(), run=run))
     return found
-
-
-def _changed(cells: Filled, run: str) -> Filled:
-    levels = {name: text for name, text in cells.levels.items() if text}
-    return Filled(**{**vars(cells), "run": run, "levels": levels})
 
 
 def _number(run: str) -> int:
