@@ -9,7 +9,7 @@ from stemcal.files.durable import make_folder
 from stemcal.numbers import short
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
-from stemcal.report.figures.frames import fields, fracture_frames, mesh
+from stemcal.report.figures.frames import fracture_frames, mesh
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import Figure, resize, save, write_both
 from stemcal.report.records import Details, Records, curves_of
@@ -103,10 +103,5 @@ def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bo
     ]
     if details.film:
         film = f"Cutting of the stem of {label}, in section: travel of the blade and force above each picture."
-        largest = (
-            f"Stress and displacement in the stem of {label} at the maximum force, in section; travel of the blade and "
-            "force above. Each has its own scale."
-        )
         plots.append(plot("frames", film, lambda: fracture_frames(frames_of(shape(), details.film))))
-        plots.append(plot("fields", largest, lambda: fields(frames_of(shape(), details.film))))
     return plots

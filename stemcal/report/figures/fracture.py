@@ -52,14 +52,12 @@ def strain_scale(shapes: Sequence[Shape]) -> Any:
     return Normalize(0.0, max(*largest, 1e-6))
 
 
-def colour_bar(
-    figure: Figure, scale: Any, panels: list[Axes], label: str = "plastic strain", colours: str = PLASTIC
-) -> None:
+def colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
     """Draw the scale beside the panels."""
     import matplotlib
 
-    mapped = matplotlib.cm.ScalarMappable(scale, colours)
-    figure.colorbar(mapped, ax=panels, label=label, aspect=30).outline.set_visible(False)
+    mapped = matplotlib.cm.ScalarMappable(scale, PLASTIC)
+    figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
 
 
 def side_faces(shape: Shape) -> tuple[Array, Array]:
@@ -71,19 +69,15 @@ def side_faces(shape: Shape) -> tuple[Array, Array]:
     return points[seen][order][:, :, (0, 2)], shape.plastic_strain[owner[seen]][order]
 
 
-def section_faces(shape: Shape, values: Array | None = None) -> tuple[Array, Array]:
-    """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain.
-
-    Other `values` of the elements take the strain's place.
-    """
+def section_faces(shape: Shape) -> tuple[Array, Array]:
+    """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain."""
     behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
     corners, owner = _faces(shape.hexes, behind)
     before = shape.reference[corners]
     close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * _edge(before)
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
-    shown = shape.plastic_strain if values is None else values
-    return shape.nodes[corners[on_plane]][:, :, (0, 2)], shown[owner[on_plane]]
+    return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
 
 
 def end_faces(shape: Shape) -> Array:
@@ -124,7 +118,6 @@ def draw_faces(
     faces: tuple[Array, Array],
     scale: Any,
     reach: float | None = None,
-    colours: str = PLASTIC,
 ) -> list[Any]:
     """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
     from matplotlib.collections import PolyCollection
@@ -133,7 +126,7 @@ def draw_faces(
     polygons, strain = faces
     added: list[Any] = []
     for sign in (1.0, -1.0) if shape.symmetry == "quarter" else (1.0,):
-        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=colours, norm=scale, edgecolors=EDGE, linewidths=0.2)
+        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=PLASTIC, norm=scale, edgecolors=EDGE, linewidths=0.2)
         body.set_array(strain)
         added.append(axes.add_collection(body))
         for tool in shape.tools:
