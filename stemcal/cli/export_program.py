@@ -18,7 +18,7 @@ from stemcal.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
-    from stemcal.stages.refine.element_size import SizedStrain, SizedStrains
+    from stemcal.stages.element_size import SizedStrain, SizedStrains
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
@@ -219,8 +219,7 @@ def export_material(
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
     from stemcal.solvers import make_solver
-    from stemcal.stages.refine.element_size import strains_of
-    from stemcal.stages.refine.showing import strain_table
+    from stemcal.stages.element_size import strain_table, strains_of
     from stemcal.stages.work import Work
     from stemcal.study.reading.checked import typed_size
 
@@ -252,7 +251,7 @@ def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, 
     """Write the files; return what material.json holds."""
     from stemcal.report.records import spec_hash
     from stemcal.solvers.deck.writer import curve_text, material_text
-    from stemcal.stages.refine.element_size import curve_lines, material_lines, not_valid
+    from stemcal.stages.element_size import curve_lines, material_lines, not_valid
     from stemcal.version import __version__
 
     if not row.valid:
@@ -286,7 +285,7 @@ def _deck_of_card(study: Study, found: SizedStrains, row: SizedStrain, program: 
     """Return the shear test with the elements and the failure strain there, whose card is written."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
-    from stemcal.stages.refine.element_size import without_lengths
+    from stemcal.stages.element_size import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
     form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")

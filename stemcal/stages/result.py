@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
@@ -19,6 +19,8 @@ from stemcal.runs.outcome import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from stemcal.study.model import Study
 
 R = TypeVar("R", bound="StageResult")
 Interval = tuple[float, float]
@@ -98,6 +100,25 @@ class DesignRuns:
             yield f"design.runs[{index}].coded", run.coded, varied
 
 
+@dataclass(frozen=True)
+class Judged:
+    """A response at a condition: its error, None where the run failed, and whether it was fitted or is a check.
+
+    `key` is that of the run's record.
+    """
+
+    response: str
+    condition: float
+    error_percent: float | None
+    fitted: bool
+    key: str = field(default="", compare=False)
+
+    @property
+    def size(self) -> float:
+        """The error without its sign."""
+        return abs(self.error_percent or 0.0)
+
+
 class StageResult(Spread):
     """The result of a stage: frozen, typed, the same as its file."""
 
@@ -116,6 +137,15 @@ class StageResult(Spread):
     def settles(self) -> Mapping[str, float] | None:
         """The level of every factor, where the stage calibrates the study's own model; None where it does not."""
         return None
+
+    @property
+    def misses(self) -> tuple[float, ...]:
+        """By how many per cent it misses what it fits."""
+        return ()
+
+    def judged(self, study: Study) -> list[Judged]:
+        """Return measured against simulated, of runs with the calibrated parameters in the study's own model."""
+        return []
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what the result is made of, not what has been worked out from it."""

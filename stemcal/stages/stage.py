@@ -116,6 +116,10 @@ class Stage(Checked, Generic[R]):
         """Return the runs that it usually decides on one by one; None if it does not."""
         return None
 
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        """Return what it adds to the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
+        return ()
+
     def most_there(self, study: Study) -> int:
         """Return how many runs it makes at most in the other model that it has `seen`."""
         return 0

@@ -23,7 +23,7 @@ from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.writer import curve_text
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
+from stemcal.stages.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth

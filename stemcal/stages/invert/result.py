@@ -213,6 +213,11 @@ class InvertResult(StageResult):
         return self.parameters
 
     @property
+    def misses(self) -> tuple[float, ...]:
+        """By how many per cent the joint fit misses each measured mean."""
+        return () if self.joint is None else tuple(row.error_percent for row in self.joint.rows)
+
+    @property
     def known(self) -> list[Certainty]:
         """What is known of the parameters: from all measured means, and from the force alone beside a joint fit."""
         return [part for part in (self.certainty, self.certainty_alone) if part is not None]

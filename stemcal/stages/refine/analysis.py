@@ -15,9 +15,10 @@ from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
 from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
+from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.refine.options import RefineOptions
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
+from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult

@@ -7,9 +7,9 @@ from typing import Any, Literal
 
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.run_warnings import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
-from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
-from stemcal.stages.validate.result import ValidateResult
+from stemcal.stages.stage import stage_called
+from stemcal.study.model import Study
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]
@@ -57,9 +57,9 @@ class Physics:
         return self.doubtful / self.checked if self.checked else 0.0
 
 
-def physics_of(results: Results, folder: StudyFolder) -> Physics:
+def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     """Read the checks of every run of the study's own solver; runs of solvers that tell none are not counted."""
-    own = [result for result in results.done if not (isinstance(result, RefineResult) and result.elsewhere)]
+    own = [result for result in results.done if stage_called(result.name).seen(study) is study]
     outcomes = [outcome for result in own for _, outcome in result.runs()]
     keys = dict.fromkeys(outcome.key for outcome in outcomes if outcome.key and outcome.ok)
     every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
@@ -71,16 +71,16 @@ def physics_of(results: Results, folder: StudyFolder) -> Physics:
         doubts=tuple(
             sorted((_gathered(kind, found) for kind in kinds), key=lambda doubt: (-doubt.runs, doubt.kind)),
         ),
-        at_solution=tuple(_at_solution(results, every)),
+        at_solution=tuple(_at_solution(study, results, every)),
     )
 
 
-def _at_solution(results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
-    """Yield what is doubtful of each run of the validation, which has the calibrated parameters."""
-    checked = results.of(ValidateResult)
-    for row in () if checked is None else checked.rows:
-        for kind, size in every.get(row.key, {}).items():
-            yield DoubtAt(row.compared.condition, row.compared.role == "fitted", Doubt(kind, 1, size))
+def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
+    """Yield what is doubtful of each run with the calibrated parameters that was compared."""
+    runs = {row.key: row for result in results.done for row in reversed(result.judged(study))}
+    for key, row in reversed(runs.items()):
+        for kind, size in every.get(key, {}).items():
+            yield DoubtAt(row.condition, row.fitted, Doubt(kind, 1, size))
 
 
 def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:

@@ -12,13 +12,14 @@ from statistics import stdev
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
+from stemcal.files.rows import Column, Rows, Table
+from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
 from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import calibrated_parameters
-from stemcal.stages.refine.loop import Loop, PathSteps
+from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
 from stemcal.study.model import Study
@@ -170,7 +171,27 @@ def _simulating(work: Work, there: Study, size: float, positions: int) -> Simula
     return simulate
 
 
-# ---- comments of the exported files
+# ---- its table, and comments of the exported files
+
+
+def strain_table(found: SizedStrains) -> Table:
+    """Return the failure strain of every element size."""
+    columns = [
+        Column("element_size", "Element size", "mm", significant),
+        Column("failure_strain", "Failure strain", form=significant),
+        Column("interval", "95 % range", form=interval),
+        Column("force", "Mean force", "N", significant),
+        Column("sd_percent", "SD over positions", "%", fixed),
+        Column("positions", "Positions", form=format),
+        Column("runs", "Runs", form=format),
+        Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
+    ]
+    foot = (
+        f"The mean force over the positions of the mesh is {found.aim:.4g} N (stem of {found.condition:g} mm); the "
+        f"search ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: by the scatter over the "
+        "positions. Valid: the mean and its standard error are within 5 %."
+    )
+    return Table.of(columns, found.rows, "Failure strain over element size", [foot])
 
 
 def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[str]:
