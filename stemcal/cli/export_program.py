@@ -84,7 +84,7 @@ def export_deck(
 
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
-    """Return the program that the deck is for; raise `UsageError` where nothing says it."""
+    """Return the program that the deck is for; raise `UsageError` if it is unknown."""
     own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:
@@ -186,7 +186,7 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Card: *MAT_003 of LS-DYNA or *MAT_024.", show_default=False),
+    typer.Option("--for", help="Program: *MAT_003 (lsdyna) or *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],
@@ -213,8 +213,8 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
-    strain is adjusted until the mean force over several positions is the calibrated force. The card has the first
-    --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
+    strain is adjusted until the mean force over several positions is the calibrated force. The card is for the first
+    --element-size; with several sizes a curve is written too. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

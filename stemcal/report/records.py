@@ -45,7 +45,7 @@ class Checks:
 
 @dataclass(frozen=True)
 class Details:
-    """What a solver told beside the force, as far as it told; `shape` and `film` are packed."""
+    """What a solver reported in addition to the force; `shape` and `film` are packed."""
 
     curve: Curve | None = None
     energies: dict[str, Numbers] | None = None
@@ -102,7 +102,7 @@ def _record(content: Mapping[str, Any], at_solution: bool) -> RunRecord:
 
 
 def _checks(details: Mapping[str, Any]) -> Checks | None:
-    """Return a run's checks; None where the solver told nothing of them, or other things under their names."""
+    """Return a run's checks; None if the solver did not report them, or other things under their names."""
     try:
         return from_json(Checks, details)
     except ValueError:
@@ -158,7 +158,7 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
         ends = sorted(p.finished for p in distinct if p.finished)
         rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
     seconds = sum(p.wall_seconds or 0.0 for p in distinct)
-    rows.append(("Computing time, all runs", duration(seconds)))
+    rows.append(("Computing time of all runs", duration(seconds)))
     return rows
 
 

@@ -91,7 +91,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 nodes=shape.reference + moved[k],
                 standing=standing[k],
                 plastic_strain=strains[k],
-                # the blade, the first of them, higher; the supports stand still
+                # the blade, the first of them, higher; the supports are fixed
                 tools=(shape.tools[0] + [0.0, packed["stroke"] - packed["travel"][k]], *shape.tools[1:]),
             ),
         )

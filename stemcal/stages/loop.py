@@ -1,6 +1,6 @@
 """The loop: simulate at the solution, compare, correct, step, until the target is reached.
 
-Where the next point lies is decided by its steps. `PathSteps` moves one factor after the other: for another program or
+Its steps choose the next point. `PathSteps` moves one factor after the other: for another program or
 mesh, whose response is not that of the surface.
 """
 

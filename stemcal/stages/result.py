@@ -31,7 +31,7 @@ Entries = tuple[str, Collection[str], Iterable[str]]
 class Head:
     """How every stage file begins; `inputs` has a hash of each thing that the stage was made from.
 
-    `naming` tells what condition and responses are called, which have neutral keys in the rest of the file.
+    `naming` has the names of condition and responses, which have neutral keys in the rest of the file.
     """
 
     schema_version: int
@@ -93,7 +93,7 @@ class DesignRuns:
         return Table.of(["run", *self.varied, *replicate, "response"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
-        """Yield what must be told of every run: a level of every factor, the varied ones coded too."""
+        """Yield what every run must have: a level of every factor, those of varied ones also coded."""
         factors = dict.fromkeys(name for run in self.runs for name in run.levels)
         for index, run in enumerate(self.runs):
             yield f"design.runs[{index}].levels", run.levels, factors
@@ -140,7 +140,7 @@ class StageResult(Spread):
 
     @property
     def misses(self) -> tuple[float, ...]:
-        """By how many per cent it misses what it fits."""
+        """By how many % it misses what it fits."""
         return ()
 
     def judged(self, study: Study) -> list[Judged]:

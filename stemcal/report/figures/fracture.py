@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 
 
-# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints tell as much.
+# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints show as much.
 PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
 TOOL = "#b4bac3"
@@ -45,7 +45,7 @@ def near(shape: Shape) -> float:
 
 
 def strain_scale(shapes: Sequence[Shape]) -> Any:
-    """Return the scale of plastic strain over the elements that stand, one for all shapes."""
+    """Return the scale of plastic strain over the remaining elements, one for all shapes."""
     from matplotlib.colors import Normalize
 
     largest = [float(np.max(shape.plastic_strain[shape.standing], initial=0.0)) for shape in shapes]
@@ -53,7 +53,7 @@ def strain_scale(shapes: Sequence[Shape]) -> Any:
 
 
 def colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
-    """Draw the scale beside the panels."""
+    """Draw the scale next to the panels."""
     import matplotlib
 
     mapped = matplotlib.cm.ScalarMappable(scale, PLASTIC)
@@ -89,7 +89,7 @@ def end_faces(shape: Shape) -> Array:
 
 
 def exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return the faces (F, 4) of standing elements behind which no element stands, and their elements."""
+    """Return the outer faces (F, 4) of the remaining elements, and their elements."""
     return _faces(shape.hexes, shape.standing)
 
 

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
-    """Return the frames that tell the story: start, half-way to the peak, peak, and evenly from there to the end."""
+    """Return the main frames: start, half-way to the peak, peak, and evenly from there to the end."""
     forces = [frame.force for frame in frames]
     peak = forces.index(max(forces))
     after = np.linspace(peak, len(frames) - 1, count - 2)

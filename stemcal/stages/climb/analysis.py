@@ -72,7 +72,7 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     if not reached:
         response = names.response.long
         text = (
-            f"The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside."
+            f"The steps reached the edge of the ranges before the {response} passed the target, which may be outside."
         )
         remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
         yield Note("target_not_passed", "warning", text, remedy)
@@ -114,7 +114,7 @@ def _leap(
 
 
 def _path(study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, rise: bool) -> Array:
-    """Return the coded points of the walk; with steps of one's own where the spec has them."""
+    """Return the coded points of the walk; with the steps of the spec if it has them."""
     own = options.step_sizes
     if not any(name in own for name in names):
         return ascent_path(effects, options.steps, rise)
@@ -149,7 +149,7 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
 
 
 def later(study: Study) -> Later | None:
-    """Return the steps as many as there usually are, and how many there may be."""
+    """Return the usual and the largest number of steps."""
     if (options := study.given(ClimbOptions)) is None:
         return None
     most = f"at most {counted(options.steps + 1, 'more run')}"

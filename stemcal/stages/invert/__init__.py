@@ -21,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, reads, simulates = "invert", "Calibration", ("invert", "targets"), False
     help = "Solve the surface for the calibrated parameters and their intervals."
-    purpose = "Stage 3: the parameters that give the measured force."
+    purpose = "Stage 3: the parameters that reproduce the measured force."
 
     def needs(self, study: Study) -> str | None:
         return "rsm"

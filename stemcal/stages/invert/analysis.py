@@ -1,6 +1,6 @@
 """The calibration: the point of the surface that gives one measured mean, or of several surfaces for theirs.
 
-At a condition (a diameter) each response (force, travel and work to the maximum force) has a surface of its own.
+At a condition (a diameter) each response (force, travel and work to the maximum force) has its own surface.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,8 +26,8 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import MachineSection, Study
 
-_NORMAL = 1.96  # of a normal distribution 95 % are within so many standard deviations
-_UNTOLD = 1e-4  # of the variance of what is known of the machine: of less the curves tell nothing
+_NORMAL = 1.96  # 95 % of a normal distribution are within this number of standard deviations
+_UNTOLD = 1e-4  # of the prior variance of the machine: a smaller reduction is no information
 
 
 @a_stage(InvertResult)

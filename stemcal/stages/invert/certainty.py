@@ -18,7 +18,7 @@ from stemcal.stages.invert.result import Certainty, PriorRow, ProfileCurve
 from stemcal.stages.result import Interval
 from stemcal.study.model import Study
 
-# A factor that moves by so much of its half step, where another goes a whole one, is not fixed by itself.
+# A factor that changes by this part of its half-step along a flat direction is not determined by itself.
 _MOVED = 0.25
 
 

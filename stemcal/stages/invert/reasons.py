@@ -46,13 +46,13 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         return
     how = "faster" if law.exponent > 0.0 else "more slowly"
     text = (
-        f"The error follows the diameter: the measured force grows {how} than the simulated, by "
+        f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
         f"d^{abs(law.exponent):.2f} (largest error {worst:.1f} %)."
     )
     if joint is not None:
         remedy = advice.for_trend(study, surface, found.point.solution)
     else:
-        then = "What removes the trend is computed from the surfaces of all of them."
+        then = "With the surfaces of all of them, stemcal can compute what removes the trend."
         remedy = advice.fit_all(study, "conditions", then)
     yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
 
@@ -91,13 +91,13 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
     others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
     return minus(
         f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away). It is {errors[place]:+.0f} % from "
-        f"the joint fit, the others {others} %."
+        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). It differs from the joint fit by "
+        f"{errors[place]:+.0f} %, the others by {others} %."
     )
 
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
-    """Widen a range where a mean is out of reach by itself; where each is reached, no range mends it."""
+    """Widen a range where a mean is out of reach by itself; if each is reached, no range is changed."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     assert surface is not None and found is not None
     coded = list(found.point.coded.values())
@@ -112,7 +112,7 @@ def edge(evidence: Evidence) -> Iterator[Note]:
     if surface is None or found is None:
         return
     if found.joint is not None and any(conflict(evidence)):
-        return  # the conflict says what to do, at a place of its own
+        return  # the conflict says what to do, at its own place
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
@@ -121,7 +121,7 @@ def edge(evidence: Evidence) -> Iterator[Note]:
 
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
-    """Widen a range, unless a joint fit lies there by the scatter of its data or in a flat valley."""
+    """Widen a range, unless the joint fit is there because of scatter or a flat valley."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
@@ -150,7 +150,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
-    text = f"The misfit is {times:.1f} times what the scatter of the measurements explains (p {p})."
+    text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
     remedy = _check_prior(found) or advice.to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 

@@ -181,7 +181,7 @@ def _scatter(target: Target) -> tuple[float, float] | None:
 
 
 def later(study: Study) -> Later | None:
-    """Return the rounds as many as there usually are, and how many runs there may be."""
+    """Return the usual number of rounds and the largest number of runs."""
     options = study.given(RefineOptions)
     if options is None or options.elsewhere:
         return None

@@ -53,7 +53,7 @@ class RefineResult(StageResult):
     """The refined parameters and the responses with them; `model` (key `in`) is where they are used.
 
     `aim` is the response to reach at `condition`: the measured one; in another model after a joint fit, the one that
-    the study's own model gives there. `elsewhere` tells that `model` is not the study's own.
+    the study's own model gives there. `elsewhere`: whether `model` is not the study's own.
     """
 
     name: ClassVar[str] = "refine"

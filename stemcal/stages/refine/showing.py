@@ -67,9 +67,9 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
     ]
     foot = [
         "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
-        "others may be as near."
+        "others may fit equally well."
     ]
-    foot += ["95 % range: by the scatter of the measured mean, the other parameters fixed."] if known else []
+    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
     foot += [f"They depend on {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
@@ -91,7 +91,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
         f"{len(stage.made)} of {stage.budget} runs."
     ]
     if not stage.aims_at_measured:
-        foot += [f"After a joint fit the target is what the study's own model gives: {names.quantity(stage.aim)}."]
+        foot += [f"After a joint fit the target is the result of the study's own model: {names.quantity(stage.aim)}."]
     where = program(stage.model.kind) if stage.elsewhere else "the study's own model"
     foot += ["Error = 100·(measured − after)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated, {where}", foot)

@@ -18,12 +18,13 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     response = screen.naming.response.noun
     bars = (
-        f"Effects by size; blue raises and orange lowers the {response}. An effect beyond Lenth's margin of error (ME) "
+        f"Effects by size: blue increases and orange decreases the {response}. An effect beyond Lenth's margin of "
+        f"error (ME) "
         "or the limit of the t test is significant; beyond SME also after correction for the number of effects."
     )
     line = (
-        "Half-normal plot: effects above the line of chance and beyond Lenth's margins are significant. Symbols are "
-        "those of the table of effects."
+        "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols as in "
+        "the table of effects."
     )
     return [
         Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
@@ -54,7 +55,7 @@ def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
 
 
 def _signed(effect: float, places: int = 1) -> str:
-    """Return an effect with its sign and so many decimals.
+    """Return an effect with its sign and a number of decimals.
 
     >>> _signed(-8.0), _signed(74.69)
     ('−8.0', '+74.7')

@@ -67,9 +67,9 @@ def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Ta
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     rule = (
-        "Lenth's method chooses the factors: the residual has fewer than 3 degrees of freedom or is zero."
+        "Lenth's method selects the factors: the residual has fewer than 3 degrees of freedom or is zero."
         if stage.by_lenth
-        else "The F test chooses the factors: its residual has at least 3 degrees of freedom."
+        else "The F test selects the factors: its residual has at least 3 degrees of freedom."
     )
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:

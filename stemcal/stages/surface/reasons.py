@@ -44,9 +44,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = (
-                f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
-            )
+            text = f"The program gave {ends} for the same levels: it is stochastic, which the spec does not declare."
             yield Note("undeclared_scatter", "error", text, evidence.study.solver.chance_remedy())
             return
 
@@ -64,15 +62,13 @@ def units(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
-                f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
+                f"The measured {named.long} ({measured}) is about {size:.4g} times the result of the program ({ends}): "
+                f"probably a wrong unit ({name})."
             )
             kind = evidence.study.kind
             own = kind.starts_program and kind.own_responses
             place = "the target and of the program's result" if own else "the target"
-            yield Note(
-                "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
-            )
+            yield Note("probable_unit", "error", text, Remedy(f"Check the unit of {place} before you change a range."))
 
 
 def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float]]]:
@@ -123,10 +119,10 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     unknown = _error_unknown(evidence)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
-    left = "its error is unknown" if unknown else f"{counted(surface.fitted.df, 'degree')} of freedom show its error"
+    left = "its error is unknown" if unknown else f"its error has {counted(surface.fitted.df, 'degree')} of freedom"
     text = (
         f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}. With the others {left}."
+        f"{_where(surface, coded[failed])}. The surface is fitted to the others; {left}."
     )
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
@@ -137,7 +133,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
     if surface is not None and _error_unknown(evidence) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so its error is "
-            "unknown; the intervals are wide for that reason."
+            "unknown and the intervals are wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(evidence.study, surface))
 
@@ -221,7 +217,7 @@ def signs(evidence: Evidence) -> Iterator[Note]:
         if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
     )
     if against:
-        text = f"The effect of {series(against)} has the opposite of the expected sign."
+        text = f"The effect of {series(against)} has the opposite sign to the expected one."
         remedy = Remedy(f"Check {series(against)} in the model: the law, the units and `expected_sign`.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
@@ -244,8 +240,8 @@ def rough(evidence: Evidence) -> Iterator[Note]:
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
-            f"Repeated runs agree exactly, but the surface misses its runs by {abs(cv):.1f} %: the response is rough, "
-            "or a quadratic surface cannot follow it."
+            f"Repeated runs agree exactly, but the surface deviates from its runs by {abs(cv):.1f} %: the response is "
+            f"not smooth, or not quadratic."
         )
         levels = None if evidence.of(InvertResult) is None else evidence.results.parameters
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))

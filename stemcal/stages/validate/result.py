@@ -1,4 +1,4 @@
-"""What a validation comes to: what was measured against what was simulated, at every diameter."""
+"""The result of a validation: what was measured against what was simulated, at every diameter."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it."""
+    """Travel or work of a validation run next to what was measured of it."""
 
     response: str
     unit: str
@@ -115,7 +115,7 @@ class ValidateResult(StageResult):
     def judged(self, study: Study) -> list[Judged]:
         """Return every comparison; nothing where they are of other parameters.
 
-        Beside the force that is every response that the study declares itself; one that was not fitted is a check.
+        Besides the force it includes every response that the study declares; one that was not fitted is a check.
         """
         found, first = [], study.naming.response.name
         for row in self.rows if not self.is_given else ():

@@ -15,7 +15,7 @@ from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.verdict.physics import Physics
 from stemcal.study.model import Study
 
-BEYOND_DOUBT = 0.001  # p of a contradiction that no parameters may be told from
+BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How many of a study's runs have doubtful physics, as their records tell."""
+"""How many of a study's runs have doubtful physics, according to their records."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class DoubtAt:
 
 @dataclass(frozen=True)
 class Physics:
-    """How many distinct runs told of their checks, how many are doubtful for any reason, and why.
+    """The number of distinct runs with checks, the number of doubtful ones, and the reasons.
 
     `at_solution` are the doubts of runs with the calibrated parameters, one by one.
     """
@@ -58,7 +58,7 @@ class Physics:
 
 
 def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
-    """Read the checks of every run of the study's own solver; runs of solvers that tell none are not counted."""
+    """Read the checks of every run of the study's own solver; runs of solvers without checks are not counted."""
     own = [result for result in results.done if stage_called(result.name).seen(study) is study]
     outcomes = [outcome for result in own for _, outcome in result.runs()]
     keys = dict.fromkeys(outcome.key for outcome in outcomes if outcome.key and outcome.ok)
@@ -89,7 +89,7 @@ def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:
 
 
 def _doubts(details: Mapping[str, Any]) -> Doubts | None:
-    """Return what is doubtful of a run with its size; None where the solver told nothing of it."""
+    """Return what is doubtful of a run with its size; None if the solver did not report it."""
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None

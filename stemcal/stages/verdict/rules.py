@@ -23,7 +23,7 @@ from stemcal.study.model import Study
 MAJORITY, SOME = 0.5, 0.1
 FAR = 2.0
 """Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
-# What ends a study before its last stage: these reasons say what to do, in place of "not done yet".
+# What ends a study before its last stage: these reasons say what to do, instead of "not done yet".
 _ENDS = ("undeclared_scatter", "probable_unit", "failed_runs", "out_of_reach", "conflict")
 ORDER = (
     *("undeclared_scatter", "probable_unit", "failed_runs", "unfinished", "trend", "physics", "physics_of_solution"),
@@ -58,7 +58,7 @@ def _place(reason: Note) -> int:
 
 
 def _use(evidence: Evidence) -> Use | None:
-    """Return at which conditions the simulated response agrees, and what is off most; None where nothing tells."""
+    """Return at which conditions the simulated response agrees, and the largest error; None without a comparison."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None

@@ -18,7 +18,7 @@ _WORDS = {
 
 
 def word(verdict: Verdict) -> str:
-    """Return the verdict as people read it."""
+    """Return the verdict in words."""
     return _WORDS[verdict.verdict]
 
 
@@ -78,7 +78,7 @@ def use(where: Use, names: Names, place: str = "") -> str:
 
 
 def _held_out(where: Use, names: Names) -> list[str]:
-    """Return the largest error that was not fitted, beside that of a formula through the fitted forces.
+    """Return the largest held-out error, with that of a formula through the fitted forces.
 
     >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())
     ['Fitted at 7 and 9 mm; largest held-out error: maximum force 2.9 % high at 8 mm (formula F = a·d^b: 3.7 %).']
@@ -96,7 +96,7 @@ def use_there(where: UseThere, names: Names) -> str:
 
 
 def miss(worst: Judged, names: Names) -> str:
-    """Return how far a simulated response is off, and to which side.
+    """Return the error of a simulated response and its side.
 
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
     'The simulated maximum force is 42 % low at 11 mm'
