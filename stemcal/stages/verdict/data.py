@@ -21,6 +21,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
 from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import ValidateResult
@@ -148,12 +149,14 @@ class Evidence:
 
 def chance(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
-    if evidence.study.replicates or evidence.surface is not None:
+    study = evidence.study
+    if study.replicates or evidence.surface is not None:
         return
+    drawn = {stage.name for stage in stages_of(study) if stage.seen(study).replicates}
     found: dict[str, list[float]] = defaultdict(list)
     for record in evidence.records:
         request = record["request"]
-        if record["response"] is not None:
+        if record["response"] is not None and request["stage"] not in drawn:
             found[f"{request['levels']} {request.get('condition')}"].append(float(record["response"]))
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
@@ -161,7 +164,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
             text = (
                 f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
             )
-            yield Note("undeclared_scatter", "error", text, evidence.study.solver.chance_remedy())
+            yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
 
