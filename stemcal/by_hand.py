@@ -53,7 +53,7 @@ def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting
     Raises
     ------
     StemcalError
-        Whatever a stage raises for which results are no remedy.
+        Any error of a stage that further results cannot correct.
     """
     try:
         for stage in stages_of(study):
@@ -210,7 +210,7 @@ class _Sorted:
 def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Correction = Correction()) -> Entered:
     """Record the results of a sheet; the folder must be locked.
 
-    Rows that are right are taken, whatever is wrong with the others.
+    Correct rows are accepted even if others are rejected.
 
     Raises
     ------

@@ -46,7 +46,7 @@ def _again(kind: type[StemcalError], arguments: tuple[Any, ...]) -> StemcalError
 
 @dataclass(frozen=True)
 class SpecProblem:
-    """One thing wrong in a spec: where it stands, what is wrong, what to do."""
+    """One mistake in a spec: its place, what is wrong, what to do."""
 
     file: str
     line: int
@@ -111,7 +111,7 @@ class Waiting(StemcalError):
     ----------
     stage : str
     requests : sequence of solvers.protocol.Request
-        The runs whose results the stage waits for, as far as it knows them now.
+        The runs whose results the stage is waiting for, as far as they are known.
     """
 
     exit_code = 6

@@ -1,8 +1,8 @@
 """Ctrl-C and SIGTERM as exceptions, and waiting that hears them.
 
 An exception that a signal handler raises is lost where none can pass: in a callback of the import system Python prints
-it and goes on. So while a module is imported, and inside `put_off`, a signal is only noted; `check` raises it, and all
-that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
+it and continues. So while a module is imported, and inside `put_off`, a signal is only noted; `check` raises it, and
+all that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
 """
 
 import queue
@@ -68,10 +68,10 @@ def check() -> None:
 
 
 def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
-    """Wait until `wait(seconds)` tells that what is waited for has come; at most `limit` seconds, None for ever.
+    """Wait until `wait(seconds)` returns true; at most `limit` seconds, None for ever.
 
     Time is counted in slices, each of them once, however late this process wakes from it: one that is stopped (Ctrl-Z,
-    a batch system that suspends jobs) finds that hours have passed when it goes on, and nobody has worked meanwhile.
+    a batch system that suspends jobs) finds that hours have passed when it continues, in which no work was done.
 
     >>> wait_until(1.0, lambda seconds: False), wait_until(None, lambda seconds: True)
     (False, True)

@@ -1,8 +1,8 @@
 """What a study calls what it calibrates to, and how sentences name it: responses, condition, factors.
 
 The shear test's own words are the default: the maximum force in N, over the stem's diameter in mm. In attributes and in
-the keys of files they are ``response`` and ``condition``, whatever they are; what these are called heads every table,
-figure and sentence, and stands once in each stage file.
+the keys of files they are ``response`` and ``condition`` in every study; their names head every table,
+figure and sentence, and is once in each stage file.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stemcal.numbers import interval, minus, short
 from stemcal.words import series
 
 FIRST = "response"
-"""The first response among others that go by their names, whatever the study calls it."""
+"""The key of the first response, which does not depend on the study's name for it."""
 NOWHERE = 0.0
 """The condition of every run of a study that has none."""
 
@@ -53,7 +53,7 @@ class Named:
 
     @property
     def long(self) -> str:
-        """The label as it stands inside a sentence or along an axis.
+        """The label unchanged inside a sentence or along an axis.
 
         >>> FORCE.long, Named("e", "COR", "e", "1").long
         ('maximum force', 'COR')
@@ -121,7 +121,7 @@ class Named:
         return capital(self.noun)
 
     def axis(self, word: str = "") -> str:
-        """Return what stands along an axis.
+        """Return the label of an axis.
 
         >>> FORCE.axis(), FORCE.axis("predicted by the surface")
         ('maximum force, N', 'predicted by the surface, N')
@@ -129,7 +129,7 @@ class Named:
         return self.headed(word or self.long)
 
     def counted(self, value: float, mean: float) -> float:
-        """Return a value as it is told beside its measured mean: of one that counts so, how far it is from that.
+        """Return a value as shown next to its measured mean, or its difference from the mean.
 
         >>> FORCE.counted(178.5, 180.0), Named("curve_1", "", "", "N", apart=True).counted(178.5, 180.0)
         (178.5, -1.5)
@@ -174,17 +174,17 @@ class Naming:
 
     @property
     def further(self) -> tuple[Named, ...]:
-        """The responses beside the first."""
+        """The responses next to the first."""
         return self.responses[1:]
 
     @property
     def others(self) -> tuple[Named, ...]:
-        """The responses beside the first that a study itself has named: travel and work go without saying."""
+        """The responses next to the first that a study itself has named: travel and work go without saying."""
         return tuple(response for response in self.further if response not in CUTTING.further)
 
     @property
     def values(self) -> str:
-        """What was measured, whatever it is.
+        """A measured quantity of any kind.
 
         >>> CUTTING.values, Naming(None, (Named("a", "angle of repose", "θ", "deg"),)).values
         ('forces', 'angles of repose')
@@ -211,7 +211,7 @@ class Naming:
         return text if self.condition == DIAMETER else f"{self.condition.noun} {text}"
 
     def at(self, value: float) -> str:
-        """Return what follows a noun to tell the condition.
+        """Return the condition as it follows a noun.
 
         >>> CUTTING.at(8.0), Naming(condition=None).at(0.0)
         (' at 8 mm', '')
@@ -258,7 +258,7 @@ def capital(label: str) -> str:
 # ---- in sentences
 
 MOST_LISTED = 12
-"""Up to so many values of the condition are listed in a sentence, more are counted."""
+"""A sentence lists at most this number of values of the condition, otherwise it gives their number."""
 
 
 @dataclass(frozen=True)

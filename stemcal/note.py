@@ -31,7 +31,7 @@ class Remedy:
 
 @dataclass(frozen=True)
 class Note:
-    """A fact that a reader should know.
+    """A fact that concerns the reader of a result.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ MISSING = "–"
 
 
 def significant(value: float | None, digits: int = 4) -> str:
-    """Return `value` with so many significant digits, in plain notation where that stays short.
+    """Return `value` with a number of significant digits, in plain notation where that stays short.
 
     >>> significant(18921.0208), significant(0.18750), significant(17.96), significant(None)
     ('18921', '0.1875', '17.96', '–')
@@ -34,7 +34,7 @@ def short(value: float | None, digits: int = 6) -> str:
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
-    """Return `value` with so many decimals.
+    """Return `value` with a number of decimals.
 
     >>> fixed(-4.75), fixed(-0.001)
     ('−4.75', '0.00')
@@ -132,7 +132,7 @@ def change(factor: str, size: float, unit: str) -> str:
 
 
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
-    """Return the decimals with which the largest of some values has so many digits, no less than the usual ones.
+    """Return the decimals with which the largest of some values has a number of digits, at least the usual ones.
 
     >>> decimals([74.69, -8.0], 1), decimals([0.0312, None], 2)
     (1, 4)

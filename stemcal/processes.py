@@ -1,8 +1,8 @@
-"""Processes: Python ones of our own that are told what to call, and programs within a time limit.
+"""Processes: Python workers that compute calls, and programs within a time limit.
 
 A `Child` is called through standard input and answers through standard output. It finds modules where this process
 does, but does not import the script that runs here: so a script, or a notebook, needs no ``if __name__ ==
-"__main__"``; what a child calls lies in modules. It ends when its input closes: with its parent, in whatever way that
+"__main__"``; what a child calls is in modules. It ends when its input closes: with its parent, in any way that
 ended.
 
 Nothing is left behind. A child leads a session, a program a group in it, and each is ended with these and with all
@@ -41,7 +41,7 @@ _APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 class ChildDied(Exception):
-    """The process ended without an answer; the message tells how."""
+    """The process ended without an answer; the message is the reason."""
 
 
 class ChildLate(Exception):
@@ -54,7 +54,7 @@ class Child:
     Parameters
     ----------
     environment : mapping
-        Variables that it has beside those of this process.
+        Variables that it has in addition to those of this process.
 
     Raises
     ------
@@ -85,7 +85,7 @@ class Child:
         ChildDied, ChildLate
             The child is gone, or not to be asked again.
         """
-        with suppress(OSError):  # it is gone, as the answer will tell
+        with suppress(OSError):  # it is gone, as the answer will show
             _put(self._process.stdin, blob)
         try:
             self._receive(LOADING_S)
@@ -100,7 +100,7 @@ class Child:
         self._process.wait()
 
     def dismiss(self) -> None:
-        """Let the process end by itself, which it does if it has nothing to compute."""
+        """Close the input of the process, which then ends if it has nothing to compute."""
         with suppress(OSError):
             self._process.stdin.close()  # type: ignore[union-attr]
         try:
@@ -242,7 +242,7 @@ def _family(pid: int) -> set[psutil.Process]:
 
 
 def _belongs(process: psutil.Process, leader: int) -> bool:
-    """Whether a process, other than this one, is the leader or belongs to it."""
+    """Whether a process, other than this one, is the leader or a member."""
     with suppress(OSError, psutil.Error):
         leaders = process.ppid(), process.pid
         if sys.platform != "win32":
@@ -325,7 +325,7 @@ def _failed(error: BaseException | None) -> bytes:
 
 
 def _portable(error: BaseException) -> BaseException:
-    """Return the error if it survives a pickle, else a `RuntimeError` that says the same."""
+    """Return the error if it survives a pickle, else a `RuntimeError` with the same text."""
     plain = RuntimeError(f"{type(error).__name__}: {error}")
     if not isinstance(error, Exception):
         return plain

@@ -84,7 +84,7 @@ class Registry(Generic[T]):
         own = {one.name for one in self.built_in}
         for entry in sorted(entry_points(group=self.group), key=lambda one: (one.name, one.value)):
             if entry.name in own or entry.name in found:
-                self._leave_out(entry, f"{entry.name} exists already", f"{entry.name} of {_package(entry)}")
+                self._leave_out(entry, f"{entry.name} already exists", f"{entry.name} of {_package(entry)}")
             else:
                 found[entry.name] = entry
         return found
@@ -130,7 +130,7 @@ class Registry(Generic[T]):
             entry = self._entries[name]
             try:
                 one = entry.load()()
-            except Exception as error:  # whatever another package raises must not end a command
+            except Exception as error:  # no error of another package may end a command
                 self._leave_out(entry, f"{type(error).__name__}: {error}")
             else:
                 if isinstance(one, self.kind) and one.name == name:
@@ -141,7 +141,7 @@ class Registry(Generic[T]):
 
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
         self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
-        logger.warning("%s is left out: %s: %s", entry.name, _package(entry), reason)
+        logger.warning("%s is skipped: %s: %s", entry.name, _package(entry), reason)
 
 
 class OneOf:
@@ -164,7 +164,7 @@ def stages() -> Registry[Any]:
 
 
 def surface_designs() -> Registry[Any]:
-    """Return the list of designs for a response surface, for code beside or below them."""
+    """Return the list of designs for a response surface, for code next to or below them."""
     found: Registry[Any] = import_module("stemcal.doe.designs.catalogue").SURFACES
     return found
 
@@ -194,7 +194,7 @@ def code_version() -> str:
 
 
 def package_hash(module: str) -> str:
-    """Return a hash of the package or single file that an imported module belongs to; nothing without a file."""
+    """Return a hash of the package or single file of an imported module; nothing without a file."""
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
     whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
     place = Path(getattr(whole, "__file__", None) or "")

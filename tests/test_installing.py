@@ -126,7 +126,10 @@ def test_citation_agrees_with_the_project() -> None:
     assert (cited["title"], cited["license"]) == (PROJECT["name"], PROJECT["license"])
     assert [author["name"] for author in cited["authors"]] == [author["name"] for author in PROJECT["authors"]]
     assert cited["keywords"] == PROJECT["keywords"]
-    assert cited["version"] == __version__
+    preferred, (paper,) = cited["preferred-citation"], cited["references"]
+    assert cited["version"] == preferred["version"] == __version__
+    assert all(preferred[key] == cited[key] for key in ("type", "title", "authors", "date-released"))
+    assert paper["type"] == "article" and "Wild Chrysanthemum" in paper["title"]
     assert f"## [{__version__}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 

@@ -79,7 +79,7 @@ def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
 def test_predictions_take_levels_that_a_spec_could_have(results: stemcal.StudyResults, changed: dict[str, Any]) -> None:
     with pytest.raises(UsageError, match="yield_stress: "):
         results.surface.predict({**AT_SOLUTION, **changed})
-    with pytest.raises(UsageError, match="no level of failure_strain, strain_rate_c; give one by name"):
+    with pytest.raises(UsageError, match="no level of failure_strain, strain_rate_c; pass one by name"):
         results.surface.predict({"yield_stress": 18.0})
 
 
@@ -120,7 +120,7 @@ def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_pa
 
 
 def test_objects_show_themselves(results: stemcal.StudyResults) -> None:
-    assert "strain_rate_c has the opposite of the expected sign" in repr(results).splitlines()[0]
+    assert "strain_rate_c has the opposite sign" in repr(results).splitlines()[0]
     assert results._repr_html_().startswith("<p><b>Calibrated, with reservations.")
     assert "<code>" in results._repr_html_() and "`" not in results._repr_html_()
     assert len(repr(results).splitlines()) == 7

@@ -156,7 +156,7 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
     for stage in ("screen", "validate"):
         assert changes_since(study, solver, folder, stage) == [CODE]
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    assert f"screen is made anew: {CODE} changed" in caplog.messages
+    assert f"screen is computed again: {CODE} changed" in caplog.messages
     assert len(lines(witness)) == first and stage_bytes(folder) == files
 
 
@@ -217,7 +217,7 @@ def test_a_changed_factor_makes_stages_stale(tmp_path: Path, folder: StudyFolder
     study = make_study(tmp_path)
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     narrow = tuple(f.model_copy(update={"high": 19.0}) if f.name == "yield_stress" else f for f in study.factors)
-    with pytest.raises(UsageError, match=r"screen.json was made from something else \(factors changed"):
+    with pytest.raises(UsageError, match=r"screen.json is out of date \(factors changed"):
         workflow.run_stage(
             "validate", study.model_copy(update={"factors": narrow}), folder, InlineExecutor(), solver=FakeSolver()
         )

@@ -90,8 +90,8 @@ def stemcal(
 ) -> None:
     """Calibrate FE models of plant stems against measured cutting force.
 
-    A study is one YAML file. [bold]stemcal init[/bold] writes a first one, [bold]stemcal run[/bold] calibrates it:
-    screening, response surface, inversion and validation.
+    A study is one YAML file. [bold]stemcal init[/bold] writes a template, [bold]stemcal run[/bold] performs screening,
+    response surface, inversion and validation.
     """
 
 

@@ -52,7 +52,7 @@ def say_whole(*lines: str) -> None:
 
 
 def say_text(text: str) -> None:
-    """Print a text on stdout as it stands."""
+    """Print a text on stdout unchanged."""
     with suppress(BrokenPipeError):  # its reader has gone
         print(text, flush=True)
 
@@ -160,12 +160,12 @@ def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
 
 
 # A command or key between grave accents is not broken, so that it can be copied; while lines are broken, a letter that
-# no language uses stands for its blanks.
+# no language uses replaces its blanks.
 _CODE, _BLANK = re.compile(r"`[^`\n]{1,40}`"), "\ue000"
 
 
 class Terminal(Console):
-    """At most 80 columns, text printed as it stands."""
+    """At most 80 columns, text printed unchanged."""
 
     WIDEST = 80
 

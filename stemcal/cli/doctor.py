@@ -168,7 +168,7 @@ def stretched_bar() -> tuple[float, float]:
     modulus, yield_stress, tangent, speed, duration = 1000.0, 10.0, 50.0, 50.0, 1.0e-3
     mesh = brick((1.0, 1.0, 1.0), (1, 1, 1))
     held = np.isclose(mesh.nodes, 0.0)  # mirror planes
-    held[:, 0] = True  # both ends move as they are told
+    held[:, 0] = True  # the velocity of both ends is prescribed
     velocity = np.zeros_like(mesh.nodes)
     velocity[:, 0] = speed * mesh.nodes[:, 0]
     bar = Model(

@@ -18,7 +18,7 @@ from stemcal.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
-    from stemcal.stages.refine.element_size import SizedStrain, SizedStrains
+    from stemcal.stages.element_size import SizedStrain, SizedStrains
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
@@ -84,7 +84,7 @@ def export_deck(
 
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
-    """Return the program that the deck is for; raise `UsageError` where nothing says it."""
+    """Return the program that the deck is for; raise `UsageError` if it is unknown."""
     own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:
@@ -186,7 +186,7 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Card: *MAT_003 of LS-DYNA or *MAT_024.", show_default=False),
+    typer.Option("--for", help="Program: *MAT_003 (lsdyna) or *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],
@@ -213,14 +213,13 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
-    strain is adjusted until the mean force over several positions is the calibrated force. The card has the first
-    --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
+    strain is adjusted until the mean force over several positions is the calibrated force. The card is for the first
+    --element-size; with several sizes a curve is written too. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
     from stemcal.solvers import make_solver
-    from stemcal.stages.refine.element_size import strains_of
-    from stemcal.stages.refine.showing import strain_table
+    from stemcal.stages.element_size import strain_table, strains_of
     from stemcal.stages.work import Work
     from stemcal.study.reading.checked import typed_size
 
@@ -252,7 +251,7 @@ def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, 
     """Write the files; return what material.json holds."""
     from stemcal.report.records import spec_hash
     from stemcal.solvers.deck.writer import curve_text, material_text
-    from stemcal.stages.refine.element_size import curve_lines, material_lines, not_valid
+    from stemcal.stages.element_size import curve_lines, material_lines, not_valid
     from stemcal.version import __version__
 
     if not row.valid:
@@ -286,7 +285,7 @@ def _deck_of_card(study: Study, found: SizedStrains, row: SizedStrain, program: 
     """Return the shear test with the elements and the failure strain there, whose card is written."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
-    from stemcal.stages.refine.element_size import without_lengths
+    from stemcal.stages.element_size import without_lengths
 
     levels = {**found.levels, "failure_strain": row.failure_strain}
     form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")

@@ -66,7 +66,7 @@ def _headed(error: StemcalError) -> str:
 
 
 def _is_typers_own(error: Exception) -> bool:
-    """Usage errors know how to show themselves; `Exit` and `Abort` carry a decision already made."""
+    """Usage errors print themselves; `Exit` and `Abort` carry an exit code."""
     return isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show")
 
 

@@ -87,9 +87,9 @@ def shear(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of force–displacement files, or one file.")],
     pattern: Annotated[
         str | None,
-        typer.Option(metavar="GLOB", help="Names of the files.", show_default="all readable"),
+        typer.Option(metavar="GLOB", help="Pattern of file names.", show_default="all readable"),
     ] = None,
-    index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table of file, diameter and grade.")] = None,
+    index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table with the diameter of each file.")] = None,
     preload: Preload = 5.0,
     exclude: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; repeatable.")] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,

@@ -85,7 +85,7 @@ def show_run(
 
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
-    """Print what the measurements fix and the weightiest notes; what the verdict tells below is not told here."""
+    """Print the identifiability and the most important notes, without those that the verdict repeats below."""
     from stemcal.report.notes import KNOWN, MOST, notes_of_all, read_first
     from stemcal.report.records import read_records, run_warnings
     from stemcal.report.showing import names_of, shortened, showing_of

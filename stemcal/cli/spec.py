@@ -77,7 +77,7 @@ def write_new(path: Path, text: str) -> None:
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
     """Report all mistakes in a spec; if it has none, its runs and their cost.
 
-    It computes no run and writes no file. Time and memory exclude runs that are already in the study folder.
+    Nothing is simulated or written. Time and memory exclude runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """

@@ -1,6 +1,6 @@
 """The virtual shear test: a hollow stem on two supports, a wedge that comes down across it, the force it meets.
 
-The stem lies along x, the blade's edge along y at mid-span, the blade moves down along −z.
+The stem is along x, the blade's edge along y at mid-span, the blade moves down along −z.
 """
 
 import time
@@ -93,6 +93,6 @@ def placed(test: ShearTest, shift: float) -> ShearTest:
     """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½.
 
     Erosion takes whole elements, so the force depends on where the nodes lie. A shift by s elements mirrors one by −s,
-    so the midpoints of equal parts of [0, ½] stand for all places.
+    so the midpoints of equal parts of [0, ½] represent all places.
     """
     return replace(test, discretisation=replace(test.discretisation, symmetry="half", shift=shift))

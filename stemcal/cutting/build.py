@@ -48,9 +48,9 @@ def stem_mesh(
 ) -> Mesh:
     """Return the mesh of the stem, or of the part of it that the symmetry leaves.
 
-    In place of those that `how` asks for, `widths` of the elements around half the stem from the bottom to the top (in
+    Instead of those that `how` asks for, `widths` of the elements around half the stem from the bottom to the top (in
     proportion) and `layers` of nodes along it (x, mm) may be given.
-    With `rests_at` a layer of nodes lies at that distance from the blade (mm) on either side: what rests on a support
+    With `rests_at` a layer of nodes is at that distance from the blade (mm) on either side: what rests on a support
     is nodes, and the span is else that between the next ones.
     Nodes lie on the mirror plane y = 0. Across, the quarter model keeps the row of elements that x = 0 cuts in two
     whole where the edge comes down over elements; its far nodes are ghosts.
@@ -74,7 +74,7 @@ def stem_mesh(
 def through_wall(stem: Stem, how: Discretisation) -> int:
     """Return how many elements there are through the wall; of a solid stem, how many rings around its middle.
 
-    So many through the wall of a solid stem means its radius: half of it is the middle's.
+    The wall of a solid stem is its radius; the core covers half of it.
     """
     if stem.diameter_ratio == 0.0:
         rings = how.through_wall and round((1.0 - SQUARE) * how.through_wall)
@@ -89,7 +89,7 @@ def around_half(radius: float, how: Discretisation) -> int:
 
 
 def pairs_along(length: float, how: Discretisation) -> int:
-    """Return how many elements there are on either side of the cut, beside a row under the edge."""
+    """Return how many elements there are on either side of the cut, next to a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
     return max(1, ceil((length / (mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
 
@@ -162,7 +162,7 @@ def _ghosts(mesh: Mesh) -> NDArray[np.int32]:
 
 
 def crowns(mesh: Mesh) -> Array:
-    """Return how far a circle about the axis stands over the middle of each face with all corners on it (E, 6), mm."""
+    """Return the height of a circle about the axis over the middle of each face with all corners on it (E, 6), mm."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
     radius = np.linalg.norm(corners, axis=3)
     round_ = np.ptp(radius, axis=2) < 1e-9
@@ -229,7 +229,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     solid = stem.diameter_ratio == 0.0
     up, across = square_of_solid(around_half(0.5 * stem.outer_diameter, how)) if solid else (0, 0)
     elements = along * (around * through + up * across) * (2.0 if how.symmetry == "none" else 1.0)
-    # the smallest lies under the edge, on the inside: a prism over a trapezium
+    # the smallest is under the edge, on the inside: a prism over a trapezium
     length = 0.5 * stem.length / (_sum_of_lengths(pairs + odd, how.coarsening) - 0.5 * odd)
     angle = pi / (0.5 * (1.0 + how.coarsening_around) * around)
     inner = 0.5 * stem.outer_diameter * stem.diameter_ratio
@@ -242,7 +242,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
 
 
 def _sum_of_lengths(count: float, coarsening: float) -> float:
-    """Return the sum of the lengths of so many elements outwards from the cut over that of the first.
+    """Return the total length of the elements outwards from the cut over that of the first.
 
     The lengths are 1 + (c − 1)(t − p)/(1 − p) where t = k/(n − 1) exceeds the even share p, else 1.
     """

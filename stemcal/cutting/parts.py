@@ -13,7 +13,7 @@ from stemcal.fem.model import Integration
 class Blade:
     """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
 
-    `edge_spread` is the distance from its profile within which it bears on the surface beside its edge, mm; with 0 the
+    `edge_spread` is the distance from its profile within which it acts on the surface next to its edge, mm; with 0 the
     edge is a line.
 
     `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
@@ -84,7 +84,7 @@ class Discretisation:
     element_size : float
         Length of an element along and around the stem, mm.
     through_wall : int or None
-        Elements through the wall; None takes as many as make them no longer than `element_size`.
+        Elements through the wall; with None they are at most `element_size` long.
     symmetry : str
         ``quarter`` and ``half`` mirror the rest of the stem.
     edge_over : str
@@ -124,7 +124,7 @@ class Discretisation:
 
 
 class Moved(Protocol):
-    """A virtual test, whatever it does: how its tool moves, and how it is computed."""
+    """A virtual test of any kind: how its tool moves, and how it is computed."""
 
     @property
     def loading(self) -> Loading:

@@ -88,7 +88,7 @@ class CuttingResult:
         Smallest share of the blade's work that contact has held back until the stem breaks, after the first tenth of
         the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
     break_travel : float or None
-        Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond tells of the mesh and of the
+        Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond depends on the mesh and the
         swinging stem rather than of the material. None if it does not break.
     """
 
@@ -166,7 +166,7 @@ def moving_mean(values: Array, window: int) -> Array:
 
 
 def is_broken(force: Any, largest: Any, deleted: Any, drop: float) -> Any:
-    """Tell, of one moment or of many, whether the stem has broken: break detection as testing machines have it.
+    """Return whether the stem has broken, at one time or many: the break detection of testing machines.
 
     Elements have failed (`deleted` counts them), and the force has dropped by the share `drop` of the largest before;
     a drop of 1 detects no break.
@@ -184,7 +184,7 @@ def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | No
 
 
 class BreakWatch:
-    """Tells while a test goes on whether the stem has broken: `break_row` of the filtered force, as far as it is known.
+    """Detects during a test whether the stem has broken: `break_row` of the filtered force so far.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def evaluate(
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
-        raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
+        raise SimulationFailed("no_contact", "no contact force: check gap, speed and duration")
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
     added = 100.0 * history.added_mass
     checks = {

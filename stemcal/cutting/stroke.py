@@ -1,4 +1,4 @@
-"""How a force curve ends, and what that tells of its maximum.
+"""How a force curve ends, and whether its maximum is reliable.
 
     broken     the stem has broken: the maximum is passed
     fallen     the force ends below nine tenths of its maximum

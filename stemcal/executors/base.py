@@ -32,7 +32,7 @@ class RunTimedOut(StemcalError):
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
-        super().__init__(f"it took longer than its time limit of {limit:g} s and was ended")
+        super().__init__(f"it exceeded its time limit of {limit:g} s and was terminated")
 
 
 class ClusterLost(StemcalError):

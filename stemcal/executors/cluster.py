@@ -1,9 +1,9 @@
 """The executor beyond one machine: runs go to the workers of a Dask scheduler.
 
-The cluster is the user's own, started by hand or by dask-jobqueue on Slurm and PBS. On a worker each run has a
-process of its own, as on one machine, so that time limits and crashes are handled alike: a run that hangs or
+The cluster is the user's own, started by hand or by dask-jobqueue on Slurm and PBS. On a worker each run has its
+own process, as on one machine, so that time limits and crashes are handled alike: a run that hangs or
 crashes costs itself, not the worker with all that it holds. A worker that is lost hands its runs to the others. The
-processes belong to one command: when that ends, in whatever way it can still tell, they end.
+processes serve one command: when it ends and can still notify them, they end.
 """
 
 import functools
@@ -55,7 +55,7 @@ class DaskExecutor(RunExecutor):
     Raises
     ------
     UsageError
-        If Dask is not installed, nobody answers, or a worker has no stemcal or another version or code of it.
+        If Dask is not installed, no one answers, or a worker has no stemcal or another version or code of it.
     """
 
     def __init__(self, address: str, time_limit: float | None = None) -> None:
@@ -113,31 +113,33 @@ class DaskExecutor(RunExecutor):
     def _translated(self, error: BaseException) -> BaseException:
         """Return Dask's words for a run that outlived too many workers, and for a lost cluster, as ours."""
         if type(error).__name__ in _KILLED:
-            return WorkerDied(f"the Dask workers that had it were lost: {error}")
+            return WorkerDied(f"the Dask workers that computed it were lost: {error}")
         if isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in ("distributed", "tornado"):
             return self._lost()
         return error
 
     def _lost(self) -> ClusterLost:
-        return ClusterLost(f"the Dask scheduler at {self.address} is gone; finished runs are kept, run again to go on")
+        return ClusterLost(
+            f"the Dask scheduler at {self.address} is gone; finished runs are kept, repeat the command to continue"
+        )
 
     def _check_versions(self) -> None:
         try:
             found: dict[str, str] = self._client.run(_version)
         except Exception as error:
             raise UsageError(
-                f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); "
-                f"install stemcal {__version__} where the workers run"
+                f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); install stemcal "
+                f"{__version__} on its machine"
             ) from None
         if not found:
-            logger.warning("the Dask scheduler at %s has no workers yet; runs wait for them", self.address)
+            logger.warning("the Dask scheduler at %s has no workers yet; the runs are waiting", self.address)
         for worker, version in found.items():
             if version != code_version():
                 raise UsageError(_mismatch(worker, version, code_version()))
 
 
 def supervised(blob: bytes, time_limit: float | None, version: str, session: str) -> Any:
-    """Let a process of this machine compute a pickled call. Runs in a thread of a Dask worker."""
+    """Compute a pickled call in a process of this machine. Runs in a thread of a Dask worker."""
     if version != code_version():
         raise WorkerDied(_mismatch("this worker", code_version(), version))
     with _making:
@@ -188,7 +190,7 @@ def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
 
 
 def _quiet() -> None:
-    """Let nothing of Dask's own reach stderr: what matters is said by us."""
+    """Keep Dask's messages off stderr; stemcal reports its own."""
     for name in [*_LOUD, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -208,7 +210,7 @@ def _connected(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise UsageError('--executor dask:// needs Dask; install it with `pip install "stemcal[dask]"`') from None
+        raise UsageError('--executor dask:// needs Dask; run `pip install ".[dask]"` in the clone') from None
     _quiet()
     until = time.monotonic() + CONNECT_S
     try:

@@ -61,7 +61,7 @@ class LocalExecutor(RunExecutor):
         return self.submit_pickled(pickle.dumps((fn, args, kwargs)), self.time_limit)
 
     def submit_pickled(self, blob: bytes, time_limit: float | None) -> Future[Any]:
-        """Queue a pickled (function, args, kwargs) with a time limit of its own."""
+        """Queue a pickled (function, args, kwargs) with its own time limit."""
         return self._threads.submit(self._computed, blob, time_limit)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -89,13 +89,13 @@ class LocalExecutor(RunExecutor):
             self.stop()
 
     def _computed(self, blob: bytes, limit: float | None) -> Any:
-        """Let the thread's worker compute a call; one that dies over it, or is late, is replaced for the next."""
+        """Compute a call in the thread's worker; replace a worker that dies or is late before the next call."""
         try:
             result, error = self._child().call(blob, limit)
         except (ChildDied, ChildLate) as problem:
             self._lose_child()
             if self._stopping.is_set():
-                raise WorkerDied("stopped before it was done") from None
+                raise WorkerDied("stopped before it finished") from None
             if isinstance(problem, ChildLate):
                 raise RunTimedOut(limit or 0.0) from None
             raise WorkerDied(f"the worker process ended: {problem}") from None

@@ -27,7 +27,7 @@ class Tool:
     edge : float or None
         x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
     spread : float
-        Distance from the tool within which its edge bears on the surface beside it, mm (`kernels.spread`); 0 leaves the
+        Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread`); 0 leaves the
         edge a line.
     faces : bool
         Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`), or
@@ -142,7 +142,7 @@ def edge_arrays(
     )
 
 
-# A blunt tool bears at most so many spreads away from its edge; beyond it is no blade.
+# A blunt tool acts within this number of spreads of its edge; beyond it is no blade.
 _FARTHEST = 4.0
 # Samples across a spread edge, and lines of them and rows along it to each length a. With 4 rows the strain under the
 # edge still grows in bursts as row after row takes hold, up to 8 % in the force at which it reaches a limit.
@@ -223,9 +223,9 @@ def spread_edge(
 
 
 def gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance (mm) from a tool of points beside its edge by s (mm), at the height of the edge.
+    """Return the distance (mm) from a tool of points next to its edge by s (mm), at the height of the edge.
 
-    It is |s| for an edge without angle and radius, and less beside flanks and rounding.
+    It is |s| for an edge without angle and radius, and less next to flanks and rounding.
     """
     corners = np.array(tool.corners)
     gaps = [outline_distance.py_func((tool.edge or 0.0) + float(one), 0.0, corners)[0] for one in s]
@@ -234,7 +234,7 @@ def gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=64)  # 8000 distances in plain Python, asked three times a run, of one blade in each run of a study
 def reach_beside(tool: Tool) -> tuple[float, float]:
-    """Return how far to the left and to the right of its edge a spread tool bears: where the gap reaches the spread."""
+    """Return how far left and right of its edge a spread tool acts: where the gap equals the spread."""
     far = tool.spread * np.linspace(0.0, _FARTHEST, 4001)
     left, right = (float(far[gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
     return left, right

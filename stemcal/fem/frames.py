@@ -1,4 +1,4 @@
-"""Frames of a simulation for ParaView and other VTK readers: a .vtu file every so many outputs, a .pvd file of them."""
+"""Frames of a simulation for ParaView and other VTK readers: .vtu files at intervals, and a .pvd file of them."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -111,7 +111,7 @@ def write_vtu(
 
 
 def write_pvd(path: Path, frames: Sequence[tuple[float, str]]) -> None:
-    """Write the list of frames: time in s and the file's name beside the .pvd file."""
+    """Write the list of frames: time in s and the file's name next to the .pvd file."""
     entries = "\n".join(f'<DataSet timestep="{time:.9g}" part="0" file={quoteattr(name)}/>' for time, name in frames)
     _write(path, "Collection", f"<Collection>\n{entries}\n</Collection>")
 

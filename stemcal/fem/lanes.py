@@ -1,12 +1,13 @@
 """Where the elements of a mesh lie in the kernels' blocks, and where their corner forces go.
 
 Elements follow one another in the lanes as long as all their corners follow one another among the nodes. Where the next
-element's corners lie a few nodes further, at the end of a row say, so many lanes stay empty; where they lie elsewhere a
-new run begins. Empty lanes read and write nodes as the others do, but they are dead: what they write is a zero.
+element's corners lie a few nodes further, at the end of a row say, that number of lanes stays empty; where they lie
+elsewhere a new run begins. Empty lanes read and write nodes as the others do, but they are dead: what they write is a
+zero.
 
 A large model has several parts of blocks in a row, each of which a thread can advance by itself. A run of corners that
 meets a node of an earlier part puts its forces into rows apart, and these are added, one by one and in order, when all
-parts are done. The parts are those of the mesh, not of the threads: the result has the same bits whatever their number.
+parts are done. The parts are those of the mesh, not of the threads: the result has the same bits for any number.
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ Ints = NDArray[np.int32]
 
 # Corners this many nodes further leave lanes empty rather than begin a new run.
 _SHORT = RUN // 2
-# A part has at least so many blocks, a model at most so many parts.
+# Least number of blocks of a part, most parts of a model.
 _BLOCKS_OF_A_PART = 512
 _PARTS = 16
 
@@ -66,7 +67,7 @@ class Lanes:
 
 
 def lay_out(hexes: Ints, nodes: int) -> Lanes:
-    """Lay the elements (E, 8) of a mesh with so many nodes out in blocks."""
+    """Lay the elements (E, 8) of a mesh out in blocks."""
     slots, heads = _slots(hexes)
     count = -(-(slots[-1] + 1) // LANES) * LANES
     # each run begins where its first element would, were all its lanes filled
@@ -80,7 +81,7 @@ def lay_out(hexes: Ints, nodes: int) -> Lanes:
 
 
 def _slots(hexes: Ints) -> tuple[Ints, NDArray[np.int_]]:
-    """Return the slot of each element, and the element that heads the row of runs it lies in."""
+    """Return the slot of each element, and the element that heads the row of runs it is in."""
     apart = np.diff(hexes, axis=0)
     near = np.all(apart == apart[:, :1], axis=1) & (apart[:, 0] >= 1) & (apart[:, 0] <= _SHORT)
     begins = np.concatenate([[0], np.flatnonzero(~near) + 1])
@@ -110,7 +111,7 @@ def _targets(runs: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints
 
 
 def nodal(values: Array) -> Array:
-    """Return a copy of values per node (N, 3) that lies component by component."""
+    """Return a copy of values per node (N, 3) stored component by component."""
     copy: Array = nodal_zeros(len(values), np.dtype(float))
     copy[:] = values
     return copy

@@ -61,7 +61,7 @@ class Material:
 
     @property
     def own_failure_strain(self) -> float:
-        """The strain of its own at which an element fails: none with an internal length, whose means decide."""
+        """The strain at which an element fails by itself; none with an internal length, where mean strains decide."""
         return inf if self.internal_length > 0.0 else self.failure_strain
 
     @property

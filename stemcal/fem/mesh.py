@@ -39,7 +39,7 @@ class Mesh:
     def topology(self, crowns: Array | None = None, slots: Ints | None = None) -> Topology:
         """Return a fresh topology with every element standing, its faces flat or with the given crowns.
 
-        The state of the elements lies in `slots` (E,), one after the other if None.
+        The state of the elements is in `slots` (E,), one after the other if None.
         """
         slots = np.arange(len(self.hexes), dtype=np.int32) if slots is None else slots
         crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
@@ -133,7 +133,7 @@ def solid_cylinder(radius: float, along: Array, through: int, widths: Array, who
     widths : array (around,)
         How wide the elements around the half y ≥ 0 are from the bottom to the top, in proportion; at least six.
     whole : bool
-        The whole section in place of that half.
+        The whole section instead of that half.
     turn : float
         How far the section is turned about the axis, rad.
     """
@@ -145,7 +145,7 @@ def solid_cylinder(radius: float, along: Array, through: int, widths: Array, who
 
 
 def square_of_solid(around: int) -> tuple[int, int]:
-    """Return (up, across): elements of the square in half a solid section with so many around that half."""
+    """Return (up, across): elements of the square in half a solid section by the number around that half."""
     across = around // 4
     return around - 2 * across, across
 
@@ -224,7 +224,7 @@ def drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
 
 
 def _hexes(quads: Ints, layers: int) -> Ints:
-    """Return the hexahedra between so many layers of nodes, each a line behind a corner of a quadrilateral."""
+    """Return the hexahedra between layers of nodes, each a line behind a corner of a quadrilateral."""
     first = (quads * layers)[:, None] + np.arange(layers - 1)[None, :, None]
     return np.concatenate([first, first + 1], axis=2).reshape(-1, 8).astype(np.int32)
 

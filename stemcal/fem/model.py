@@ -1,4 +1,4 @@
-"""A finite element model: body, material, tools and how it is to be integrated."""
+"""A finite element model: body, material, tools and its integration in time."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -59,7 +59,7 @@ class Model:
     hourglass : float
         Coefficient of the stiffness against the hourglass modes (`material.HOURGLASS_SHARE`).
     held : array of bool (N, 3), optional
-        Components that do not follow forces; they move with `velocity`, or stand still.
+        Components that do not follow forces; they move with `velocity`, or are fixed.
     velocity : array (N, 3), optional
         Velocity at the start, mm/s; on held components at all times.
     loads : array (N, 3), optional

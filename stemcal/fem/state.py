@@ -66,14 +66,14 @@ def _around(neighbours: NDArray[np.int32]) -> NDArray[np.uint32]:
 
 
 def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array]:
-    """Return mean, scratch and known strain of so many elements, and the largest mean: nothing has strained yet."""
+    """Return mean, scratch and known strain of the elements, and the largest mean, all before any strain."""
     return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
     """Return T = A·d/|d|² of each face (E, 6), A its area vector and d the way to the neighbour's centre; mm.
 
-    Behind a face without a neighbour stands the element's own image.
+    Behind a face without a neighbour is the element's own image.
     """
     corners = mesh.nodes[mesh.hexes]
     centres = corners.mean(axis=1)
@@ -88,7 +88,7 @@ def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
 _COLLAPSE = 1.0e-4
 # Contact candidates are listed within this share of an element's size.
 _MARGIN = 0.25
-# Elements of single precision may grow to so many times the extent of the largest, and still see their corners apart.
+# Elements of single precision may grow to this multiple of the extent of the largest and still resolve their corners.
 _STRETCH = 16.0
 
 
@@ -241,7 +241,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
 
 
 def no_pushes(nodes: int, tools: int) -> Pushes:
-    """Return room for the forces of contact of so many tools on so many nodes."""
+    """Return arrays for the contact forces of all tools on all nodes."""
     sources = KINDS * tools
     return Pushes(
         np.zeros((sources, nodes, 3)),

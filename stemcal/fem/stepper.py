@@ -27,7 +27,7 @@ class Marching:
 
     Each thread advances some of the parts of the blocks (`stemcal.fem.lanes`), which meet no row of the nodal forces in
     common; what is between two parts is added when all threads are done, each node's rows by one thread in their order.
-    So the result has the same bits whatever the number of threads. They run the compiled loop side by side, without the
+    So the result has the same bits for any number of threads. They run the compiled loop side by side, without the
     interpreter's lock, and meet in it several times a step.
     """
 
@@ -64,13 +64,13 @@ def march_to(until: float, state: State) -> int:
 
 
 def team_of(count: int) -> Team:
-    """Return a team of so many threads."""
+    """Return a team of threads."""
     single = np.zeros(1, dtype=np.int64)
     return Team(count, single, single.copy(), np.zeros(count, dtype=np.int64), np.full(1, GOING_ON, dtype=np.int64))
 
 
 def shares_of(state: State, count: int) -> list[Share]:
-    """Share the parts of the blocks, the chunks of nodes and the rows apart out to so many threads."""
+    """Share the parts of the blocks, the chunks of nodes and the rows apart out to the threads."""
     body, ends = state.body, state.lanes.ends
     blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()
     chunks = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int).tolist()
@@ -90,7 +90,7 @@ def shares_of(state: State, count: int) -> list[Share]:
 Array = NDArray[np.float64]
 Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
-_STRIDE = 1_000_000  # steps times elements between two looks at what else is asked of this process
+_STRIDE = 1_000_000  # steps times elements between two checks for other requests to this process
 _LEAST = 1e-300  # s, until the first step is known
 
 
@@ -129,7 +129,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
 
 
 def pace(model: Model, seconds: float) -> tuple[float, float]:
-    """Return how long a step takes on cores of its own, by the steps of about so many seconds, and the time step, s.
+    """Return the wall time of a step on free cores, measured over about this number of seconds, and the time step, s.
 
     Time in which others have the cores does not count.
 

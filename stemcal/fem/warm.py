@@ -24,7 +24,7 @@ from stemcal.processes import Child
 
 logger = logging.getLogger(__name__)
 
-# A cache of other sources that nobody has used for so long is swept away.
+# A cache of other sources that no one has used for so long is swept away.
 _KEPT_DAYS = 30.0
 _LOCK = ".compiling"
 
@@ -95,7 +95,7 @@ def _one_at_a_time(mark: Path) -> Iterator[None]:
 
 
 def is_compiled() -> bool:
-    """Tell whether the cache has every kernel for this machine, as far as one can tell without loading them."""
+    """Return whether the cache has every kernel for this machine, as far as this is possible without loading them."""
     return _mark().exists()
 
 
@@ -104,12 +104,12 @@ def _mark() -> Path:
 
 
 def _machine() -> str:
-    """Return what compiled code is bound to beside its sources: the processor and Python."""
+    """Return what compiled code is bound to next to its sources: the processor and Python."""
     return f"{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
 
 
 def sweep(cache: Path) -> None:
-    """Remove what older sources left beside this cache; every use of a cache renews the time of its folder."""
+    """Remove what older sources left next to this cache; every use of a cache renews the time of its folder."""
     oldest = time.time() - _KEPT_DAYS * 86400.0
     for folder in cache.parent.glob("kernels-*-numba-*"):
         with suppress(OSError):  # somebody else may be sweeping
@@ -118,7 +118,7 @@ def sweep(cache: Path) -> None:
 
 
 def _compiled_elsewhere() -> bool:
-    """Compile in a process of its own; tell whether that came to its end."""
+    """Compile in its own process; return whether that succeeded."""
     try:
         child = Child()
         try:
@@ -135,7 +135,7 @@ def _compiled_elsewhere() -> bool:
 
 
 def compile_all() -> None:
-    """Compile, in a process of its own, what a simulation calls."""
+    """Compile, in its own process, what a simulation calls."""
     _smallest_simulation()
 
 

@@ -24,7 +24,7 @@ _counter = itertools.count()
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:
-    """Replace `path` by a content: temporary file beside it, flush to disk, rename, flush the folder.
+    """Replace `path` by a content: temporary file next to it, flush to disk, rename, flush the folder.
 
     A link in its place, which somebody else may have laid there, is replaced; what it leads to stays as it is.
 
@@ -64,16 +64,16 @@ def refuse_link(path: Path) -> None:
     """
     if path.is_symlink():
         raise StemcalError(
-            f"{path} is a link, and outputs are not written through links; remove it, or name another place"
+            f"{path} is a link, and stemcal does not write through links; remove it or choose another place"
         )
 
 
 _REMEDIES = {
-    errno.ENOSPC: "make room; the same command then resumes with the finished runs",
-    getattr(errno, "EDQUOT", errno.ENOSPC): "make room; the same command then resumes with the finished runs",
+    errno.ENOSPC: "free some space; the same command then resumes with the finished runs",
+    getattr(errno, "EDQUOT", errno.ENOSPC): "free some space; the same command then resumes with the finished runs",
     errno.EROFS: "make it writable or choose another place with --out",
     errno.EACCES: "make it writable or choose another place with --out",
-    errno.ENOENT: "its folder was deleted or moved, and what was in it is not there; the same command makes it again",
+    errno.ENOENT: "its folder was deleted or moved; the same command creates it again",
 }
 
 
@@ -108,7 +108,7 @@ def as_json(content: Any) -> str:
 
 
 def canonical(content: Any) -> str:
-    """Return the one JSON text of a content, whatever the order of its keys.
+    """Return the JSON text of a content, which does not depend on the order of its keys.
 
     >>> canonical({"b": 1.0, "a": [1, None]})
     '{"a":[1,null],"b":1.0}'
@@ -122,7 +122,7 @@ def digest(content: Any) -> str:
 
 
 def plain(content: Any) -> Any:
-    """Return a content as JSON knows it: numpy numbers and arrays unpacked, NaN and infinity as None."""
+    """Return a content in types of JSON: numpy numbers and arrays unpacked, NaN and infinity as None."""
     if isinstance(content, float):  # numpy's float64 too
         return float(content) if math.isfinite(content) else None
     if isinstance(content, str):  # what UTF-8 cannot hold is spelled out
@@ -166,11 +166,11 @@ def _flush_folder(folder: Path) -> None:
             raise
 
 
-# ---- sealed: objects that carry the SHA-256 of their own content, so that a changed digit is seen
+# ---- sealed: objects that carry the SHA-256 of their content, so that a changed digit is seen
 
 
 class Broken(Exception):
-    """A file that holds no JSON object, or not the one that was sealed; the message says what is wrong."""
+    """A file that contains no JSON object, or not the one that was sealed; the message is the reason."""
 
 
 def sealed(content: Mapping[str, Any]) -> str:
@@ -213,12 +213,12 @@ def _parsed(blob: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, dict):
-        raise Broken("holds no JSON object")
+        raise Broken("contains no JSON object")
     return content
 
 
 def _agrees(blob: bytes, content: Mapping[str, Any], seal: object) -> bool:
-    """Return whether a seal belongs to a content, and the file has no byte more or less than the two need."""
+    """Return whether a seal matches a content and the file has no further byte."""
     same = hashlib.sha256(blob).digest()
     if same in _AGREED:
         return True

@@ -1,4 +1,4 @@
-"""Files that others wrote: only plain ones are opened, so much is read of them, and their encoding is found out."""
+"""Files from outside: only plain ones are opened, up to a limit, and their encoding is detected."""
 
 import codecs
 import errno
@@ -22,7 +22,7 @@ def open_plain(path: Path) -> BufferedReader:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is not a plain file but a device, a pipe or a socket", str(path))
+        raise OSError(errno.EINVAL, "is a device, a pipe or a socket, not a file", str(path))
     return path.open("rb")
 
 
@@ -42,7 +42,7 @@ def read_plain(path: Path, most: int) -> bytes:
 
 
 def holds(path: Path, content: bytes) -> bool:
-    """Tell whether a plain file is there that holds just this."""
+    """Return whether a plain file is there that holds just this."""
     try:
         return read_plain(path, len(content)) == content
     except OSError:

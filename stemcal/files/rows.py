@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 MOST_ROWS = 40  # of a table on the terminal and the page; its file has all
 _SHOWN = 12  # rows of a table that a prompt shows
-_WIDTH = 100  # characters: a frame that is wider goes on below
+_WIDTH = 100  # characters: a wider frame continues below
 
 
 class Rows(tuple[T, ...]):
@@ -58,9 +58,9 @@ class Rows(tuple[T, ...]):
 class Column:
     """A column: its key in files and frames, its heading on paper, the unit of its numbers, how a value is written.
 
-    Without a `form` it holds words; a word in a column of numbers says why there is none. `of` takes the value from a
-    row that has no field of that key. A column that `claims` holds for a calibrated study only; the `form` of `words`
-    writes words, as that of a factor its label.
+    Without a `form` it holds words; a word in a column of numbers is the reason for a missing one. `of` takes the
+    value from a row that has no field of that key. A column that `claims` holds for a calibrated study only; the
+    `form` of `words` writes words, as that of a factor its label.
     """
 
     key: str
@@ -101,7 +101,7 @@ class Column:
 class Table:
     """A table: columns and rows of values, made once and written by the terminal, the page, files and frames.
 
-    Rows that are `strong` stand out. On the page a `detail` is folded, words of a `long` table wrap. A table that
+    Rows that are `strong` are emphasised. On the page a `detail` is folded, words of a `long` table wrap. A table that
     `claims` holds for a calibrated study only, as do the lines of `claimed` below those of the foot.
     """
 
@@ -187,7 +187,7 @@ class Table:
             kept += sorted(rest[: most - first])
             words += f": the first {first} and the {most - first} with the largest errors"
         rows, strong = tuple(self.rows[i] for i in kept), frozenset(kept.index(i) for i in self.strong if i in kept)
-        return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} has all."))
+        return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} has all rows."))
 
     def headed(self, headings: Mapping[str, str | None]) -> Table:
         """Return it with other keys of columns; those of None are left out.
@@ -242,5 +242,5 @@ def _flat(row: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def visible(tables: Iterable[Table], holds: bool) -> list[Table]:
-    """Return the tables as a study bears them: whole, or without what holds for a calibrated one only."""
+    """Return the tables of a study, without statements that require a calibrated one if it is not."""
     return [left for table in tables if (left := table if holds else table.unclaimed()) is not None]

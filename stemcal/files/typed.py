@@ -113,7 +113,7 @@ def _of_numpy(value: Any) -> Any:
 
 
 def from_json(kind: type[T], given: Any) -> T:
-    """Return what was written by `to_json`; keys that the type does not know are passed over.
+    """Return what was written by `to_json`; keys that the type does not have are ignored.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The study folder: one durable, self-checking record per run, the stages' tables, a lock and a log.
 
 A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
-where the system can flush a folder, a power cut. Each record carries the SHA-256 of its own content; one
+where the system can flush a folder, a power cut. Each record carries the SHA-256 of its content; one
 that does not match, or holds something else than a record, is set aside in ``runs/damaged`` and counts as missing.
 Stage files are sealed in the same way.
 """
@@ -53,7 +53,7 @@ _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 
 @dataclass(frozen=True)
 class Holder:
-    """What the process that works in a folder tells of itself; nothing where it could not write it down."""
+    """The process that is using a folder, as far as it could write this down."""
 
     pid: int | None = absent()
     host: str | None = absent()
@@ -63,8 +63,8 @@ class Holder:
 
     def __str__(self) -> str:
         if self.pid is None or self.host is None or self.since is None:
-            return "another process works here"
-        return f"process {self.pid} on {self.host} works here since {self.since}"
+            return "another process is using this folder"
+        return f"process {self.pid} on {self.host} has been using this folder since {self.since}"
 
 
 def default_place(study: str) -> Path:
@@ -142,7 +142,7 @@ class StudyFolder:
         return self.path / ".lock.holder"
 
     def sign(self, stage: str, workers: int) -> None:
-        """Tell others what is worked at here, with how many workers. A courtesy: the lock itself is held."""
+        """Write down the stage and the number of workers for other commands; the lock itself is independent of it."""
         self._holds = replace(self._holds, stage=stage, workers=workers)
         self._sign()
 
@@ -151,7 +151,7 @@ class StudyFolder:
             write_atomic(self._holder_file, as_json(to_json(self._holds)))
 
     def holder(self) -> Holder | None:
-        """Return what the process that works here tells of itself, None if there is none."""
+        """Return the process that is using the folder, None if there is none."""
         probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
@@ -215,7 +215,7 @@ class StudyFolder:
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
-        logger.warning("%s %s; set aside, the run is done again", path, problem)
+        logger.warning("%s %s; it was moved to runs/damaged, and the run is repeated", path, problem)
         with suppress(OSError, StemcalError):
             damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
@@ -246,16 +246,16 @@ class StudyFolder:
         return content
 
     def examine_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal, of whatever version; raises as `read_stage` does."""
+        """Return a stage's JSON of any version without its seal; raises as `read_stage` does."""
         path = self.path / f"{stage}.json"
         try:
             content = opened(path)
         except FileNotFoundError:
-            raise UsageError(f"{path} is not there yet; run `stemcal {stage} SPEC` first") from None
+            raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
         except Broken as broken:
             raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
         if content.get("stage") != stage:
-            raise UsageError(f"{path} holds no {stage} stage; run `stemcal {stage} SPEC` again")
+            raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
         return content
 
     def has_stage(self, stage: str) -> bool:
@@ -297,7 +297,7 @@ class StudyFolder:
 
 
 def is_key(text: str) -> bool:
-    """Tell whether a text may be the name of a record.
+    """Return whether a text may be the name of a record.
 
     >>> is_key("0123456789abcdef" * 2), is_key("../x"), is_key("")
     (True, False, False)
@@ -311,7 +311,7 @@ def key_of(identity: Mapping[str, Any]) -> str:
 
 
 def problem_of(record: Mapping[str, Any], key: str) -> str:
-    """Return what is wrong with a sealed record that lies under a key, "" if nothing is."""
+    """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"is of record version {version!r:.20}, this stemcal reads {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:

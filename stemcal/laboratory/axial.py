@@ -60,10 +60,10 @@ class Tension(LaboratoryKind):
 class Axial(Kind):
     """A piece of stem between two ends that move along its axis, each with half the speed.
 
-    `held` ends keep the size of their section, as glued or clamped ones do; `lubricated` ones let it grow and shrink
-    about its middle, which stays where it is.
-    A pulled piece is a little thinner in its middle: a stem that hardens less than it narrows necks, and where nothing
-    says where, rounding does, which scattered the work until the break by 3 %.
+    `held` ends keep the size of their section, as glued or clamped ones do; `lubricated` ones allow it to grow and
+    shrink about its middle, which stays where it is.
+    A pulled piece is a little thinner in its middle: a stem that hardens less than it narrows necks, and in a uniform
+    piece rounding decides where, which scattered the work until the break by 3 %.
     """
 
     sense: Literal["compression", "tension"]

@@ -46,7 +46,7 @@ def build(test: LaboratoryTest) -> Model:
 
 
 def rounded(test: LaboratoryTest) -> LaboratoryTest:
-    """Return the test with its stem so much wider that the mesh has the section of the round one.
+    """Return the test with a wider stem, so that the mesh has the cross-section of the round one.
 
     A polygon in the circle has less, and one point in the centre of an element misses how zᵐ varies over it: with
     elements of d/12 an area is 0.5 % short, a second moment 1.4 %.
@@ -63,7 +63,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
 
 
 def _centres(mesh: Mesh) -> NDArray[np.float64]:
-    """Return z of the centre of each element's section, to which its mean strain belongs: two triangles' together."""
+    """Return z of the centre of each element's section, where its mean strain is taken: two triangles' together."""
     triangles = mesh.nodes[mesh.hexes[:, [[0, 1, 2], [0, 2, 3]]], 1:]
     sides = triangles[:, :, 1:] - triangles[:, :, :1]
     areas = np.abs(np.linalg.det(sides))
@@ -71,7 +71,7 @@ def _centres(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def thickened(test: LaboratoryTest) -> LaboratoryTest:
-    """Return the test with a wall so much thicker about its mid-line that it bends as stiffly as the stem's.
+    """Return the test with a thicker wall about the same mid-line, so that it bends as stiffly as the stem's.
 
     One point in the middle of each of n layers sees (1 − 1/n²) w³/12 of a wall w, so w grows by (1 − 1/n²)^(−1/3). The
     plastic moment, which these points see whole where n is even, grows by the square of that: 1.1 % with 8 layers.

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Kind:
-    """What is done to the piece, which lies along x about the axis. A subclass is a frozen dataclass of its sizes, mm.
+    """What is done to the piece, which is along x about the axis. A subclass is a frozen dataclass of its sizes, mm.
 
     Attributes
     ----------

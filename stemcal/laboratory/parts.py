@@ -14,7 +14,7 @@ _FEWEST_LAYERS = 3
 
 @dataclass(frozen=True)
 class LaboratoryTest:
-    """Everything that determines one virtual test of a piece of stem beside cutting.
+    """Everything that determines one virtual test of a piece of stem other than cutting.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class LaboratoryTest:
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
-    """Return the discretisation with three elements at least through a wall, unless it says how many.
+    """Return the discretisation with at least three elements through a wall, unless it has their number.
 
     With one, thin walls wrinkled at three quarters of the travel.
     """
@@ -47,7 +47,7 @@ def roller(x: float, radius: float, speed: float, height: float) -> Tool:
 
 
 def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
-    """Return a plate from −half_length to half_length whose flat face stands at z = `face`."""
+    """Return a plate from −half_length to half_length whose flat face is at z = `face`."""
     edge, thickness = 1.0, 5.0
     low, high = (-edge - thickness, -edge) if upwards else (edge, edge + thickness)
     left, right = -half_length, half_length

@@ -1,4 +1,4 @@
-"""Radial compression: a piece of stem that lies between two flat plates, pressed across its axis."""
+"""Radial compression: a piece of stem that is between two flat plates, pressed across its axis."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RadialCompression(Kind):
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return a mesh that is fine at both plates and coarse at the sides and along the piece.
 
-        The plates meet nodes: where these lie farther apart than the contact is wide, a line of them bears it alone.
+        The plates meet nodes: where these are farther apart than the contact is wide, a single line of them carries it.
         """
         from stemcal.cutting.build import around_half, stem_mesh
 

@@ -21,7 +21,7 @@ _WIDENED = 1e-6
 
 @dataclass(frozen=True)
 class LaboratoryResult(CuttingResult):
-    """What a virtual laboratory test gives, beside what every run tells.
+    """What a virtual laboratory test gives, besides those of every run.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ def responses_of(
 
 
 def curve_responses(travel: Array, force: Array, line: Line | None) -> dict[str, float]:
-    """Return what a curve until the break tells by itself, simulated or measured; what it does not have is left out.
+    """Return the responses of a curve until the break, simulated or measured, without those that it lacks.
 
     Parameters
     ----------
@@ -108,8 +108,8 @@ def curve_responses(travel: Array, force: Array, line: Line | None) -> dict[str,
 class Gauges:
     """Called at the outputs of a simulation, reads how far contact gives and a pressed piece buckles.
 
-    Contact is by springs (`kernels.contact`) whose give belongs to the mesh, not to the stem: for a tool it is the
-    mean depth of the skin in it, weighted by the forces.
+    Contact is by springs (`kernels.contact`) whose compliance depends on the mesh, not on the stem: for a tool it is
+    the mean depth of the skin in it, weighted by the forces.
     """
 
     def __init__(self, test: LaboratoryTest, model: Model) -> None:

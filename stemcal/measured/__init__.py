@@ -2,7 +2,7 @@
 
 headings      numbers, names and units in the languages of laboratories
 cells         files of any encoding and workbooks of Excel → lines of cells
-tables        where the numbers are among them, what stands above, which column is meant
+tables        where the numbers are among them, what is above, which column is meant
 channels      which columns are one specimen's displacement and force
 statistics    mean, standard deviation, intervals, normality, outliers
 diameters     stem diameters → normal fit and grades

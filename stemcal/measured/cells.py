@@ -19,7 +19,7 @@ _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # 
 
 
 class Line(NamedTuple):
-    """A line as it stands in the file, its cells, and whether it is a remark (``# …``)."""
+    """A line as written in the file, its cells, and whether it is a remark (``# …``)."""
 
     text: str
     cells: Sequence[str]
@@ -66,7 +66,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
         ) from None
     if found is None:
         named = encoding or next(_guesses(content))
-        raise UsageError(f"{path} is not written in {named}; leave out --encoding or name another")
+        raise UsageError(f"{path} is not encoded in {named}; omit --encoding or choose another")
     return found
 
 
@@ -76,14 +76,14 @@ def _guesses(content: bytes) -> Iterator[str]:
     if unicode != ["utf-8"]:
         return
     begin = content[:_BEGINNING]
-    # letters of Western Europe stand alone among ASCII, Chinese and Cyrillic ones come together
+    # letters of Western Europe are isolated among ASCII, Chinese and Cyrillic ones come together
     usual = _EASTERN if re.search(rb"[\x80-\xff]{2}", begin) else _WESTERN
     yield from sorted(usual, key=lambda encoding: -familiarity(begin.decode(encoding, "ignore")))
     yield "latin-1"
 
 
 def is_workbook(content: bytes, source: object) -> bool:
-    """Tell whether a file is an Excel workbook, whatever its name.
+    """Return whether a file is an Excel workbook, independent of its name.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def is_workbook(content: bytes, source: object) -> bool:
         If it is a table that spreadsheet programs open and this module does not read.
     """
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
-        raise UsageError(f"{source} is a file of a spreadsheet program; open it there and save it as .xlsx or CSV")
+        raise UsageError(f"{source} is a spreadsheet format that stemcal cannot read; save it as .xlsx or CSV")
     return content.startswith(_MODERN)
 
 
@@ -107,10 +107,10 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
 
     try:
         book = pd.read_excel(io.BytesIO(content), sheet_name=None, header=None, dtype=str, na_filter=False)
-    except Exception as error:  # whatever a damaged archive, damaged XML or a strange cell makes of openpyxl
+    except Exception as error:  # openpyxl raises many kinds for damaged archives, damaged XML or strange cells
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         raise UsageError(
-            f"{source} cannot be read as a workbook of Excel ({reason}); save it anew as .xlsx or CSV"
+            f"{source} cannot be read as a workbook of Excel ({reason}); save it again as .xlsx or CSV"
         ) from None
     return {str(title): [_line(row) for row in frame.to_numpy().tolist()] for title, frame in book.items()}
 

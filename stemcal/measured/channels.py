@@ -1,7 +1,7 @@
 """Which columns of a table are one specimen's displacement and force: named, by their headings, or not at all.
 
-Several specimens may stand side by side (力, 位移, 力, 位移, …) or share one displacement. What a heading does not
-tell is asked for, never guessed; where a choice had to be made, it is said.
+Several specimens may be side by side (力, 位移, 力, 位移, …) or share one displacement. What a heading does not
+show is asked for, never guessed; a choice is reported.
 """
 
 import math
@@ -47,20 +47,20 @@ class CurveOptions:
     def check(self) -> None:
         """Raise `UsageError` if an option has no sense, or two contradict each other."""
         if self.time_column is not None and self.displacement_column is not None:
-            raise UsageError("--time-column and --displacement-column exclude each other; give one of them")
+            raise UsageError("--time-column and --displacement-column exclude each other; use one of them")
         if self.time_column is not None and self.speed is None:
             raise UsageError("--time-column needs --speed, the speed of the blade, as in --speed '20 mm/min'")
         if self.displacement_column is not None and self.speed is not None:
-            raise UsageError("--speed and --displacement-column exclude each other; give one of them")
+            raise UsageError("--speed and --displacement-column exclude each other; use one of them")
         if not 0.0 <= self.preload < math.inf:
             raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
 
 
 @dataclass(frozen=True)
 class Channels:
-    """The columns of one specimen: displacement or time, and force; its label, empty if it stands alone.
+    """The columns of one specimen: displacement or time, and force; its label, empty if it is the only one.
 
-    `diameter` is what stands over the columns, mm.
+    `diameter` is that above the columns, mm.
     """
 
     across: int
@@ -76,7 +76,7 @@ def channels_of(table: TextTable, how: CurveOptions) -> tuple[list[Channels], li
     Raises
     ------
     UsageError
-        If columns have no headings, or these do not tell which belong together.
+        If columns have no headings, or these do not show which columns form a pair.
     """
     if not table.headed and (how.force_column is None or (how.displacement_column is None and how.time_column is None)):
         raise UsageError(f"{table.source}: the columns have no headings: {columns_of(table)}; {NAME_THEM}")
@@ -155,7 +155,7 @@ def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> 
     if len(acrosses) != len(ups):
         raise UsageError(
             f"{table.source}: {len(ups)} columns of force and {len(acrosses)} of displacement were named; "
-            "name as many of each, or one displacement for all"
+            "name the same number of each, or one displacement for all"
         )
     return list(zip(acrosses, ups, strict=True))
 
@@ -163,7 +163,7 @@ def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> 
 def _unclear(table: TextTable) -> UsageError:
     return UsageError(
         f"{table.source}: the headings {columns_of(table)} do not show whether these are several specimens or several "
-        f"channels of one; {NAME_THEM}, several as in --force-column 2,4 --displacement-column 1,3"
+        f"channels of one; {NAME_THEM}, for several specimens as in --force-column 2,4 --displacement-column 1,3"
     )
 
 
@@ -172,21 +172,21 @@ def _name(table: TextTable, column: int) -> str:
 
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
-    """Tell whether names differ in numbers or single letters at most, and units not at all."""
+    """Return whether names differ in numbers or single letters at most, and units not at all."""
     parts = (re.split(r"[\W\d_]+", plain(table.columns[i])) for i in columns)
     roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
 
 
 def _alternate(acrosses: Sequence[int], ups: Sequence[int]) -> bool:
-    """Tell whether displacement and force take turns from left to right, or all of one kind come before the other."""
+    """Return whether displacement and force take turns from left to right, or all of one kind come before the other."""
     kinds = "".join("a" if column in set(acrosses) else "u" for column in sorted((*acrosses, *ups)))
     count = len(acrosses)
     return kinds in ("au" * count, "ua" * count, "a" * count + "u" * count, "u" * count + "a" * count)
 
 
 def _over(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[str]:
-    """Return what stands over the columns of every specimen, or its heading where that holds a diameter."""
+    """Return the text above the columns of every specimen, or its heading where that holds a diameter."""
     shared = len({across for across, _ in pairs}) < len(pairs)
     found, end = [], -1
     for across, up in pairs:
@@ -202,7 +202,7 @@ def _over(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[str]:
 
 
 def _labels(over: Sequence[str]) -> list[str]:
-    """Return a name for every specimen: what stands over its columns if that is more than a diameter, else its number.
+    """Return a name for every specimen: the text above its columns if that is more than a diameter, else its number.
 
     >>> _labels(["A", "B"]), _labels(["d = 6.1 mm", "d = 6.2 mm"]), _labels(["A", "A"]), _labels(["6.1 mm"])
     (['A', 'B'], ['1', '2'], ['1', '2'], [''])

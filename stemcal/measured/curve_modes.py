@@ -1,4 +1,4 @@
-"""What the curves of a laboratory tell beside their maximum: scores of the leading principal components.
+"""Responses of laboratory curves in addition to their maximum: scores of the leading principal components.
 
 A curve of five hundred points is one measurement, not five hundred: its points err together. So whole curves are
 compared, each smoothed, from where it passes the preload, brought onto one grid of shares s of the travel u* at which
@@ -9,7 +9,7 @@ it reaches 95 % of its maximum (where the maximum itself is, noise decides on a 
 and what counts is how w differs from specimen to specimen. However finely a curve is sampled, w has the same numbers.
 
     1  travel   u − F/k: the machine of stiffness k gives way too
-    2  beside the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
+    2  next to the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
     3  scatter   S = rᵀr/(n − 1); h is what one standard deviation of the machine's compliance, or of the toe of the
        curves, changes in the mean of w: these move all specimens alike, those of other diameters too
     4  (S + n Σ hhᵀ) φ = λ φ: the space of the leading components that hold 99 % of the trace, q = 3 at most
@@ -17,7 +17,7 @@ and what counts is how w differs from specimen to specimen. However finely a cur
     6  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² (φᵀSφ/n + Σ(φᵀh)²)
 
 Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side: S is the
-covariance matrix of 1 + q responses, which n specimens tell (`doe.calibration.misfit`).
+covariance matrix of 1 + q responses, estimated from n specimens (`doe.calibration.misfit`).
 
 Source: T. W. Anderson, An Introduction to Multivariate Statistical Analysis, 3rd ed., Wiley 2003, sections 5.2, 11.3.
 """
@@ -94,7 +94,7 @@ class CurveModes:
         return _SHARES * self.travel, scale * np.array(self.centre[:-1]), scale * np.array(self.spread[:-1])
 
     def at_shares(self, travel: Array, force: Array) -> Array:
-        """Return the force of a curve at the shares of its own u*, (G,), N."""
+        """Return the force of a curve at the shares u* of its travel, (G,), N."""
         return np.asarray(self._on_grid(travel, force)[:-1] * self.force * np.sqrt(len(_SHARES)))
 
     def _on_grid(self, travel: Array, force: Array) -> Array:
@@ -123,12 +123,12 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
 
 
 def most_modes(specimens: int) -> int:
-    """Return how many components the curves of so many specimens may have: with the maximum they stay below n − 1."""
+    """Return the largest number of components for n specimens: with the maximum they stay below n − 1."""
     return min(MOST, specimens - 3) if specimens >= FEWEST else 0
 
 
 def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
-    """Return the components of smoothed curves, so many at most; `FEWEST` curves at least."""
+    """Return the components of at least `FEWEST` smoothed curves, up to a number."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
     curves = [from_preload(*_given_way(curve, given)) for curve in curves]
     forces = np.array([float(force.max()) for _, force in curves])
@@ -228,7 +228,7 @@ def _given_way(curve: Curve, compliance: float) -> Curve:
 
 
 def _without_toe(curve: Curve, toe: float) -> Curve:
-    """Return a curve that begins so much later, mm."""
+    """Return a curve that begins later by a travel, mm."""
     travel, force = curve
     begin = min(int(np.searchsorted(np.maximum.accumulate(travel), toe)), _top(force) - 1)
     return travel[begin:] - toe, force[begin:]

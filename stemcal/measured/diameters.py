@@ -97,9 +97,9 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
         raise UsageError(f"--step {step:g}: the width of a grade must be above 0 mm and below {WIDEST:g} mm")
     for grade in grades:
         if not 0.0 < grade < WIDEST:
-            raise UsageError(f"--grades: {grade:g} mm is no diameter of a stem; give it in mm")
+            raise UsageError(f"--grades: {grade:g} mm is not the diameter of a stem; write mm")
     if len(grades) > MOST_GRADES:
-        raise UsageError(f"--grades: {len(grades)} grades; a study takes {MOST_GRADES} at most")
+        raise UsageError(f"--grades: {len(grades)} grades; a study has at most {MOST_GRADES}")
     for low, high in pairwise(sorted(grades)):
         if high - low < step * (1.0 - 1e-9):
             raise UsageError(f"--grades: {low:g} and {high:g} mm overlap at a width of {step:g} mm; see --step")
@@ -148,7 +148,7 @@ def _label_column(table: TextTable) -> int | None:
 
 
 def _reading_columns(table: TextTable, label: int | None) -> list[int]:
-    """Return the columns called diameters, or the only one of numbers beside the labels if none has a heading."""
+    """Return the columns called diameters, or the only one of numbers next to the labels if none has a heading."""
     named = matching(table, DIAMETER, MILLIMETRES)
     if named:
         return named
@@ -160,8 +160,7 @@ def _reading_columns(table: TextTable, label: int | None) -> list[int]:
     if len(numeric) == 1 and not table.headed:
         return numeric
     raise UsageError(
-        f"{table.source}: which column holds diameters? there are {columns_of(table)}; call it diameter, "
-        "or name it with --diameter-column"
+        f"{table.source}: no column for diameters among {columns_of(table)}; name it with --diameter-column"
     )
 
 
@@ -179,7 +178,7 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
     if width >= MOST_GRADES:
-        raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; take a wider one")
+        raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; choose a wider one")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

@@ -1,6 +1,6 @@
 """Headings of columns: numbers, words and units as the laboratories of many languages write them.
 
-Words of alphabets count where they stand alone, those of Chinese, Japanese and Korean, and those of several words,
+Words of alphabets count as whole words, those of Chinese, Japanese and Korean, and those of several words,
 anywhere.
 """
 
@@ -46,7 +46,7 @@ def _bare(cell: str) -> str:
 
 
 def is_missing(cell: str) -> bool:
-    """Tell whether a cell says that there is no value.
+    """Return whether a cell marks a missing value.
 
     >>> is_missing(""), is_missing("NaN"), is_missing("---"), is_missing("thick")
     (True, True, True, False)
@@ -111,7 +111,7 @@ def plain(text: str) -> str:
 
 
 def is_called(name: str, words: Sequence[str]) -> bool:
-    """Tell whether a column's name holds one of the words.
+    """Return whether a column's name holds one of the words.
 
     >>> is_called("Max. Force (N)", FORCE), is_called("最大力/N", FORCE), is_called("reinforced", FORCE)
     (True, True, False)
@@ -133,7 +133,7 @@ _FOREIGN = tuple(plain(word) for word in (*FORCE, *TRAVEL, *TIME, *DIAMETER, *LA
 
 
 def familiarity(text: str) -> int:
-    """Return how many letters of a text belong to words known here that are not ASCII: how well it was decoded.
+    """Return the number of letters in known words that are not ASCII: a measure of how well a text was decoded.
 
     >>> familiarity("Сила, Н") > familiarity("Сила, Н".encode("cp1251").decode("cp1252"))
     True
@@ -155,14 +155,14 @@ SECONDS = {
     "s": 1.0, "sec": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0, "秒": 1.0, "毫秒": 0.001, "分": 60.0, "с": 1.0,
     "сек": 1.0, "мс": 0.001, "мин": 60.0, "ч": 3600.0, "초": 1.0, "분": 60.0, "sn": 1.0, "dk": 60.0,
 }  # fmt: skip
-# what else a line of units may hold, beside the columns that are wanted
+# other content of a line of units, next to the columns that are wanted
 _OTHER_UNITS = (
     *("%", "Pa", "kPa", "MPa", "GPa", "МПа", "V", "mV", "J", "mJ", "C", "°C", "1", "-"),
     *("mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
 )
 KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *SECONDS, *_OTHER_UNITS))
 _IN_ANY_CASE = frozenset(unit.casefold() for unit in KNOWN)
-_NUMBERS = ("1", "-")  # units on a line of their own; at the end of a name, as in `Kraft 1`, a number
+_NUMBERS = ("1", "-")  # units on a separate line; at the end of a name, as in `Kraft 1`, a number
 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
 _UNIT = rf"[{_LETTER}][{_LETTER}0-9/²]{{0,7}}"

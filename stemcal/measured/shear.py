@@ -1,4 +1,4 @@
-"""All shear tests of a campaign: the maximum force of every specimen, and what each grade comes to."""
+"""All shear tests of a campaign: the maximum force of every specimen, and the statistics of each grade."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def measure_shear(
         raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     counted = [s for s in specimens if not s.excluded]
     if not counted:
-        raise UsageError("no specimen is left to count")
+        raise UsageError("no specimen is left")
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
@@ -174,8 +174,8 @@ def _equal(what: str, things: Sequence[tuple[str, object]]) -> Iterator[Note]:
         alike.setdefault(thing, []).append(name)
     for names in alike.values():
         if len(names) > 1:
-            text = f"{series(names[:_MOST])} have the same {what}: they may be one specimen."
-            yield Note(f"equal_{what}s", "warning", text, Remedy("Leave one out with --exclude."))
+            text = f"{series(names[:_MOST])} have the same {what}: they may be the same specimen."
+            yield Note(f"equal_{what}s", "warning", text, Remedy("Omit one with --exclude."))
 
 
 def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
@@ -183,20 +183,20 @@ def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
     if folder.is_file():
         return [folder]
     if not folder.is_dir():
-        raise UsageError(f"{folder} is not there; give the folder that holds the machine's files, or one of them")
+        raise UsageError(f"{folder} does not exist; give the folder of the machine's files, or one file")
     try:
         found = list(folder.rglob(pattern if pattern is not None else "*"))
     except (ValueError, NotImplementedError):
-        raise UsageError(f"--pattern {shown(pattern or '')}: give one of names in the folder, as in '*.csv'") from None
+        raise UsageError(f"--pattern {shown(pattern or '')}: write a pattern of file names, such as '*.csv'") from None
     files = sorted((path for path in found if _is_specimens(path, pattern)), key=_by_number)
     if not files:
         wanted = pattern or ", ".join("*" + suffix for suffix in SUFFIXES)
-        raise UsageError(f"{folder}: no files {wanted} in it; put some there or, for measure shear, use --pattern")
+        raise UsageError(f"{folder}: no files {wanted} in it; add files or, for measure shear, use --pattern")
     return files
 
 
 def _is_specimens(path: Path, pattern: str | None) -> bool:
-    """Tell whether a file is one of a machine: neither an index, nor what Excel and others leave beside open files."""
+    """Return whether a file is one of a machine, not an index or a temporary file of Excel and others."""
     wanted = pattern is not None or path.suffix.lower() in SUFFIXES
     aside = path.stem.lower() in ("index", "specimens") or path.name.startswith(("~$", ".", "._"))
     return wanted and not aside and path.is_file()
@@ -218,7 +218,7 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     for row, cells in enumerate(table.rows):
         value, place = table.number(row, diameter), f"{path}: {shown(cells[name])}"
         if value is None:
-            raise UsageError(f"{place}: {shown(cells[diameter])} is no diameter")
+            raise UsageError(f"{place}: {shown(cells[diameter])} is not a diameter")
         nominal = table.number(row, grade[0]) if grade else None
         known = checked_diameter(value * scale, place)
         found[Path(cells[name]).name] = (known, None if nominal is None else checked_diameter(nominal, place))
@@ -232,7 +232,7 @@ def _specimens(
     index: Mapping[str, tuple[float, float | None]],
     exclude: Collection[str],
 ) -> list[TestedSpecimen]:
-    """Return the specimens of one file; `repeated` tells that another file has the same name but for its end."""
+    """Return the specimens of one file; `repeated`: whether another file has the same name but for its ending."""
     try:
         curves = read_curves(path, how)
     except UsageError as error:
@@ -253,8 +253,8 @@ def _specimen(
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
-            f"{path}: its diameter is unknown; put it into the name (7mm-1.csv), over its columns (7.1 mm), into a "
-            "line above the data (Diameter: 7.02 mm) or, for measure shear, into an index file (--index)"
+            f"{path}: its diameter is unknown; write it in the file name (7mm-1.csv), above its columns (7.1 mm), in "
+            f"a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
@@ -263,7 +263,7 @@ def _specimen(
 
 
 def named_grade(path: Path) -> float | None:
-    """Return the grade in mm that stands in the name of a file or of its folder.
+    """Return the grade in mm in the name of a file or of its folder.
 
     >>> named_grade(Path("shear/10mm-3.csv")), named_grade(Path("7.5 mm/a.txt")), named_grade(Path("a/b.csv"))
     (10.0, 7.5, None)

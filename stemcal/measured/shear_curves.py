@@ -37,7 +37,7 @@ def speed_of(text: str) -> float:
         raise UsageError(f"--speed {shown(text)[1:-1]}: give a number and its unit, as in 20mm/min or 0.5m/s")
     speed = value * MILLIMETRES[match[2]] / SECONDS[match[3]]
     if not 0.0 < speed < math.inf:
-        raise UsageError(f"--speed {shown(text)[1:-1]}: no blade moves at {speed:g} mm/s")
+        raise UsageError(f"--speed {shown(text)[1:-1]}: {speed:g} mm/s is not a blade speed")
     return speed
 
 
@@ -77,7 +77,7 @@ class ShearCurve:
 
 
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
-    """Return the curves of all specimens in a file, be it side by side or on sheets of their own."""
+    """Return the curves of all specimens in a file, side by side or on separate sheets."""
     how.check()
     tables, skipped = _tables_of_curves(path, how)
     curves = [curve for table in tables for curve in _curves_of(table, how, several=len(tables) > 1)]
@@ -105,7 +105,7 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
 
 
 def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
-    """Return the curves of one table; `several` tells that others stand in the same file."""
+    """Return the curves of one table; `several`: whether others are in the same file."""
     channels, notes = channels_of(table, how)
     if len(channels) > 1:
         notes.insert(0, Note("side_by_side", "info", f"The file has {len(channels)} specimens side by side."))
@@ -124,7 +124,7 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
         _refuse_words(table, column)
     rows, notes = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
-        raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; is this the file of one specimen?")
+        raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a specimen needs more.")
     force = scale_of(table, channels.up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(channels.up))
     travel = _travel(rows, channels, how, notes)
     if -force.min() > force.max():
@@ -150,7 +150,7 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
 def _refuse_words(table: TextTable, column: int) -> None:
     if all(table.number(row, column) is None for row in range(len(table.rows))):
         held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
-        raise UsageError(f"{table.source}: {shown(table.columns[column])} holds no numbers but {shown(held)}")
+        raise UsageError(f"{table.source}: {shown(table.columns[column])} has no numbers but {shown(held)}")
 
 
 def _travel(table: TextTable, channels: Channels, how: CurveOptions, notes: list[Note]) -> Array:

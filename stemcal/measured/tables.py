@@ -21,7 +21,7 @@ DECIMALS = {"point": ".", "comma": ","}
 MAX_BYTES = 64 * MIB
 _MOST_SHOWN = 12  # columns in a message
 _PROBED = 3000  # lines that decide on separator and decimal mark
-_SETTLED = 3  # lines of full width after which a shorter one belongs to the run
+_SETTLED = 3  # lines of full width after which a shorter one is part of the run
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class TextTable:
     columns, units : tuple of str
         Name and unit of each column; without a heading, its number and no unit.
     labels : tuple of str
-        What stands over the heading of each column, the name of a specimen perhaps; empty if there is nothing.
+        Text above the heading of each column, possibly the name of a specimen; may be empty.
     headed : bool
         Whether there is a heading.
     sheet : str
@@ -88,7 +88,7 @@ class TextTable:
 
     @property
     def synthetic(self) -> bool:
-        """Whether the file says of itself that its data are made up."""
+        """Whether the file declares that its data are synthetic."""
         return any("synthetic" in line.lower() for line in self.preamble)
 
 
@@ -97,7 +97,7 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     tables = read_tables(path, form)
     if len(tables) > 1:
         titles = ", ".join(shown(table.sheet) for table in tables)
-        raise UsageError(f"{path}: several sheets hold tables, {titles}; name one with --sheet")
+        raise UsageError(f"{path}: several sheets have tables, {titles}; choose one with --sheet")
     return tables[0]
 
 
@@ -110,7 +110,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
-        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is no workbook")
+        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is not a workbook")
     return [_of_text(content, path, form)]
 
 
@@ -143,7 +143,7 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
         raise UsageError(
-            f"{path}: no rows of numbers found; say how the file is written with --separator, --decimal and --encoding"
+            f"{path}: no rows of numbers found; describe the file with --separator, --decimal and --encoding"
         )
     return table
 
@@ -156,8 +156,7 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
         raise UsageError(
-            "--decimal comma --separator comma: a comma cannot be both unless the numbers are in quotes; "
-            "leave one of them out"
+            "--decimal comma --separator comma: a comma can be both only if the numbers are in quotes; omit one of them"
         )
     return ways
 
@@ -168,7 +167,7 @@ def _named(given: str, known: dict[str, str], option: str) -> str:
     raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; take one of {', '.join(known)}")
 
 
-# ---- where the numbers are among the lines, and what stands above them
+# ---- where the numbers are among the lines, and what is above them
 
 
 class _Run(NamedTuple):

@@ -14,7 +14,7 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.stage import stages_of
 from stemcal.study.model import Study
 
-MOST_HOURS = 48.0  # what a command begins without being told that this is meant
+MOST_HOURS = 48.0  # a command with longer runs starts with a warning
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def beforehand(study: Study) -> Iterator[Note]:
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
             f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
         )
-        remedy = Remedy("Choose the lengths first, keep them, and report all three.")
+        remedy = Remedy("Fix both lengths before the calibration, and report all three.")
         yield Note("lengths_belong", "caution", text, remedy)
 
 
@@ -104,8 +104,8 @@ def _short_stroke(study: Study) -> Iterator[Note]:
     if stroke < LEAST_STROKE * thickest:
         share = stroke / thickest
         text = (
-            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). A run that "
-            "stops before the maximum gives too small a force."
+            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). If a run "
+            "stops before the peak, its force is too small."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 
@@ -119,4 +119,4 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
     else:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
-    return Remedy(f"Set `{edit}`; a run ends as soon as the stem has broken.", edit)
+    return Remedy(f"Set `{edit}`; a run ends when the stem has broken.", edit)

@@ -1,4 +1,4 @@
-"""What a laboratory's sheets come to as targets of the tests in a spec: a folder of them for each test, by its name."""
+"""Targets of the tests in a spec from a laboratory's sheets: a folder for each test, by its name."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -62,9 +62,9 @@ def measure_tests(
         if not study.tests:
             raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
         if not folder.is_dir():
-            raise UsageError(f"{folder}: there is no such folder; name the one that has a folder for each test")
+            raise UsageError(f"{folder} does not exist; give the folder that has a subfolder for each test")
         told = ", ".join(test.name for test in study.tests)
-        raise UsageError(f"{folder}: there is no folder of a test in it; the tests of {study.name}: {told}")
+        raise UsageError(f"{folder} has no subfolder with the name of a test; the tests of {study.name}: {told}")
     asked = [one.partition("/") for one in exclude]
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
         raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
@@ -85,7 +85,7 @@ def measure_tests(
 
 
 def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:
-    """Return the mean of each response that the test's targets have, else of what such a test usually tells."""
+    """Return the mean of each response that the test's targets have, else those usual for its kind."""
     wanted = test.measured or test.usual
     found = []
     for grade in read.grades:
@@ -99,14 +99,14 @@ def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[Teste
 
 
 def _responses(test: LaboratorySection, piece: TestedSpecimen, drop: float) -> dict[str, float]:
-    """Return what the curve of one piece tells until it breaks."""
+    """Return the responses of the curve of one piece until it breaks."""
     end = break_at(piece.curve.force, drop)
     travel, force = piece.curve.travel[:end], piece.curve.force[:end]
     return curve_responses(travel, force, secant(travel, force))
 
 
 def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:
-    """Return how many points of a curve stand before the break, by the rule of the simulated tests; all if it does not.
+    """Return how many points of a curve are before the break, by the rule of the simulated tests; all if it does not.
 
     Of a real piece no one counts what has failed. So the rule is applied behind the maximum: a piece that settles on
     its rollers before is not broken.

@@ -39,7 +39,7 @@ recorded here."""
 
 @dataclass(frozen=True)
 class Costs:
-    """The seconds of a run on one core, None where nothing tells, how they are known, from how many recorded runs."""
+    """The seconds of a run on one core, None if unknown, their source, and the number of recorded runs."""
 
     of: Callable[[Request], float] | None
     source: Source = "none"
@@ -63,8 +63,8 @@ class PlannedStage:
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source` (so many `recorded_runs`); `elapsed` is
-    what the study takes with so many `workers`, runs that are decided one by one counted as usual.
+    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); `elapsed` is
+    what the study takes with `workers`, runs that are decided one by one counted as usual.
     """
 
     schema_version: int
@@ -84,7 +84,7 @@ class Plan:
 def plan(
     study: Study, folder: StudyFolder | None = None, solver: Solver | None = None, workers: int | None = None
 ) -> Plan:
-    """Return the runs of every stage, and what they take with so many workers (all cores), without running any."""
+    """Return the runs of every stage, and their cost with a number of workers (all cores), without running any."""
     solver, workers = solver or make_solver(study), workers or available_cores()
     wanted = asked(study, solver, folder)
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
@@ -194,7 +194,7 @@ def total(found: Plan) -> list[str]:
             "tried": ", measured on half a second of a run on this machine",
             "recorded": f", measured on {counted(found.recorded_runs, 'recorded run')} on this machine",
         }.get(found.source, "")
-        lines.append(f"On one core they take {duration(found.seconds)}{source}.")
+        lines.append(f"On one core this takes {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")

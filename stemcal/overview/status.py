@@ -32,7 +32,7 @@ SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: the
 class Entry:
     """One row of a stage: what was asked and, if a record answers it, what came of it.
 
-    `status` is ok, censored, failed, left or damaged; `again` tells that the next command begins the run again.
+    `status` is ok, censored, failed, left or damaged; `again`: whether the next command repeats the run.
     """
 
     stage: str
@@ -78,9 +78,9 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """How far a study is and what it comes to; `working` is what the process at work tells of itself, or None.
+    """The progress and the verdict of a study; `working` is the process that is using its folder, or None.
 
-    `sheet` is where the runs stand whose results somebody has to enter, if runs are done by hand and some are awaited.
+    `sheet` is the sheet of the runs whose results are awaited, if runs are done by hand.
     """
 
     schema_version: int
@@ -204,7 +204,7 @@ def _running(entries: Sequence[Entry], stage: str, working: Holder | None) -> in
 
 
 def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
-    """Tell whether a stage has left its file, and what has changed since: before it too, on which it rests."""
+    """Return whether a stage has left its file, and what has changed since: before it too, on which it rests."""
     if not folder.has_stage(stage):
         return "none", []
     try:

@@ -53,7 +53,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: no level of {', '.join(missing)}; give one by name, as in {{{missing[0]!r}: …}}"
+                f"predict: no level of {', '.join(missing)}; pass one by name, as in {{{missing[0]!r}: …}}"
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -114,7 +114,7 @@ class StudyResults:
 
     @classmethod
     def read(cls, study: Study, folder: StudyFolder) -> StudyResults:
-        """Read what lies in the folder of a study."""
+        """Read what is in the folder of a study."""
         return cls(study, folder, fresh_results(study, folder))
 
     @property
@@ -152,7 +152,7 @@ class StudyResults:
         """Return the result of a stage by its class; raise `UsageError` if it is not done."""
         if (result := self._results.of(kind)) is not None:
             return result
-        missing = f"{self.folder.path / kind.name}.json is not there yet; run `stemcal {kind.name} SPEC` first"
+        missing = f"{self.folder.path / kind.name}.json does not exist yet; run `stemcal {kind.name} SPEC` first"
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:
@@ -163,7 +163,7 @@ class StudyResults:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the study is calibrated, with reservations or not, for which reasons, and what would mend it."""
+        """Whether the study is calibrated, with reservations or not, for which reasons, and the remedies."""
         return verdict_of(self.study, self.folder, self._results)
 
     @property
@@ -183,7 +183,7 @@ class StudyResults:
 
     @cached_property
     def records(self) -> Records:
-        """What the solver told of every run, by the label of the run: curves, checks, energies."""
+        """Curves, checks and energies of every run, by the label of the run."""
         return read_records(self._results, self.folder)
 
     # ---- every figure of the page

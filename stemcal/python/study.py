@@ -73,7 +73,7 @@ def calibrate(
     Raises
     ------
     RunsFailed, TargetUnreachable, FolderLocked, Waiting, UsageError
-        As the command line tells them.
+        As in the command line.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
     folder = StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
@@ -112,7 +112,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     Raises
     ------
     UsageError
-        If the folder is not there, or does not know its spec.
+        If the folder does not exist or does not contain its spec.
     """
     place = checked_path(folder, "folder")
     if not place.is_dir():
@@ -149,7 +149,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulated:
-    """One virtual shear test; `result` has everything that the solver tells."""
+    """One virtual shear test; `result` has all results of the solver."""
 
     levels: dict[str, float]
     diameter: float
@@ -186,7 +186,7 @@ def simulate(
     diameter : float or str, optional
         Outer diameter of the stem, in mm or with its unit; that of the specimen by default.
     levels : float or str
-        Values of factors in the units of the spec, or with a unit of their own; the others stand at mid-level.
+        Values of factors in the units of the spec, or with a unit; the others are at mid-level.
 
     Raises
     ------

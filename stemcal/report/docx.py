@@ -87,7 +87,7 @@ def _add(document: Any, table: PaperTable, begin: bool) -> None:
     grid = document.add_table(rows=0, cols=len(table.heads))
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
     grid.autofit = False
-    # cells with stars stand to the left, so that the digits stand below each other
+    # cells with stars are aligned left, so that the digits are below each other
     right = [column.form is not None and column.form is not starred for column in table.table.columns]
     for column, width in zip(grid.columns, column_widths(table), strict=True):
         column.width = Cm(width)

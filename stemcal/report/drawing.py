@@ -34,7 +34,7 @@ def draw(
 ) -> Path:
     """Write page and figures unless both are there, made of the same by the same code; returns the page.
 
-    The page tells in its last line what it was made of. With `again` it is written anyway.
+    The last line of the page has the hashes of its inputs. With `again` it is written anyway.
     """
     page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
     if figures:

@@ -70,7 +70,7 @@ def export_tables(tables: Tables, kind: str, folder: Path, plots: Sequence[Plot]
 
 
 def _csv_files(tables: Tables, folder: Path) -> list[Path]:
-    """One file per table, UTF-8 with a byte order mark, which Excel needs to know it."""
+    """One file per table, UTF-8 with a byte order mark, which Excel needs to detect it."""
     paths = []
     for table in tables:
         # a minus that spreadsheets take for one
@@ -125,7 +125,7 @@ STARS = re.compile(r"(.*?) (\*\*?)")
 
 
 def document(tables: Sequence[PaperTable]) -> str:
-    """Return a document that stands alone with all tables."""
+    """Return a complete document with all tables."""
     return "\n".join([HEAD, *map(latex, tables), r"\end{document}", ""])
 
 
@@ -161,7 +161,7 @@ def _heading(name: str, kind: str) -> str:
 
 
 def _cell(text: str, has_stars: bool) -> str:
-    """Return a cell; in a column with stars each leaves their room, so that the digits stand below each other."""
+    """Return a cell; in a column with stars each leaves their room, so that the digits are below each other."""
     found = STARS.fullmatch(text)
     if not has_stars or not text:
         return escaped(text)

@@ -9,7 +9,7 @@ from stemcal.files.durable import make_folder
 from stemcal.numbers import short
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
-from stemcal.report.figures.frames import fields, fracture_frames, mesh
+from stemcal.report.figures.frames import fracture_frames, mesh
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import Figure, resize, save, write_both
 from stemcal.report.records import Details, Records, curves_of
@@ -58,8 +58,8 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     for condition, modes in study.targets.modes.items():
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
-                "The measured curves and the one simulated at the calibration, each until its maximum, at shares of "
-                "its own travel; below, the difference of the forces in standard deviations of the specimens."
+                "The measured curves and the one simulated at the calibration, each up to its peak, over its relative "
+                "travel; below, the difference of the forces in standard deviations of the specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
@@ -102,11 +102,6 @@ def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bo
         plot("fracture", cut, lambda: fracture(shape()), detail=False),
     ]
     if details.film:
-        film = f"Cutting of the stem of {label}, in section: travel of the blade and force above each picture."
-        largest = (
-            f"Stress and displacement in the stem of {label} at the maximum force, in section; travel of the blade and "
-            "force above. Each has its own scale."
-        )
+        film = f"Cutting of the stem of {label}, in section: blade travel and force above each picture."
         plots.append(plot("frames", film, lambda: fracture_frames(frames_of(shape(), details.film))))
-        plots.append(plot("fields", largest, lambda: fields(frames_of(shape(), details.film))))
     return plots

@@ -40,7 +40,7 @@ def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watc
 
 
 def describe(progress: Progress, naming: Naming = CUTTING) -> str:
-    """Return one line on where a stage stands.
+    """Return one line on the progress of a stage.
 
     >>> from types import SimpleNamespace as Progress
     >>> describe(Progress(stage="screen", done=5, total=12, cached=2, failed=1, last_response=120.43,
@@ -68,7 +68,7 @@ def _response(progress: Progress, naming: Naming) -> str:
 
 
 class Watcher:
-    """Watches and says nothing; the others say more."""
+    """Watches and prints nothing; base of the others."""
 
     def __enter__(self) -> Self:
         return self

@@ -12,6 +12,7 @@ from stemcal.numbers import duration
 from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
 from stemcal.words import counted
 
@@ -45,7 +46,7 @@ class Checks:
 
 @dataclass(frozen=True)
 class Details:
-    """What a solver told beside the force, as far as it told; `shape` and `film` are packed."""
+    """What a solver reported in addition to the force; `shape` and `film` are packed."""
 
     curve: Curve | None = None
     energies: dict[str, Numbers] | None = None
@@ -88,7 +89,8 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
     """Return the intact records of the results' runs, by the label of the run."""
     found = {}
     for result in results.done if isinstance(results, Results) else [results]:
-        pictured = result.name == "validate" and result.naming.condition == DIAMETER
+        stage = stage_called(result.name)
+        pictured = stage.pictured and not stage.one_by_one and result.naming.condition == DIAMETER
         for label, outcome in result.runs():
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
@@ -102,7 +104,7 @@ def _record(content: Mapping[str, Any], at_solution: bool) -> RunRecord:
 
 
 def _checks(details: Mapping[str, Any]) -> Checks | None:
-    """Return a run's checks; None where the solver told nothing of them, or other things under their names."""
+    """Return a run's checks; None if the solver did not report them, or other things under their names."""
     try:
         return from_json(Checks, details)
     except ValueError:
@@ -158,7 +160,7 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
         ends = sorted(p.finished for p in distinct if p.finished)
         rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
     seconds = sum(p.wall_seconds or 0.0 for p in distinct)
-    rows.append(("Computing time, all runs", duration(seconds)))
+    rows.append(("Computing time of all runs", duration(seconds)))
     return rows
 
 

@@ -69,7 +69,7 @@ class Showing(Checked, Generic[R]):
         return []
 
     def tables(self, result: R, names: Names, judged: bool = False) -> list[Table]:
-        """Return its tables; a `judged` one says in words what each row means."""
+        """Return its tables; a `judged` one explains each row in words."""
         return []
 
     def early(self, result: R, names: Names) -> list[Table]:
@@ -124,7 +124,7 @@ def names_of(result: StageResult, labels: Mapping[str, str] | None = None) -> Na
 def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judged: bool = False) -> list[Table]:
     """Return the tables of a stage, factors by their `labels` where they have any, long ones shortened.
 
-    A `judged` table of effects says in words what each of them means.
+    A `judged` table of effects explains each of them in words.
     """
     return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels), judged)]
 

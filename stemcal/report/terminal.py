@@ -1,4 +1,4 @@
-"""What the terminal shows: tables at most 80 columns wide, what a stage says of them, the last screen of a study."""
+"""Output for the terminal: tables at most 80 columns wide, the sentences of a stage, the last screen of a study."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
-    """Return a stage's tables and what it says in sentences, ready to print one below the other.
+    """Return a stage's tables and sentences, ready to print one below the other.
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
@@ -108,7 +108,7 @@ def simulation_table(
 ) -> RenderableType:
     """Return the numbers of one virtual test, names and values in two columns.
 
-    That of a laboratory test (`section`) begins with its responses, beside each what was measured at the diameter.
+    That of a laboratory test (`section`) begins with its responses, next to each what was measured at the diameter.
     """
     table = rich.Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     first = _maximum(result) if section is None else _responses(result, section, diameter)

@@ -1,8 +1,8 @@
 """From requests to answers: look in the records, compute what is missing, keep each answer as it comes.
 
-An answer counts once its record lies in the study folder. A run that failed for physical reasons stays
-failed; one that failed by accident (its process died, the solver raised) is begun again as often as the spec
-says, and once more by the next command.
+An answer counts once its record is in the study folder. A run that failed for physical reasons stays
+failed; one that failed by accident (its process died, the solver raised) is repeated up to the number in the
+spec, and once more by the next command.
 """
 
 import logging
@@ -28,7 +28,7 @@ WORK = "work"  # where solvers that need files have their run folders
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a stage stands, in runs: `points` of its design with equal levels and condition are one run.
+    """The progress of a stage, in runs: `points` of its design with equal levels and condition are one run.
 
     It is `preparing` while something is made that no row can begin without.
     """
@@ -110,7 +110,7 @@ def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> 
 
 
 class _Tally:
-    """Counts the runs that are answered and tells the watcher."""
+    """Counts the finished runs and notifies the watcher."""
 
     def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
         self.stage, self.points, self.watch = stage, len(keys), watch
@@ -128,24 +128,24 @@ class _Tally:
         self.report(answer.response, request.condition)
 
     def _warn(self, answer: Answer, request: Request) -> None:
-        """Tell of the first failures one by one; what befalls several replicates of a run, once."""
+        """Warn of the first failures one by one, and once of those that several replicates share."""
         if (fault := (request.row, answer.message)) in self.warned:
             return
         self.warned.add(fault)
         if len(self.warned) <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
         elif len(self.warned) == MOST_WARNINGS + 1:
-            logger.warning("more runs fail; `stemcal status SPEC --failed` lists them all")
+            logger.warning("more runs failed; `stemcal status SPEC --failed` lists all")
 
     def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
-        """Tell the watcher where the stage stands."""
+        """Notify the watcher of the progress."""
         counts = (self.done, self.total, self.cached, self.failed)
         condition = None if response is None else condition
         self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
 
 
 def _prepare(solver: Solver, tally: _Tally) -> None:
-    """Let the solver do once what its workers need; where that takes a while, the watcher is told so."""
+    """Prepare the solver once for its workers; notify the watcher if that takes a while."""
     if not solver.preparing():
         solver.prepare()
         return
@@ -199,7 +199,7 @@ def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], polic
     failed = sum(not answer.ok for answer in answers)
     if len(answers) - failed >= needed:
         return
-    counts = f"{failed} of {len(answers)} runs failed, {needed} must succeed"
+    counts = f"{failed} of {len(answers)} runs failed, but {needed} must succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
 

@@ -1,4 +1,4 @@
-"""From the record of a run to what a stage tells of it: does it stand, how does it count, what came of it?
+"""From the record of a run to its outcome in a stage: whether the record is valid, how it counts, its result.
 
 Accidents are tried again; a stroke that ended too early gives a lower bound.
 """
@@ -33,14 +33,14 @@ def record_key(solver: Solver, request: Request) -> str:
 
 
 def identity_of(solver: Solver, request: Request) -> dict[str, Any]:
-    """Return what determines the answer: what the solver tells, and its own code where another package has it."""
+    """Return what determines the answer: the solver's identity, and its code if another package has it."""
     code = code_of(type(solver).__module__)
     return {**solver.identity(request), **({"code of package": code} if code else {})}
 
 
 @functools.cache
 def code_of(module: str) -> str:
-    """Return a hash of the package that a module belongs to; nothing of stemcal's own."""
+    """Return a hash of the package of a module; nothing for stemcal's own."""
     return "" if module.partition(".")[0] == "stemcal" else package_hash(module)
 
 
@@ -59,7 +59,7 @@ def _kept(record: Mapping[str, Any]) -> Answer:
 
 
 def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
-    """Whether a record answers for good, or its run is to be computed again.
+    """Whether a record is final, or its run must be computed again.
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.
     """
@@ -70,7 +70,7 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
 
 
 def judged(answer: Answer) -> Answer:
-    """Return the answer as stages count it; of long lists only what they come to leaves the record."""
+    """Return the answer as stages count it; long lists stay in the record, only their results leave it."""
     kept = (RESPONSES,)
     details = {n: value for n, value in answer.details.items() if n in kept or not isinstance(value, list | dict)}
     details |= measures(answer.details)
@@ -83,9 +83,9 @@ def is_censored(answer: Answer) -> bool:
 
 
 _STROKE_ENDS = {
-    "rising": "the response still rose",
-    "regained": "a peak was passed and partly regained",
-    "falling": "a peak was passed, but the response had fallen little",
+    "rising": "the response was still rising",
+    "regained": "the response had risen again after a peak",
+    "falling": "the response had fallen only slightly after a peak",
 }
 
 
@@ -107,7 +107,7 @@ def _lower_bound(rows: Sequence[int], ended: str) -> Note:
     return Note("lower_bound", "warning", text, remedy)
 
 
-# ---- what a stage tells of a run
+# ---- what a stage stores of a run
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,8 @@ class Outcome:
 
     `responses` has the others that a study declares itself, by name.
 
-    `travel` (mm) and `work` (mJ) reach to the maximum force, None where the solver does not tell. Of a point simulated
-    several times over the response is the mean of its `replicates`.
+    `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it. Of a point
+    simulated several times over the response is the mean of its `replicates`.
     """
 
     response: float | None
@@ -173,7 +173,7 @@ class Outcome:
 
 
 def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
-    """Return what is told of an answered request."""
+    """Return the stored row of an answered request."""
     told = answer.details if answer.ok else {}
     return Outcome(
         response=answer.response,
@@ -188,18 +188,18 @@ def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
     )
 
 
-# ---- programs with chance in them: each point simulated several times over, each time a run of its own
+# ---- stochastic programs: each point simulated several times, each time as a separate run
 
 
 def repeated(requests: Sequence[Request], times: int) -> list[Request]:
-    """Return every request so many times over, numbered from 1; as it is for 0, which no chance is in."""
+    """Return n numbered copies of every request; the requests themselves for 0, a deterministic program."""
     if not times:
         return list(requests)
     return [replace(request, replicate=number) for request in requests for number in range(1, times + 1)]
 
 
 def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
-    """Return one outcome for so many replicates of each point: the mean of those that succeeded."""
+    """Return one outcome for the replicates of each point: the mean of those that succeeded."""
     if not times:
         return list(outcomes)
     return [_mean(outcomes[i : i + times]) for i in range(0, len(outcomes), times)]

@@ -69,7 +69,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            message = f"{given}, more than statistics can compute with ({MOST:g})"
+            message = f"{given}, beyond the limit of the statistics ({MOST:g})"
             return Answer("failed", None, "bad_result", message, rest)
     return answer
 
@@ -101,7 +101,7 @@ class Batch:
             key = self._pending.pop(future)
             computed = outcome(future)
             if computed.answer.reason in ACCIDENTS and self._begun[key] < self.tries:
-                logger.info("%s run %d is begun again", self.requests[key].stage, self.requests[key].row + 1)
+                logger.info("%s run %d is started again", self.requests[key].stage, self.requests[key].row + 1)
                 self._submit(key)
             else:
                 yield key, self._counted(key, computed)
@@ -125,7 +125,7 @@ class Batch:
             return computed
         answer, circumstances = computed.answer, {**computed.circumstances, "tries": begun}
         if not answer.ok:
-            answer = replace(answer, message=f"{answer.message} (begun {begun} times)")
+            answer = replace(answer, message=f"{answer.message} (started {begun} times)")
         return Computed(answer, circumstances)
 
 

@@ -21,7 +21,7 @@ class Command(Program):
 
     @property
     def options(self) -> CommandSolver:
-        """What the spec says of the program."""
+        """The keys of the program in the spec."""
         assert isinstance(self.study.solver, CommandSolver)
         return self.study.solver
 

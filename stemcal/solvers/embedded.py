@@ -86,7 +86,7 @@ class Embedded(Solver):
         }
 
     def solve(self, request: Request) -> Answer:
-        """Run the virtual shear test that a request asks for, and the laboratory tests beside it."""
+        """Run the virtual shear test that a request asks for, and the laboratory tests next to it."""
         try:
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
             film = Film(test.discretisation.integration.outputs) if request.pictured else None
@@ -199,7 +199,7 @@ def simulate(
     Parameters
     ----------
     levels : mapping
-        Values of factors in the units of the spec; the others stand at mid-level.
+        Values of factors in the units of the spec; the others are at mid-level.
     diameter : float, optional
         Outer diameter of the stem in mm; that of the specimen by default.
     frames : path, optional
@@ -231,7 +231,7 @@ def simulate_test(
 
 
 def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
-    """Return a test that stands beside the study's shear test: a further one, or one of another kind."""
+    """Return a test in addition to the study's shear test: a further one, or one of another kind."""
     if isinstance(section, PieceSection):
         return laboratory_test(section, shear_test(study, levels, diameter))
     return shear_test(study.cut_as(section, diameter), levels, diameter)

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from stemcal.cutting import CuttingResult
 from stemcal.cutting.end_state import Shape
-from stemcal.fem.frames import von_mises
-from stemcal.fem.kernels.block import PLASTIC_STRAIN, STRESS
+from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 
 Array = NDArray[np.float64]
@@ -23,29 +22,21 @@ _STEPS = 2000  # from zero to the largest value: what no picture shows is not ke
 
 @dataclass(frozen=True)
 class Frame:
-    """Body and tools at one moment: blade travel in mm, force on the blade in N; near its maximum also the stress.
-
-    `von_mises` is von Mises' equivalent stress of the elements in MPa.
-    """
+    """Body and tools at one moment: blade travel in mm, force on the blade in N."""
 
     travel: float
     force: float
     shape: Shape
-    von_mises: Array | None = None
 
 
 @dataclass(frozen=True)
 class Moment:
-    """What is kept of one output: time in s, nodes (N, 3) in mm, of each element whether it stands, strain and stress.
-
-    The stress is von Mises', MPa; None at the end of a test, of which it is not known.
-    """
+    """The stored data of one output: time in s, nodes (N, 3) in mm, which elements remain and their strain."""
 
     time: float
     nodes: Array
     standing: NDArray[np.bool_]
     plastic_strain: Array
-    von_mises: Array | None = None
 
 
 class Film:
@@ -61,8 +52,7 @@ class Film:
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
             strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
-            stress = state.lanes.gathered(state.body.state[:, STRESS : STRESS + 6])
-            self.moments.append(Moment(time, state.body.x.copy(), standing, strain, von_mises(stress)))
+            self.moments.append(Moment(time, state.body.x.copy(), standing, strain))
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:
@@ -75,17 +65,13 @@ class Film:
             moments = [*moments, Moment(end, shape.nodes, shape.standing, shape.plastic_strain)]
         times = [moment.time for moment in moments]
         moved = [_held(moment.nodes - shape.reference, shape.hexes[moment.standing]) for moment in moments]
-        forces = _at(times, history.time, history.force_filtered)
-        highest = max((k for k, moment in enumerate(moments) if moment.von_mises is not None), key=forces.__getitem__)
         return {
             "travel": _at(times, history.time, history.travel),
-            "force": forces,
+            "force": _at(times, history.time, history.force_filtered),
             "stroke": round(float(history.travel[-1]), 4),
             "standing": _packed(np.packbits(np.array([moment.standing for moment in moments]), axis=1)),
             "displacement": _quantised(np.array(moved)),
             "plastic_strain": _quantised(np.array([moment.plastic_strain for moment in moments])),
-            "highest": highest,
-            "von_mises": _quantised(np.array([moments[highest].von_mises])),
         }
 
 
@@ -96,7 +82,6 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
     standing = np.unpackbits(bits, axis=1)[:, :elements].astype(bool)
     moved = _restored(packed["displacement"], count).reshape(count, -1, 3)
     strains = _restored(packed["plastic_strain"], count)
-    stress = _restored(packed["von_mises"], 1)[0]
     return [
         Frame(
             packed["travel"][k],
@@ -106,10 +91,9 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 nodes=shape.reference + moved[k],
                 standing=standing[k],
                 plastic_strain=strains[k],
-                # the blade, the first of them, higher; the supports stand still
+                # the blade, the first of them, higher; the supports are fixed
                 tools=(shape.tools[0] + [0.0, packed["stroke"] - packed["travel"][k]], *shape.tools[1:]),
             ),
-            stress if k == packed["highest"] else None,
         )
         for k in range(count)
     ]

@@ -97,7 +97,7 @@ class Deck(SolverKind):
 
 
 class Python(SolverKind):
-    """A class in a Python file beside the spec."""
+    """A class in a Python file next to the spec."""
 
     name, options = "python", PythonSolver
     starts_program = True

@@ -38,7 +38,7 @@ AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
-    """Return the tests that a run at a diameter does beside cutting.
+    """Return the tests of a run at a diameter in addition to cutting.
 
     They are those measured there; where parameters are fitted, all that are measured anywhere.
     """

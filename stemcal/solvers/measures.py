@@ -1,4 +1,4 @@
-"""What a run tells beside its maximum force: its curve, travel to the maximum, the work done by then, scatter."""
+"""Results of a run besides its maximum force: its curve, travel and work to the maximum, scatter."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -62,7 +62,7 @@ def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: f
 
 
 def measures(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``travel`` (mm) and ``work`` (mJ) to the maximum of the recorded curve, as far as a run's details tell."""
+    """Return ``travel`` (mm) and ``work`` (mJ) to the maximum of the recorded curve, if a run's details have one."""
     if (end := details.get("peak_travel")) is None:
         return {}
     curve = details.get("curve")

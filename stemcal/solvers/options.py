@@ -64,7 +64,7 @@ RunFile = Annotated[
     str,
     StringConstraints(strict=True),
     BeforeValidator(_inside_run_folder),
-    Field(description="The file in the run folder that the program leaves."),
+    Field(description="File in the run folder that the program writes."),
 ]
 Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
 Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
@@ -88,18 +88,18 @@ class ResultReader(Frozen):
     along: Text | None = None
     """Column or path of the travel of a curve (`curves` of `targets`)."""
     reduction: Literal["max", "min", "first", "last"] = "last"
-    """How a series of numbers becomes one: its largest, smallest, first or last."""
+    """Reduction of a series of numbers: its largest, smallest, first or last."""
     scale: Number = 1.0
-    """The number is multiplied by it: 4 for a quarter model, 1e-3 from mN."""
+    """Factor on the number: 4 for a quarter model, 1e-3 for mN."""
 
     @model_validator(mode="after")
     def _names_numbers_once(self) -> Self:
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = f"has {' and '.join(given)}" if given else "does not name the numbers"
+            found = f"has {' and '.join(given)}" if given else "does not say which numbers to read"
             raise complain(found, "write one of column: … (CSV), path: … (JSON) and pattern: … (text)")
         if self.pattern is not None and self.along is not None:
-            raise complain("has along and pattern", "call the group of the travel x in the pattern: (?P<x>…)")
+            raise complain("has along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
         return self
 
 
@@ -136,15 +136,15 @@ FilterWindow = Annotated[
 ]
 EdgeOver = Annotated[
     Literal["elements", "nodes"],
-    Field(description="Whether the edge comes down on a row of nodes or over the middle of a row of elements."),
+    Field(description="Whether the edge is above a row of nodes or above the middle of a row of elements."),
 ]
 Coarsening = Annotated[
     Number,
-    Field(ge=1, le=10, description="Length of the elements at the ends of the stem over those under the edge."),
+    Field(ge=1, le=10, description="Ratio of the element length at the ends of the stem to that under the edge."),
 ]
 CoarseningAround = Annotated[
     Number,
-    Field(ge=1, le=10, description="Width of the elements at the bottom of the section over those under the edge."),
+    Field(ge=1, le=10, description="Ratio of the element width at the bottom of the section to that under the edge."),
 ]
 
 
@@ -164,9 +164,9 @@ class EmbeddedSolver(SolverOptions):
     hourglass: HourglassCoefficient = 0.01
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
-    """Elements too small for this step are given mass until they can take it; without it none is given."""
+    """Mass is added to elements whose stable time step is smaller; without the key none is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
-    """Share of the stable time step that is taken."""
+    """Fraction of the stable time step that is used."""
     outputs: Outputs = 500
     filter_window: FilterWindow = 0.010
     coarsening: Coarsening = 6.0
@@ -211,7 +211,7 @@ class EmbeddedSolver(SolverOptions):
         return None
 
     def at_speed(self, speed: float) -> EmbeddedSolver:
-        """Return the options for a blade of this speed (mm/s): as they stand up to 100 mm/min, above in proportion.
+        """Return the options for a blade of this speed (mm/s): unchanged up to 100 mm/min, in proportion above.
 
         Inertia grows as ρV²: added mass that is harmless there must go as V⁻², time step and filter as V⁻¹, so that
         they keep their share of the travel. From 0.17 m/s on nothing is left of a mass scaling of 1e4: the mass is the
@@ -244,7 +244,7 @@ Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run; all its processes are then ended."),
+    Field(description="Time limit of one run; then all its processes are terminated."),
 ]
 
 
@@ -285,7 +285,7 @@ class CommandSolver(ProgramOptions):
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
     For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """Where the number is read; for several responses a mapping by their names."""
+    """Source of the number; for several responses a mapping by their names."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
     design once, repeated centre points too. Without the key the program must be deterministic: the first run is
@@ -300,8 +300,8 @@ class CommandSolver(ProgramOptions):
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "needs a result that is the largest force along the travel in mm"
-        return message, "add along: TRAVEL and reduction: max to result, or give the force alone"
+        message = "needs a result with the peak of the force over travel in mm"
+        return message, "add along: TRAVEL and reduction: max to result, or give only the force"
 
 
 class DeckSolver(ProgramOptions):
@@ -340,7 +340,7 @@ class DeckSolver(ProgramOptions):
 
     @property
     def time_step_safety(self) -> float:
-        """Share of the stable time step that is taken."""
+        """Fraction of the stable time step that is used."""
         return 0.8 if self.program == "lsdyna" else 0.9
 
     @property
@@ -398,12 +398,12 @@ class SheetSolver(SolverOptions):
     """Results are entered into a sheet."""
     file: SpecFile | None = None
     """Sheet of runs that are known or designed elsewhere, CSV or xlsx, with the columns run, factors and responses. Its
-    rows are the designs of the stages that it names; empty results are asked for."""
+    rows are the designs of the stages that it names; empty results are requested."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """How often every run of a design is done, in random order, where equal levels give different answers: their
-    scatter counts. Without the key equal levels give equal answers, and are asked for once."""
+    """Repeats of every run of a design, in random order, if equal levels give different results;
+    their scatter counts. Without the key equal levels are run once."""
 
     @property
     def repeats(self) -> int:
@@ -411,7 +411,7 @@ class SheetSolver(SolverOptions):
 
 
 class PythonSolver(SolverOptions):
-    """A class of your own in a Python file beside the spec, with a method `solve(levels, condition)`.
+    """Your class in a Python file next to the spec, with a method `solve(levels, condition)`.
 
     `levels` are the values of the factors in the units of the spec, by name, `condition` is the stem's diameter in mm,
     or what the spec declares in its place. It returns the responses by name, `{"force": 12.5}`; an exception is a
@@ -421,7 +421,7 @@ class PythonSolver(SolverOptions):
     kind: Literal["python"] = "python"
     """A class in a Python file."""
     file: SpecFile
-    """The Python file. A change of it makes all runs anew."""
+    """The Python file. After a change all runs are computed again."""
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )

@@ -29,7 +29,7 @@ _KEY_LENGTH = 32
 
 @dataclass(frozen=True)
 class Inputs:
-    """Files beside the spec that a run needs, each with the hash it had when the study was read."""
+    """Files next to the spec that a run needs, each with the hash it had when the study was read."""
 
     templates: Mapping[Path, str]
     files: Mapping[Path, str]
@@ -66,11 +66,11 @@ def file_hash(path: Path) -> str:
         with open_plain(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; name a file that is there") from None
+        raise UsageError(f"{path}: {error.strerror}; name an existing file") from None
 
 
 def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
-    """Return what each placeholder stands for: the shortest text of each number; a factor's own name goes first."""
+    """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: number(value) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
@@ -110,9 +110,9 @@ _KEPT_OUTPUT = 2000
 
 @dataclass(frozen=True)
 class Program(Solver, ABC):
-    """Answers requests by running a program in a folder of its own.
+    """Answers requests by running a program in its own folder.
 
-    A kind of program says what its input files are, how a run is written and made, and what beside the files
+    A kind of program defines its input files, how a run is written and made, and what next to the files
     determines an answer.
 
     Parameters
@@ -133,7 +133,7 @@ class Program(Solver, ABC):
 
     @property
     def options(self) -> ProgramOptions:
-        """What the spec says of the program."""
+        """The keys of the program in the spec."""
         assert isinstance(self.study.solver, ProgramOptions)
         return self.study.solver
 
@@ -183,7 +183,7 @@ class Program(Solver, ABC):
 
     @abstractmethod
     def _determining(self, request: Request) -> dict[str, Any]:
-        """Return what else determines an answer."""
+        """Return further data that determine an answer."""
 
     @abstractmethod
     def _write(self, folder: Path, request: Request) -> None:
@@ -195,7 +195,7 @@ class Program(Solver, ABC):
 
 
 def executable(program: str, folder: Path, key: str = "command") -> str:
-    """Return the full path of a program: one on PATH, or, if it is written with a folder, one beside the spec.
+    """Return the full path of a program: one on PATH, or, if it is written with a folder, one next to the spec.
 
     Raises
     ------
@@ -234,7 +234,7 @@ def run_in(
 ) -> Answer:
     """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
 
-    It may take so many `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
+    It may take `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
     is an exit code other than 0.
     """
     try:
@@ -245,7 +245,7 @@ def run_in(
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:
-            raise SimulationFailed("timeout", f"ended after {options.time_limit:g} s, its solver.time_limit")
+            raise SimulationFailed("timeout", f"terminated after {options.time_limit:g} s (solver.time_limit)")
         (check or code_is_zero)(ended)
         answer = read(ended)
     except SimulationFailed as failure:
@@ -257,7 +257,7 @@ def run_in(
 def code_is_zero(ended: Ended) -> None:
     """Raise `SimulationFailed` if a program ended with another code than 0."""
     if ended.code < 0:
-        raise SimulationFailed("exit_code", f"the program was ended by signal {-ended.code}")
+        raise SimulationFailed("exit_code", f"the program was terminated by signal {-ended.code}")
     if ended.code != 0:
         last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
         said = f": {last[:200]}" if last else ""

@@ -26,10 +26,10 @@ class Request:
     condition : float
         Outer diameter of the stem, mm; or the study's own condition, in its unit.
     pictured : bool
-        Whether the answer is to tell what pictures of the run are made from, if the solver can.
+        Whether the answer should contain the data for pictures of the run, if the solver can.
     replicate : int
         Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
-        by chance: its answer belongs to its stage and row too.
+        by chance: its answer also depends on its stage and row.
     """
 
     stage: str
@@ -75,7 +75,7 @@ class Answer:
 class Solver:
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A subclass gives `identity` and `solve`, and overrides what else it can do.
+    A subclass gives `identity` and `solve`, and overrides further abilities.
     """
 
     immediate: ClassVar[bool] = False
@@ -135,7 +135,7 @@ class Solver:
         return False
 
     def belongings(self, _condition: float) -> dict[str, str] | None:
-        """Return the settings that calibrated values belong to, by name, as they are at a stem diameter.
+        """Return the settings on which calibrated values depend, by name, as they are at a stem diameter.
 
         With others the same values give another force. None where there are none, or they are unknown.
         """

@@ -1,4 +1,4 @@
-"""A class in a Python file beside the spec as a solver."""
+"""A class in a Python file next to the spec as a solver."""
 
 from __future__ import annotations
 
@@ -99,7 +99,9 @@ def _object(file: Path, name: str, code: str) -> Any:
         spec.loader.exec_module(module)
         made = getattr(module, name)()
     except Exception as error:  # of the user's code
-        raise UsageError(f"solver.file {file.name}: {name} cannot be made: {type(error).__name__}: {error}") from None
+        raise UsageError(
+            f"solver.file {file.name}: {name} cannot be created: {type(error).__name__}: {error}"
+        ) from None
     if not callable(getattr(made, "solve", None)):
         raise UsageError(f"solver.file {file.name}: {name} has no method solve(levels, condition)")
     return made

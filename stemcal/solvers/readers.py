@@ -18,7 +18,7 @@ from stemcal.files.reading import MIB, lenient, read_plain
 from stemcal.solvers.options import ResultReader
 
 Array = NDArray[np.float64]
-# 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Not what Python reads beside:
+# 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Unlike Python, not:
 # 1_000, digits of other scripts.
 NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"
 _NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
@@ -65,7 +65,7 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not inside or not path.is_file():
-            raise SimulationFailed("no_result", f"the program has left no file {name}")
+            raise SimulationFailed("no_result", f"the program wrote no file {name}")
         content = read_plain(path, most)
     except OSError as error:
         raise SimulationFailed("bad_result", f"{name}: {error.strerror}") from None
@@ -144,7 +144,7 @@ def _regex(text: str, file: str, pattern: str) -> Series:
     along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
     found = [match for line in text.splitlines() for match in search.finditer(line[:LONGEST_LINE])]
     if not found:
-        raise SimulationFailed("no_result", f"{file} holds nothing that the pattern matches")
+        raise SimulationFailed("no_result", f"{file} has no match for the pattern")
     numbers = [_number(match[number], file) for match in found]
     return Series(numbers, [_number(match["x"], file) for match in found] if along else None)
 
@@ -175,7 +175,7 @@ def plotted(series: Series) -> tuple[Array, Array]:
 def _finite(series: Series) -> Array:
     y = np.asarray(series.y, dtype=float)
     if y.size == 0:
-        raise SimulationFailed("no_result", "the result holds no numbers")
+        raise SimulationFailed("no_result", "the result contains no numbers")
     if not np.isfinite(y).all():
         raise SimulationFailed(
             "nan", f"number {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"
@@ -208,7 +208,7 @@ def required_number(text: str) -> float:
 
 
 def number_of(text: str) -> float | None:
-    """Return the number that a text is, NaN where it says that there is none or it did not fit; None for any other.
+    """Return the number that a text is, NaN if it marks a missing value or an overflow; None for any other.
 
     >>> [number_of(text) for text in ("1.5-101", " -2.5D+01", "****", "1_000", "12 N")]
     [1.5e-101, -25.0, nan, None, None]

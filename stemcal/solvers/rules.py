@@ -32,7 +32,7 @@ def elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]
     thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
     if solver.element_size.at(thinnest) > thinnest / 2:
         message = f"elements of {solver.element_size} are too large for a {thinnest:g} mm stem"
-        yield Finding(("solver", "element_size"), message, f"take about {thinnest / 8:.2g} mm")
+        yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
         message = f"elements of {solver.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
@@ -70,15 +70,15 @@ def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iter
 
 
 def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
-    """Every factor stands in a template or an argument; one that does not has no effect."""
+    """Every factor is in a template or an argument; one that does not has no effect."""
     contents = [*map(_content, solver.templates), *(argument.encode() for argument in solver.command)]
     if None in contents:
         return
     used = {name for content in contents for _, name in placeholders(content or b"")}
     for index, factor in draft.factors.items():
         if factor.name not in used:
-            message = f"neither a template nor the command holds {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write it in the place of its value")
+            message = f"neither a template nor the command contains {{{{{factor.name}}}}}"
+            yield Finding(("factors", index, "name"), message, "write it instead of the value")
 
 
 def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
@@ -96,7 +96,7 @@ def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterato
 
 
 def _content(path: Path) -> bytes | None:
-    """Return what a template holds; None where it cannot be read, which another rule tells."""
+    """Return what a template holds; None where it cannot be read, which another rule reports."""
     try:
         return template_bytes(path)
     except OSError:
@@ -142,7 +142,7 @@ def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Find
 
 
 def files_are_given(study: Study) -> Iterator[Finding]:
-    """Question an argument that is a file beside the spec: a program runs in the folder of its run."""
+    """Question an argument that is a file next to the spec: a program runs in the folder of its run."""
     solver = study.solver
     assert isinstance(solver, CommandSolver)
     beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
@@ -159,7 +159,7 @@ def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     if solver.program != "lsdyna":
         return
     if not solver.command:
-        yield Finding(("solver",), "LS-DYNA has no command", 'add command: [ls-dyna, "i={{deck}}"]')
+        yield Finding(("solver",), "the command of LS-DYNA is missing", 'add command: [ls-dyna, "i={{deck}}"]')
         return
     names = [name for argument in solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:

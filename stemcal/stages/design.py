@@ -47,11 +47,11 @@ class Design:
         ]
 
     def replicate(self, row: int) -> int:
-        """Return which time over a row belongs to, from 1; 0 without chance."""
+        """Return the number of the replicate of a row, from 1; 0 for a deterministic program."""
         return 1 + row * self.replicates // len(self.levels) if self.replicates else 0
 
     def repeated(self, times: int) -> Design:
-        """Return the design so many times over, each row to be simulated anew; itself for 0."""
+        """Return the design with its replicates as rows; the design itself for 0."""
         coded = np.tile(self.coded, (times or 1, 1))
         return replace(self, coded=coded, levels=self.levels * (times or 1), replicates=times)
 

@@ -71,7 +71,7 @@ def fit_over(
 
 
 def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
-    """Return what the study knows beforehand of the factors of a surface."""
+    """Return the priors of the factors of a surface."""
     scales = zip(coding.names, coding.centre, coding.half_step, strict=True)
     return tuple(
         Prior(j, known.kind, known.mean, known.sd, centre, half_step)

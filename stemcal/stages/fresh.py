@@ -2,7 +2,7 @@
 
 Every stage file carries ``inputs``: short hashes of the factors, of its options, of all that determines an answer of
 its solver, of the stage file before it, and the code that made it. A stage whose inputs no longer agree is stale, and
-those that differ tell what has changed. A command that comes upon a fresh stage reads it; one of whose runs is missing
+those that differ show what has changed. A command that comes upon a fresh stage reads it; one of whose runs is missing
 or to be begun again is worked out again.
 """
 
@@ -41,12 +41,12 @@ _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
 def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> dict[str, str]:
     """Return what a stage is made from: the code's version, and the hash of each thing else.
 
-    Without a `solver` of one's own it is the spec's.
+    The default `solver` is the spec's.
     """
     of = stage_called(stage)
     whole, study = study, of.seen(study)
     if study is not whole:
-        solver = None  # the stage has one of its own
+        solver = None  # the stage has its own
     sections = {"factors", "tests", "responses", "conditions", *of.reads}
     fields = {name for name, field in Study.model_fields.items() if (field.serialization_alias or name) in sections}
     dump = _with_contents(whole.model_dump(include=fields, by_alias=True))
@@ -73,7 +73,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, object]:
     """What determines the answers of a stage, apart from the levels.
 
-    Of the embedded solver the spec tells it, which spares the solver's loading; any other tells it itself.
+    That of the embedded solver follows from the spec, which avoids loading the solver; any other reports it.
     """
     if study.kind.of_spec_alone and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
@@ -91,7 +91,7 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
 
 
 def _with_contents(part: Any) -> Any:
-    """Return a part of a spec with the hash of each file in place of its path."""
+    """Return a part of a spec with the hash of each file instead of its path."""
     if isinstance(part, Path):
         return file_hash(part)
     if isinstance(part, dict):
@@ -128,7 +128,7 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
         )
     if changed:
         raise UsageError(
-            f"{folder.path / stage}.json was made from something else ({', '.join(changed)} changed since); "
+            f"{folder.path / stage}.json is out of date ({', '.join(changed)} changed since); "
             f"run `stemcal {stage} SPEC` again"
         )
 
@@ -187,12 +187,12 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
     except UsageError:
         return
     if changed := _differences(old, inputs):
-        logger.warning("%s is made anew: %s changed", stage, ", ".join(changed))
+        logger.warning("%s is computed again: %s changed", stage, ", ".join(changed))
         folder.log("inputs_changed", stage=stage, changed=changed)
 
 
 def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> Head:
-    """Return how a stage's file begins; tells what has changed since it was written before."""
+    """Return the head of a stage's file; log what has changed since it was last written."""
     inputs = inputs_of(study, solver, folder, stage)
     tell_changes(folder, stage, inputs)
     return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
@@ -220,9 +220,9 @@ def make(
     watch: Watch,
     solver: Solver | None = None,
 ) -> R:
-    """Run a stage, or read it where it is fresh; its result then lies in the folder.
+    """Run a stage, or read it where it is fresh; its result then is in the folder.
 
-    With a `solver` of one's own it is always run.
+    With a `solver` it is always run.
     """
     with folder:
         if solver is None and (known := fresh(stage.result(), study, folder)) is not None:
@@ -254,7 +254,7 @@ def make_all(
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
-    """Tell whether all stages of a study, or one, are fresh."""
+    """Return whether all stages of a study, or one, are fresh."""
     stages = stages_of(study) if stage is None else (stage_called(stage),)
     return all(fresh(one.result(), study, folder) is not None for one in stages)
 
@@ -272,7 +272,7 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
 
 
 def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
-    """Tell whether every run has its record still, none is begun again by the next command, and none was since."""
+    """Return whether every run has its record still, none is begun again by the next command, and none was since."""
     for _, outcome in result.runs():
         records = [folder.peek(key) for key in outcome.keys if key]
         if not all(record is not None and stands(record, study.runs) for record in records):
@@ -289,7 +289,7 @@ def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
 
 
 def _told(result: R, watch: Watch) -> R:
-    """Tell the watcher of a stage that is read."""
+    """Notify the watcher of a stage that is read."""
     outcomes = [outcome for _, outcome in result.runs()]
     distinct = {outcome.keys: outcome.ok for outcome in outcomes}
     count, failed = len(distinct), sum(not ok for ok in distinct.values())

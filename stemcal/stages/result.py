@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
@@ -20,6 +20,8 @@ from stemcal.runs.outcome import Outcome
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stemcal.study.model import Study
+
 R = TypeVar("R", bound="StageResult")
 Interval = tuple[float, float]
 Entries = tuple[str, Collection[str], Iterable[str]]
@@ -29,7 +31,7 @@ Entries = tuple[str, Collection[str], Iterable[str]]
 class Head:
     """How every stage file begins; `inputs` has a hash of each thing that the stage was made from.
 
-    `naming` tells what condition and responses are called, which have neutral keys in the rest of the file.
+    `naming` has the names of condition and responses, which have neutral keys in the rest of the file.
     """
 
     schema_version: int
@@ -91,11 +93,30 @@ class DesignRuns:
         return Table.of(["run", *self.varied, *replicate, "response"], self.runs)
 
     def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
-        """Yield what must be told of every run: a level of every factor, the varied ones coded too."""
+        """Yield what every run must have: a level of every factor, those of varied ones also coded."""
         factors = dict.fromkeys(name for run in self.runs for name in run.levels)
         for index, run in enumerate(self.runs):
             yield f"design.runs[{index}].levels", run.levels, factors
             yield f"design.runs[{index}].coded", run.coded, varied
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A response at a condition: its error, None where the run failed, and whether it was fitted or is a check.
+
+    `key` is that of the run's record.
+    """
+
+    response: str
+    condition: float
+    error_percent: float | None
+    fitted: bool
+    key: str = field(default="", compare=False)
+
+    @property
+    def size(self) -> float:
+        """The error without its sign."""
+        return abs(self.error_percent or 0.0)
 
 
 class StageResult(Spread):
@@ -116,6 +137,20 @@ class StageResult(Spread):
     def settles(self) -> Mapping[str, float] | None:
         """The level of every factor, where the stage calibrates the study's own model; None where it does not."""
         return None
+
+    @property
+    def misses(self) -> tuple[float, ...]:
+        """By how many % it misses what it fits."""
+        return ()
+
+    @property
+    def formula_percent(self) -> float | None:
+        """The largest held-out error of a formula through what was fitted; None where none was compared."""
+        return None
+
+    def judged(self, study: Study) -> list[Judged]:
+        """Return measured against simulated, of runs with the calibrated parameters in the study's own model."""
+        return []
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what the result is made of, not what has been worked out from it."""

@@ -19,7 +19,7 @@ from stemcal.study.model import Study
 
 @dataclass(frozen=True)
 class Results:
-    """The result of every stage that is `done`, in the order of the stages; `stale` says why others are left out."""
+    """The results of the stages that are `done`, in order; `stale` has the reasons why others are missing."""
 
     done: tuple[StageResult, ...] = ()
     stale: tuple[str, ...] = ()

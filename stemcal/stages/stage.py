@@ -42,7 +42,7 @@ class Stage(Checked, Generic[R]):
     reads : tuple of str
         The sections of the spec that it is made from.
     simulates : bool
-        Whether it has runs of its own.
+        Whether it has its own runs.
     pictured : bool
         Whether its runs keep what pictures are made from: those at a solution do.
     one_by_one : bool
@@ -89,7 +89,7 @@ class Stage(Checked, Generic[R]):
         yield from ()
 
     def beforehand(self, study: Study) -> Iterator[Note]:
-        """Yield what `check` says of the stage; none of it is a mistake."""
+        """Yield notes of `check` on the stage; none is a mistake."""
         yield from ()
 
     def calibrates(self, study: Study) -> bool:
@@ -115,6 +115,10 @@ class Stage(Checked, Generic[R]):
     def later(self, study: Study) -> Later | None:
         """Return the runs that it usually decides on one by one; None if it does not."""
         return None
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        """Return what it adds to the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
+        return ()
 
     def most_there(self, study: Study) -> int:
         """Return how many runs it makes at most in the other model that it has `seen`."""

@@ -55,7 +55,7 @@ class Work:
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
     def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:
-        """Return what is told of each request, answered now unless its `answers` are there already."""
+        """Return the stored row of each request, answered now unless `answers` has it."""
         found = self.answers(requests) if answers is None else answers
         return [outcome_of(request, answer, self.solver) for request, answer in zip(requests, found, strict=True)]
 
@@ -107,7 +107,7 @@ SAME = 1e-6  # of the answer: what summing in another order may change
 
 
 def repeats_itself(study: Study) -> bool:
-    """Tell whether equal inputs give equal answers: of our own solver, and of programs whose first run was repeated."""
+    """Return whether equal inputs give equal answers: of the embedded solver, and of programs with a repeated run."""
     return study.kind.answers == "computes" and not study.replicates
 
 
@@ -122,7 +122,7 @@ def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
 
 
 def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[Answer]) -> None:
-    """Raise `UsageError` if two answers to the same levels differ; runs that failed tell nothing."""
+    """Raise `UsageError` if two answers to the same levels differ; failed runs are not compared."""
     first, second = (answer.response for answer in answers)
     if first is None or second is None or abs(first - second) <= SAME * max(abs(first), abs(second)):
         return

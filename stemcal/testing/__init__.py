@@ -82,7 +82,7 @@ def _check(thing: object, study: AnyStudy | None = None) -> None:
     for check in found:
         try:
             check()
-        except Exception as error:  # whatever the object raises
+        except Exception as error:  # any error of the object
             failed.append(f"{check.name}: {type(error).__name__}: {error}")
     if failed:
         raise ChecksFailed("\n".join([f"{found[0].of}: {len(failed)} of {len(found)} checks failed", *failed]))

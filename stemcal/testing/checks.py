@@ -40,7 +40,7 @@ from stemcal.study.types.field_types import Length
 
 _MOST, _FEW = 10, 4  # factors of a design; of one that is made several times
 _ROUNDING = 1e-9
-_COARSE = 3.0  # elements of a laboratory test as long as so many of the usual ones
+_COARSE = 3.0  # length of the elements of a laboratory test over the usual one
 _STIFFER = 0.02  # by how much twice the modulus may miss twice the force: the mass moves, and dents are contact's
 _STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
 """Headings of numbers without a unit: ratios, and squares of a response, whose unit no table of variances prints."""
@@ -149,9 +149,9 @@ def points_are_within_reach(at: DesignAtWork) -> None:
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
-        require(np.abs(points).max() <= reach + _ROUNDING, f"with {k} factors a level is beyond reach, {reach:g}")
+        require(np.abs(points).max() <= reach + _ROUNDING, f"{k} factors: a level is outside `reach` ({reach:g})")
         far = np.linalg.norm(points, axis=1).max()
-        require(far <= radius + _ROUNDING, f"with {k} factors a point is beyond radius, {radius:g}")
+        require(far <= radius + _ROUNDING, f"{k} factors: a point is outside `radius` ({radius:g})")
 
 
 OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (

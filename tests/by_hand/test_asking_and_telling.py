@@ -140,7 +140,7 @@ def test_python_asks_and_tells(tmp_path: Path) -> None:
     [
         ({"run": "rsm 1", "angel": 3}, "no column 'angel'; did you mean angle?"),
         ({"run": "rsm 1", "angle": float("nan")}, "'nan' is not a number"),
-        ({"run": "rsm 1", "wall": 0.7, "angle": 3}, "was asked for at wall = 0.5"),
+        ({"run": "rsm 1", "wall": 0.7, "angle": 3}, "was requested at wall = 0.5"),
         ({"run": "rsm 1", "angle": 3, "failed": "too wet"}, "has a value and is marked as failed"),
         ({"run": "rsm 1", "failed": True}, "marked as failed without a reason"),
         ({"run": "rsm 1", "failed": ""}, "marked as failed without a reason"),

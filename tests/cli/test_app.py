@@ -153,7 +153,7 @@ def test_a_limit_of_memory_below_what_the_libraries_need_is_refused_before_the_s
     for arguments in (["run", str(REPLAY), "--out", str(tmp_path / "out")], ["simulate", str(SMOKE)]):
         done = subprocess.run([sys.executable, "-c", limited, *arguments], capture_output=True, text=True, timeout=60)
         assert done.returncode == 2
-        assert "may use 600 MiB of address space, and 1536 MiB are needed" in done.stderr
+        assert "may use 600 MiB of address space, but 1536 MiB are needed" in done.stderr
     assert not (tmp_path / "out").exists()
 
 

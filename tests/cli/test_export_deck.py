@@ -21,7 +21,7 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert f"{1000.0:>10}{0.3:>10}{17.96:>10}{0.5:>10}{0.03:>10}{0.0:>10}\n" in text
     assert "outer diameter 7 mm" in text
-    assert done.stderr.count("is written as no rate effect") == 1
+    assert done.stderr.count("is omitted: at the speed") == 1
     assert f"wrote {path}" in done.stderr.replace("\n", "")
 
 

@@ -254,12 +254,12 @@ def test_a_file_in_place_of_a_folder(tmp_path: Path) -> None:
     path = write(tmp_path / "8mm.csv", "Weg,Kraft\n" + lines("{d},{f}\n"))
     write(tmp_path / "9mm.csv", "Weg,Kraft\n" + lines("{d},{f}\n"))
     assert peaks(path) == {"8mm": PEAK}
-    assert "is not there" in refused(tmp_path / "none.csv")
+    assert "does not exist" in refused(tmp_path / "none.csv")
 
 
 def test_the_time_of_day_is_no_number(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Time,Force\n" + lines("00:00:0{t},{f}\n"))
-    assert "'Time' holds no numbers but '00:00:00.0'" in refused(tmp_path, "--speed", "1 mm/s")
+    assert "'Time' has no numbers but '00:00:00.0'" in refused(tmp_path, "--speed", "1 mm/s")
 
 
 def test_one_name_for_two_files_is_said(tmp_path: Path) -> None:
@@ -439,7 +439,7 @@ def test_digits_of_other_scripts_in_names(tmp_path: Path, name: str) -> None:
 def test_a_file_without_end(tmp_path: Path) -> None:
     if not Path("/dev/zero").exists():
         pytest.skip("needs /dev/zero")
-    assert "not a plain file" in refused(Path("/dev/zero"), verb="diameters")
+    assert "not a file" in refused(Path("/dev/zero"), verb="diameters")
 
 
 def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:

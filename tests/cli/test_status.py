@@ -118,7 +118,7 @@ def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
     assert (found["file"], found["changed"], found["left"]) == ("stale", ["stemcal"], 12)
     assert "screen.json is stale: stemcal changed" in " ".join(failed("status").stdout.split())
     again = failed("screen", "-j", 1)
-    assert "screen is made anew: stemcal changed" in again.stderr
+    assert "screen is computed again: stemcal changed" in again.stderr
 
 
 def test_a_changed_target_recomputes_nothing(known: Known) -> None:
@@ -203,7 +203,7 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
 def test_verify_sees_a_damaged_stage(failed: Known) -> None:
     (failed.out / "climb.json").write_text('{"stage": "cli', encoding="utf-8")
     result = failed("status", "--verify")
-    assert result.exit_code == 1 and "climb.json is damaged: it holds no JSON object" in result.stderr
+    assert result.exit_code == 1 and "climb.json is damaged: it contains no JSON object" in result.stderr
 
 
 def test_verify_sees_a_changed_table_and_a_version_that_it_does_not_know(failed: Known) -> None:
@@ -240,5 +240,5 @@ def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:
     assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["stemcal"], "changed_tables": []}]
     (failed.out / "screen.json").write_bytes(b"{")
     assert failed.json("status", "--verify")["verify"]["damaged"] == [
-        {"file": "screen.json", "problem": "is damaged: it holds no JSON object; run `stemcal screen SPEC` again"}
+        {"file": "screen.json", "problem": "is damaged: it contains no JSON object; run `stemcal screen SPEC` again"}
     ]

@@ -67,12 +67,12 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
         r"Not calibrated\. The physics of (\d+) of \1 runs is doubtful: hourglass energy is up to 40 %", ending
     )
     assert "Next: Use much finer elements" in ending
-    for claim in ("95 % range", "Identifiability", "How well the forces fix", "95 % interval"):
+    for claim in ("95 % range", "Identifiability", "95 % interval"):
         assert claim not in said.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     body = page[page.index("<main>") :]
     assert body.index("Not calibrated") < body.index("Outcome")
-    for claim in ("95 % range", "How well the forces fix", "Equal within", "95 % interval of the mean maximum force"):
+    for claim in ("95 % range", "Identifiability", "Equal within", "95 % confidence interval"):
         assert claim not in body
     assert "no interval of the parameters and no statement of agreement is given" in body
 
@@ -90,7 +90,7 @@ def test_a_single_stage_shows_no_interval_where_nothing_is_calibrated(
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "bad", "-j", 1)
         assert said.exit_code == 0
-    for claim in ("95 % range", "Identifiability", "How well the forces fix", "95 % interval"):
+    for claim in ("95 % range", "Identifiability", "95 % interval"):
         assert claim not in said.stdout
     told = " ".join(said.stderr.split())
     assert "no interval of the parameters and no statement of agreement is given" in told
@@ -103,7 +103,7 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 4
     ending = " ".join(said.stdout.split())
-    assert "Not calibrated. The measured 200 N is above what the ranges reach" in ending
+    assert "Not calibrated. The measured 200 N is above all values within the factor ranges" in ending
     assert "Next: Raise `high` of yield_stress to about" in ending
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert told["verdict"] == "not_calibrated"
@@ -111,7 +111,7 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     assert reason["kind"] == "out_of_reach" and reason["remedy"]["edit"].startswith(
         "factors: [{name: yield_stress, high: "
     )
-    assert reason["text"].startswith("The measured 200 N is above what the ranges reach (")
+    assert reason["text"].startswith("The measured 200 N is above all values within the factor ranges (")
 
 
 def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None:

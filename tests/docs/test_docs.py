@@ -36,6 +36,14 @@ def test_every_link_to_a_file_leads_to_one_that_a_checkout_has() -> None:
     assert not dead
 
 
+def test_pages_are_short_and_begin_with_their_reader() -> None:
+    """At most 150 lines; the first paragraph names the reader."""
+    for page in sorted(set(DOCS.rglob("*.md")) - GENERATED - set((DOCS / "_build").rglob("*.md"))):
+        text = page.read_text("utf-8")
+        _, _, first = text.partition("\n# ") if not text.startswith("# ") else ("", "", text)
+        assert text.count("\n") <= 150 and first.split("\n\n")[1].startswith("For "), page.name
+
+
 @pytest.mark.slow
 def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     """Equations are drawn as MathML and no page asks for anything from elsewhere."""

@@ -268,7 +268,7 @@ def test_a_link_in_the_place_of_an_output(folder: Path, number: int, rng: random
     done = command(*verb.split(), *(arguments or [REPLAY, "--out", study]))
     assert "internal error" not in done.stderr
     assert content_of(mine) == before, f"{verb} wrote through {place}"
-    said = "link" in done.stderr or "exists already" in done.stderr
+    said = "link" in done.stderr or "already exists" in done.stderr
     assert done.exit_code == 0 or said, f"{name}, {place}: exit {done.exit_code}: {done.stderr}"
 
 

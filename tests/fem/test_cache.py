@@ -49,14 +49,14 @@ def is_not_used(folder: Path, word: str) -> None:
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
 def test_a_folder_that_others_may_write_is_not_used(folder: Path, mode: int) -> None:
     folder.chmod(mode)
-    is_not_used(folder, "may be written by others")
+    is_not_used(folder, "other users may write")
 
 
 @POSIX
 def test_a_folder_of_someone_else_is_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     me = os.geteuid()
     monkeypatch.setattr(os, "geteuid", lambda: me + 1)
-    assert "may be written by others" in cache.unusable(folder)
+    assert "other users may write" in cache.unusable(folder)
 
 
 def test_what_cannot_be_made_is_replaced(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -65,7 +65,7 @@ def test_what_is_given_overrides_what_is_found(tmp_path: Path) -> None:
         (b"no numbers here\n", Form(), "no rows of numbers"),
         (b"", Form(), "no rows of numbers"),
         (b"x,y\n1,2\n", Form(encoding="klingon"), "--encoding klingon: unknown"),
-        (b"\xff\xff\n", Form(encoding="utf-8"), "not written in utf-8"),
+        (b"\xff\xff\n", Form(encoding="utf-8"), "not encoded in utf-8"),
         (b"x,y\n1,2\n", Form(separator="pipe"), "--separator pipe"),
         (b"PK\x03\x04....", Form(), "cannot be read as a workbook"),
     ],

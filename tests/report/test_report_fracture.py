@@ -66,7 +66,7 @@ def test_shape_of_a_cut_stem_survives_packing() -> None:
     assert np.array_equal(again.hexes, shape.hexes)
     assert again.nodes == pytest.approx(shape.nodes, abs=1e-5)
     assert len(json.dumps(shape.packed())) < 60_000
-    figure = fracture(again, "8 mm")
+    figure = fracture(again)
     drawn = figure.axes[0].collections[0].get_array()
     assert len(drawn) == len(side_faces(again)[0]) > 50
     gone = set(np.flatnonzero(~shape.standing))

@@ -18,7 +18,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.figures.fracture import end_faces
-from stemcal.report.figures.frames import fields, fracture_frames, mesh, moments, near, write_animation
+from stemcal.report.figures.frames import fracture_frames, mesh, moments, near, write_animation
 from stemcal.report.page.render import render
 from stemcal.report.records import read_records
 from stemcal.solvers.embedded import Embedded
@@ -88,19 +88,6 @@ def test_filming_changes_no_force_and_ends_where_the_stem_breaks(filmed: tuple[A
     shown = frames_of(result.shape, packed)[-1].shape
     assert np.array_equal(shown.standing, result.shape.standing)
     assert shown.tools[0] == pytest.approx(result.shape.tools[0], abs=1e-3)
-
-
-def test_stress_is_kept_where_the_force_is_largest(filmed: tuple[Any, Film], frames: list[Frame]) -> None:
-    """Without rate and with little hardening elements reach the yield stress of 12 MPa, and none is far above it."""
-    (shown,) = [frame for frame in frames if frame.von_mises is not None]
-    assert shown.force == max(frame.force for frame in frames)
-    assert 11.9 < shown.von_mises.max() < 12.6
-    _, film = filmed
-    kept = film.moments[frames.index(shown)].von_mises
-    assert shown.von_mises == pytest.approx(kept, abs=12.6 / 2000)
-    drawn = fields(frames)
-    labels = {axes.get_title() for axes in drawn.axes}
-    assert {"von Mises stress, MPa", "displacement, mm"} <= labels
 
 
 def test_a_film_is_small(filmed: tuple[Any, Film]) -> None:

@@ -60,9 +60,9 @@ def page(replayed: tuple[Any, Any]) -> str:
 
 def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
-    place = text.index("Outcome", text.index("Which parameters make a simulated stem"))
+    place = text.index("Outcome", text.index("Which parameters reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
-    assert "The surface meets the measured 159.2 N at Yield stress = 18.37" in text
+    assert "159.2 N at Yield stress = 18.37" in text
     assert "Confirmed by the other method (F test): Yield stress and Failure strain." in text
     assert "other combinations fit equally well" in text
     assert "is read from a table" in text
@@ -70,7 +70,7 @@ def test_words_come_first(page: str) -> None:
 
 def test_the_first_screen_has_question_verdict_next_step_parameters_and_comparison(page: str) -> None:
     first = page[page.index("<main>") : page.index('id="prediction"')]
-    order = ("Which parameters make a simulated stem", "Calibrated, with reservations", "<strong>Next:</strong>",
+    order = ("Which parameters reproduce the measured", "Calibrated, with reservations", "<strong>Next:</strong>",
              "<span>15.35 to 19.96 MPa", "Copy parameters", "<svg", "Measured and simulated maximum force")  # fmt: skip
     places = [first.index(text) for text in order]
     assert places == sorted(places)
@@ -84,7 +84,7 @@ def test_commands_and_keys_stand_as_code_and_no_mark_is_left(page: str) -> None:
 
 
 def test_details_are_folded_and_named(page: str) -> None:
-    folded = re.findall(r'<details class="more">\s*<summary>More: ([^<]*)</summary>', page)
+    folded = re.findall(r'<details class="more">\s*<summary>Details: ([^<]*)</summary>', page)
     assert "analysis of variance, response surface in coded units, canonical analysis" in folded[1]
     story = re.sub(r"<details.*?</details>", "", page, flags=re.DOTALL)
     assert "Effects on the maximum force" in story and "Calibrated parameters" in story
@@ -185,7 +185,7 @@ def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
     study, folder = replayed
     options = study.screen.model_copy(update={"alpha": 0.01})
     text = render(study.model_copy(update={"screen": options}), folder)
-    assert "screen.json was made from something else" in text
+    assert "screen.json is out of date" in text
     assert "Not done yet: Screening." in text
     assert "Effects on the maximum force" not in text
     assert "Analysis of variance" in text

@@ -93,7 +93,7 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
     text = printed(stages["invert"])
     assert cells(text, "yield_stress") == ["yield_stress", "18.37", "15.35", "to", "19.96", "46", "%", "1.134"]
     assert "147.1 to 171.3" in " ".join(text.split())
-    assert "meets the target exactly at yield_stress 17.63 to 18.96," in " ".join(text.split())
+    assert "without its error: yield_stress 17.63 to 18.96," in " ".join(text.split())
 
 
 def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
@@ -109,7 +109,7 @@ def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> Non
     row = {"condition": 8.0, "response": "curve_1", "measured": 180.0, "simulated": 178.5, "error_percent": 0.83}
     table = further_table(from_means([row], names), ("simulated", "Simulated", significant), names)
     assert table.cells == (("score of the first curve mode", "8", "0 N", "−1.500 N", "0.83"),)
-    assert table.foot[-1].startswith("Score: how far along a mode")
+    assert table.foot[-1].startswith("Score: distance of a curve")
 
 
 def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:
@@ -141,7 +141,7 @@ def test_a_long_table_has_the_first_rows_the_worst_and_the_name_of_its_file(stag
     (table, *_) = tables_of(long)
     assert len(table.rows) == 40
     assert table.foot[-1] == (
-        "40 of 500 rows: the first 20 and the 20 with the largest errors. `validate.csv` has all."
+        "40 of 500 rows: the first 20 and the 20 with the largest errors. `validate.csv` has all rows."
     )
     assert [row[0] for row in table.rows[20:]] == [validation.rows[worst].compared.condition] * 20
     assert len(long.tables()["validate"].rows) == 500

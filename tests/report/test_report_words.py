@@ -217,10 +217,9 @@ def test_without_a_condition_measured_and_simulated_stand_side_by_side(angle: To
 
 def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
     assert kind_of(angle[0]) == "Calibration of a simulation to the measured angle of repose"
-    assert question(angle[0]) == "Which parameters make the simulated angle of repose equal the measured 32.6°?"
+    assert question(angle[0]) == "Which parameters reproduce the measured angle of repose (32.6°)?"
     assert question(moist[0]) == (
-        "Which parameters make the simulated angle of repose and bulk density at moisture 12 and 16 % equal the "
-        "measured values?"
+        "Which parameters reproduce the measured angle of repose and bulk density at moisture 12 and 16 %?"
     )
 
 

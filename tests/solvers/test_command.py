@@ -288,7 +288,7 @@ def test_unknown_placeholder_is_told_with_file_and_line(tmp_path: Path) -> None:
 
 def test_factor_that_no_template_holds_is_told(tmp_path: Path) -> None:
     said = problems(tmp_path, template="k = {{stiffness}}\n")
-    assert "factors.width.name: neither a template nor the command holds {{width}}" in said
+    assert "factors.width.name: neither a template nor the command contains {{width}}" in said
 
 
 @pytest.mark.parametrize("name", ["../out.json", "/etc/passwd", "a/../../b", "C:out.json", "..\\out.json", ""])
@@ -301,7 +301,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
     ("result", "said"),
     [
         ("{file: out.json, path: a, column: b}", "solver.result: has column and path; write one of"),
-        ("{file: out.json}", "solver.result: does not name the numbers; write one of column: …"),
+        ("{file: out.json}", "solver.result: does not say which numbers to read; write one of column: …"),
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{file: out.txt, pattern: '(1'}", "is no regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is no regular expression: the repetition number"),

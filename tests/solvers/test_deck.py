@@ -176,7 +176,7 @@ def test_plastic_kinematic_has_the_nine_parameters(mat003: Path) -> None:
 def test_ten_columns_round_and_say_so(tmp_path: Path) -> None:
     rounded = Deck.of(STUDY, MANY_DIGITS, 8.0)
     assert rounded.material["sigy"] == 14.2044821
-    assert "ten columns round sigy, fail" in rounded.notes
+    assert "fields of ten columns round sigy, fail" in rounded.notes
     assert by_dynars(written(tmp_path, levels=MANY_DIGITS)).material(1).field("sigy") == 14.2044821
 
 
@@ -336,7 +336,7 @@ def test_deck_tells_that_elements_are_too_coarse_for_its_nose() -> None:
     for size, told in (("d/16", False), ("d/12", True), ("0.51 mm", True), ("0.505 mm", False)):
         solver = STUDY.solver.model_copy(update={"element_size": Length.of(size)})
         notes = carrying("openradioss", study=STUDY.model_copy(update={"solver": solver})).notes
-        assert any(note.endswith("take at most 0.505 mm (solver.element_size)") for note in notes) == told
+        assert any(note.endswith("use at most 0.505 mm (solver.element_size)") for note in notes) == told
 
 
 def test_openradioss_averages_a_row_of_elements_alike_on_every_mesh() -> None:

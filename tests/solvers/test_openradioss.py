@@ -127,9 +127,9 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
         ("mat024", "deaf", "not_as_written", "yield stress was read as 60, not 18.07"),
         ("mat024", "mute", "not_as_written", "density 1.1e-09 was not read"),
         ("mat024", "killed", "exit_code", "signal 11"),
-        ("mat024", "stops", "no_termination", "normal end"),
+        ("mat024", "stops", "no_termination", "normal termination"),
         ("mat024", "unwritten", "no_engine_input", "run_0001.rad"),
-        ("mat024", "empty", "no_history", "left no runT01"),
+        ("mat024", "empty", "no_history", "wrote no runT01"),
     ],
 )
 def test_failures_have_their_reason(tmp_path: Path, recorded: str, mode: str, reason: str, said: str) -> None:
@@ -273,7 +273,7 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
 def test_impulses_are_no_forces() -> None:
     """Without /TH/TITLE th_to_csv has no titles and leaves impulses, which only grow while the blade presses."""
     untitled = "time,DEFAULT 1 var 1,DEFAULT 1 var 2\n0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n"
-    with pytest.raises(SimulationFailed, match="no titles, so they may hold impulses") as caught:
+    with pytest.raises(SimulationFailed, match="no titles, so they may contain impulses") as caught:
         contact_force(untitled)
     assert caught.value.reason == "impulse"
     titled = '"time","TH-INTER 1 a FNZ","TH-INTER 1 a FTZ"\n'

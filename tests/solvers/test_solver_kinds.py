@@ -156,7 +156,7 @@ def test_a_kind_that_breaks_or_is_not_there_is_refused_with_its_line(packages: P
         study_of(packages, kind)
     taken = "sheet of springs 1.0"
     assert set(SOLVERS.broken) == ({"broken", taken} if kind == "broken" else {taken})
-    assert SOLVERS.broken[taken] == "springs 1.0: sheet exists already"
+    assert SOLVERS.broken[taken] == "springs 1.0: sheet already exists"
 
 
 def test_other_packages_are_not_read_for_the_kinds_that_are_known(packages: Path) -> None:

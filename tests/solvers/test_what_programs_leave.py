@@ -37,7 +37,7 @@ def test_only_plain_files_are_read(tmp_path: Path, kind: str) -> None:
         place.mkdir()
     else:
         socket.socket(socket.AF_UNIX).bind(str(place))
-    with pytest.raises(OSError, match="is a folder" if kind == "folder" else "not a plain file"):
+    with pytest.raises(OSError, match="is a folder" if kind == "folder" else "not a file"):
         open_plain(place)
     assert tail(place) == ""
     assert failed_elements(tmp_path, "element 7 failed at time 0.25") == [0.25]

@@ -118,11 +118,11 @@ CLIMB = ClimbResult(
 
 def test_a_climb_that_passed_the_target() -> None:
     assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
-        "4 runs stepped Stress and b together towards the target.",
-        "The target was passed; step 2 came nearest, 1.3 % from it.",
+        "4 runs changed Stress and b together towards the target.",
+        "The target was passed; step 2 is nearest, 1.3 % from it.",
     ]
 
 
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
-    assert ClimbShowing().outcome(short, Names())[1].startswith("The target was not reached; step 2 came nearest")
+    assert ClimbShowing().outcome(short, Names())[1].startswith("The target was not reached; step 2 is nearest")

@@ -67,7 +67,7 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
         ),
         (
             THREE.format("design: latin-hypercube, runs: 9"),
-            "9 runs cannot carry the 10 coefficients of 3 factors; take 20",
+            "9 runs cannot determine the 10 coefficients of 3 factors; take 20",
         ),
         (THREE.format("runs: 30"), "the size of central-composite follows from the factors"),
         ("screen: {design: taguchi}\n", "screen.design"),

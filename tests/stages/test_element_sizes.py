@@ -23,7 +23,7 @@ from stemcal.runs.answer import ignore
 from stemcal.solvers.deck.writer import curve_text
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.refine.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
+from stemcal.stages.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
 from stemcal.stages.work import Work
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
@@ -101,7 +101,7 @@ def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatc
     found = found_for(tmp_path, monkeypatch, 4.0)
     row = found.row(4.0)
     assert not row.valid and row.force == pytest.approx(90.0)
-    assert "the force nearest to 110 N is 90 N, because it jumps between failure strains" in not_valid(found, row)
+    assert "is 90 N at best (target 110 N)" in not_valid(found, row)
     rough = replace(row, force=110.0, sd_percent=50.0)
     assert "scatters by 50 %" in not_valid(found, rough) and "100 positions would be needed" in not_valid(found, rough)
 

@@ -161,9 +161,9 @@ def test_own_steps_walk_as_far_as_the_ranges():
 
 
 def test_steps_out_of_the_ranges_are_refused(tmp_path):
-    with pytest.raises(UsageError, match="first step leaves the ranges"):
+    with pytest.raises(UsageError, match="first step is outside the ranges"):
         own_path([1.0, 8.0], [0.5, None], 5, rise=True)
-    with pytest.raises(SpecError, match=r"a step of 0\.6 from the middle, 0\.5, leaves 0 to 1; take at most 0\.5"):
+    with pytest.raises(SpecError, match=r"a step of 0\.6 from the middle, 0\.5, leaves 0 to 1; use at most 0\.5"):
         study_of(tmp_path, "climb: {step_sizes: {a: 0.6}}")
     with pytest.raises(SpecError, match="'z' is not a factor"):
         study_of(tmp_path, "climb: {step_sizes: {z: 0.1}}")

@@ -46,7 +46,7 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith(
-        "The surface meets the measured 159.2 N at Yield stress = 18.37"
+        "The surface gives the measured 159.2 N at Yield stress = 18.37"
     )
     kept, free, assumed = words.known(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at 8 mm alone determines Yield stress between 15.")

@@ -17,8 +17,8 @@ from stemcal.folder.study_folder import StudyFolder
 from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.loop import SurfaceSteps
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.result import read_result
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study

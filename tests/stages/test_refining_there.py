@@ -204,7 +204,7 @@ def test_a_changed_program_makes_it_stale_and_nothing_else(tmp_path: Path) -> No
     spec = spec_of(tmp_path, law="100.0")
     results = stemcal.open_results(tmp_path / "out", load_study(spec))
     assert results.validation.rows and len(results.stale) == 1 and "refine.json" in results.stale[0]
-    with pytest.raises(UsageError, match=r"refine.json was made from something else"):
+    with pytest.raises(UsageError, match=r"refine.json is out of date"):
         _ = results.refinement
 
 

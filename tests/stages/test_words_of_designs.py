@@ -39,15 +39,15 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
     stage = ScreenResult(head=Head(2, "screen", "known"), design=DesignRuns("full", runs), **vars(found))
     assert screen.outcome(stage, NAMES) == [
         f"2 factors were screened in {len(rows)} runs.",
-        "Their effects on the maximum force cannot be tested: there is no error to test them with. The largest is that "
-        f"of Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
+        "Without an estimate of error, effects on the maximum force cannot be tested. The largest is that of "
+        f"Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
     assert screen.standing(stage.effects[0], stage) == "not tested"
 
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
     assert screen.certainty(results.of(ScreenResult), NAMES) == [
-        "Chosen by: Lenth's method.",
+        "Selected by: Lenth's method.",
         "Confirmed by the other method (F test): Yield stress and failure_strain.",
     ]
 
@@ -77,8 +77,8 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
 
 def test_the_outcome_of_a_surface_names_factors_runs_and_range(results: Any) -> None:
     assert surface.outcome(results.of(SurfaceResult), NAMES) == [
-        "A quadratic surface over Yield stress, failure_strain and strain_rate_c was fitted to 20 runs between 64 N "
-        "and 175 N."
+        "A quadratic surface in Yield stress, failure_strain and strain_rate_c was fitted to 20 runs with responses "
+        "from 64 N to 175 N."
     ]
 
 

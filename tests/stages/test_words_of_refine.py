@@ -65,7 +65,7 @@ def test_the_tables_state_what_they_refer_to() -> None:
     parameters, responses, runs = refine_tables(THERE, STEM)
     assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
     known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
-    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % range: by the scatter")
+    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % range: from the scatter")
     assert responses.foot == (
         "The best point is within 2 %, after 2 of 8 runs.",
         "Error = 100·(measured − after)/measured.",
@@ -74,7 +74,7 @@ def test_the_tables_state_what_they_refer_to() -> None:
     after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
     assert after_a_joint_fit[:2] == (
         "The best point is not within 2 %, after 2 of 8 runs.",
-        "After a joint fit the target is what the study's own model gives: 150 N.",
+        "After a joint fit the target is the result of the study's own model: 150 N.",
     )
     assert len(refine_tables(HERE, STEM)) == 2
 

@@ -215,7 +215,7 @@ class Fit:
 
     @cached_property
     def p_value(self) -> float | None:
-        """Probability of a misfit as large; None where the misfit tells the scatter, or nothing is left to test."""
+        """Probability of a misfit at least as large; None if the misfit determines the scatter or df is zero."""
         from scipy.special import chdtrc
 
         if self.errors.scatter == "misfit":
@@ -235,7 +235,7 @@ class Fit:
         return np.full(len(self.draws), 1.0 / len(self.draws))
 
     def _p_of_priors(self) -> float:
-        """Return the probability of the rise by the priors, where the data alone tell the scatter."""
+        """Return the probability of the rise by the priors, where only the data determine the scatter."""
         from scipy.special import chdtrc
 
         data = fit(self.observations, self.region)
@@ -245,7 +245,7 @@ class Fit:
     def told_of(self, name: str) -> tuple[float, float] | None:
         """Return mean and standard deviation of a shared error after the fit; before it they are 0 and 1.
 
-        The residuals r tell uᵀWr ± √(1 − uᵀQu) of it, Q = W − WJ(JᵀWJ)⁻¹JᵀW. None where there is no such error.
+        The residuals r determine uᵀWr ± √(1 − uᵀQu) of it, Q = W − WJ(JᵀWJ)⁻¹JᵀW. None where there is no such error.
         """
         u = loadings(self.observations).get(name)
         if u is None:

@@ -30,7 +30,7 @@ _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
 _SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
 _FLAT = 0.75  # of the chord of the region that the interval along a direction fills
-_GOOD_TO = 0.03  # an exact mean would leave no direction flat: for this question alone it is good to so much
+_GOOD_TO = 0.03  # an exact mean would leave no direction flat: for this question only it has this relative error
 _KEPT = 1e-6
 
 
@@ -38,7 +38,7 @@ _KEPT = 1e-6
 class Profile:
     """One factor's profile: `rise` over a grid of coded `values`; the interval from `low` to `high`.
 
-    `bounded` tells for each end whether the data set it (else the region).
+    `bounded`: for each end, whether the data determine it (otherwise the region does).
     """
 
     factor: str
@@ -63,7 +63,7 @@ def profiles_of(fit: Fit) -> list[Profile]:
 
 
 def holds(fit: Fit, point: Array) -> list[bool]:
-    """Tell for each factor whether its interval holds the value at a point."""
+    """Return for each factor whether its interval holds the value at a point."""
     cloud = fit.region.cloud(_CLOUD)
     axes = np.eye(fit.region.k)
     return [
@@ -164,9 +164,9 @@ def flat_directions(fit: Fit) -> Array:
 def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
     """Return the fit with its solution, and the directions that it leaves flat.
 
-    In a flat valley the solution is the point nearest to the centre among those that the data cannot tell from the
-    least misfit, moved across the flat directions to the floor of the valley: the least misfit is an accident there.
-    `within` is a part of the region that the solution is sought in.
+    In a flat valley the solution is the point nearest to the centre among those that the data cannot distinguish from
+    the least misfit, moved across the flat directions to the floor of the valley: the least misfit is an accident
+    there. `within` is a part of the region that the solution is sought in.
     """
     region = within or fit.region
     if within is not None:
@@ -194,7 +194,7 @@ def _scattered(fit: Fit) -> Fit:
 
 
 def presses_outwards(fit: Fit) -> bool:
-    """Tell whether a region twice as wide has a point of less misfit, by more than chance."""
+    """Return whether a region twice as wide has a point of less misfit, by more than chance."""
     region = fit.region
     low, high = region.bounds()
     more, radius = 0.5 * (high - low), None if region.radius is None else 2.0 * region.radius
@@ -238,7 +238,7 @@ def least_under(objective: Objective, start: Array, region: Region, rule: dict[s
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Observation `index` lies so many standard errors from what the others allow it, which has probability p."""
+    """The distance of observation `index` from the prediction of the others, in standard errors, with probability p."""
 
     index: int
     standard_errors: float

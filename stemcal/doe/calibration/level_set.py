@@ -20,7 +20,7 @@ _CLOUD, _PARTNERS = 11, 4
 
 @dataclass(frozen=True)
 class Assessment:
-    """What the surface says about one point, in coded units."""
+    """The predictions of the surface at one point, in coded units."""
 
     coded: tuple[float, ...]
     coded_radius: float
@@ -35,7 +35,7 @@ class Calibration:
     """The solution a rule selects, and the whole set it was selected from.
 
     `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target}; `free` are
-    the factors whose range is the region's. `second` tells whether another point is as near to the centre.
+    the factors whose range is the region's. `second`: whether another point is as near to the centre.
     """
 
     target: float
@@ -89,7 +89,7 @@ def solve_target(
     rule : str
         One of `RULES`.
     unit : str
-        Of the target, as it stands behind a number.
+        Of the target, unchanged behind a number.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> 
     y1 = surface.predict(stops) - target
     half = surface.predict(0.5 * (starts + stops)) - target
     q2, q1, q0 = 2.0 * (y0 + y1 - 2.0 * half), 4.0 * half - 3.0 * y0 - y1, y0
-    # Stable root formula; y0 and y1 differ in sign, so exactly one root lies between.
+    # Stable root formula; y0 and y1 differ in sign, so exactly one root is between.
     root = np.sqrt(np.maximum(q1**2 - 4.0 * q2 * q0, 0.0))
     w = -0.5 * (q1 + np.where(q1 >= 0.0, root, -root))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -235,8 +235,8 @@ def others_at_centre(solutions: LevelSet) -> list[Array]:
     points = [x for x in points if replace(region, radius=None).contains(x[None])[0]]
     if not points:
         raise UsageError(
-            f"invert.rule others_at_centre: with the other factors at their centres no {surface.names[j]} "
-            f"within its range gives the target {solutions.target:g}; choose least_coded_distance"
+            f"invert.rule others_at_centre: with the other factors at their centres, no {surface.names[j]} within its "
+            f"range gives the target {solutions.target:g}; choose least_coded_distance"
         )
     return points
 

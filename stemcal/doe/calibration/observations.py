@@ -63,7 +63,7 @@ class Errors:
 
 
 def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
-    """Draw the errors of observations; with `spare` more of them than factors they can tell an unknown scatter."""
+    """Draw the errors of observations; with `spare` more of them than factors they determine an unknown scatter."""
     uniform, m = Uniforms(), len(observations)
     measured = np.array([o.measured for o in observations])
     n = np.array([o.n or 1 for o in observations])

@@ -46,7 +46,7 @@ class Region:
         return np.asarray(np.clip(0.0, self.low, self.high))
 
     def contains(self, points: Array, tolerance: float = _ROUNDING) -> NDArray[np.bool_]:
-        """Tell for each of (m, k) points whether it lies inside."""
+        """Return for each of (m, k) points whether it is inside."""
         inside = np.all((points >= self.low - tolerance) & (points <= self.high + tolerance), axis=1)
         if self.radius is not None:
             inside &= np.linalg.norm(points, axis=1) <= self.radius + tolerance

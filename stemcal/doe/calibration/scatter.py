@@ -2,7 +2,7 @@
 
 A standard deviation of a few specimens is not known, and neither is the error of a surface. A fit averages its
 likelihood over what they may be. Each unknown is drawn at the midpoints of equal shares of its distribution, in an
-order of its own (M. D. McKay and others, Technometrics 21 (1979) 239).
+independent order (M. D. McKay and others, Technometrics 21 (1979) 239).
 
 Specimens
     (n − 1) s²/σ² has the distribution χ²(n − 1). The relative variances of several conditions are alike but not equal:
@@ -40,7 +40,7 @@ _WIDTH = 6.0  # of the grid of ln τ² to either side
 
 
 class Uniforms:
-    """Columns of (draws,) numbers between 0 and 1, each evenly spread, in an order of its own; equal every time."""
+    """Columns of (draws,) numbers between 0 and 1, each evenly spread, in its own order; equal every time."""
 
     def __init__(self, draws: int = DRAWS) -> None:
         self._random, self.draws = np.random.default_rng(20_251), draws

@@ -10,7 +10,7 @@ In another program or mesh the response is corrected by a scale a and a slope k:
     ln y = ln ŷ₀ + a + k·s
 
 The first run determines a, with k = 1 as on the surface; the second determines k. Once runs lie on both sides of the
-target, the next point lies between them, on the parabola through the three nearest runs or the line through two (Brent,
+target, the next point is between them, on the parabola through the three nearest runs or the line through two (Brent,
 Algorithms for Minimization without Derivatives, 1973, chapter 4).
 """
 
@@ -141,7 +141,7 @@ def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | No
     """Return where to simulate next to reach the response `aim`; None where no new place is left.
 
     `tried` has at least one run, in the order of simulation. After a failed run the next place is half-way back to the
-    best run, or a little beside the start while all runs have failed.
+    best run, or a little next to the start while all runs have failed.
     """
     whole, best = [one for one in tried if isfinite(one.level)], best_of(tried, aim)
     if best is None:

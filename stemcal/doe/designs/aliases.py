@@ -16,7 +16,7 @@ _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
 def alias_matrix(coded: Array) -> Array:
     """Return A = (XᵀX)⁻¹XᵀZ without the row of the mean: X the main effects, Z the two-factor interactions.
 
-    Row i, column jk tells how much of interaction jk ends up in the estimate of main effect i. The columns
+    Row i, column jk is the weight of interaction jk in the estimate of main effect i. The columns
     run as `itertools.combinations` of the factors.
     """
     n, k = coded.shape
@@ -52,10 +52,10 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
 
 
 def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
-    """Return the note that some main effects cannot be told apart from these interactions."""
+    """Return the note that some main effects cannot be distinguished from these interactions."""
     listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
     if (more := len(hidden) - _SHOWN_FACTORS) > 0:
-        listed.append(f"{more} more likewise")
+        listed.append(f"{more} more")
     text = f"In these {n} runs main effects are fully aliased with two-factor interactions: {'; '.join(listed)}."
     return Note("fully_aliased", "caution", text)
 
@@ -76,7 +76,7 @@ def _uniform_weight(weights: Array, k: int) -> float | None:
 
 
 def _full_aliases(weights: Array, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the main effects that cannot be told from an interaction at all, with those interactions."""
+    """Return the main effects that cannot be distinguished from an interaction at all, with those interactions."""
     pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
     rows = ((name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True))
     return {name: tuple(pairs[c] for c in columns) for name, columns in rows if columns.size}

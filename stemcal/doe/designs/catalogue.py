@@ -1,4 +1,4 @@
-"""The designs by name, in coded units; each is built in a module of its own.
+"""The designs by name, in coded units; each is built in its own module.
 
 A new screening design is one function and one line in `SCREENING`, a new surface design one class and one line in
 `SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.

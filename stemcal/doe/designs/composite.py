@@ -40,7 +40,7 @@ def axial_distance(
     """Return α, the coded distance of the axial points: by one of the rules of `ALPHAS`, or as given."""
     if isinstance(alpha, str):
         if alpha not in ALPHAS:
-            raise UsageError(f"rsm.alpha: {alpha!r} is no rule; choose {', '.join(ALPHAS)} or a positive number")
+            raise UsageError(f"rsm.alpha: {alpha!r} is not a rule; choose {', '.join(ALPHAS)} or a positive number")
         return float(ALPHAS[alpha](k, _corner_count(k, core), centre_points))
     if not (np.isfinite(alpha) and alpha > 0.0):
         raise UsageError(f"rsm.alpha: {alpha:g} must be positive; 1 puts the axial points on the faces")
@@ -67,7 +67,7 @@ def central_composite(
         Coded levels.
     """
     if k < 1:
-        raise UsageError(f"rsm.factors: {k} factors; give at least one")
+        raise UsageError(f"rsm.factors: {k} factors; list at least one")
     if centre_points < 0:
         raise UsageError(f"rsm.centre_points: {centre_points} is negative; 6 is usual for three factors")
     distance = axial_distance(k, alpha, centre_points, core)

@@ -27,7 +27,9 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     gaps = np.abs(candidates[:, None] - design[None]).max(axis=2)
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
     if len(points) < count:
-        raise UsageError(f"rsm.extra_runs: the design leaves room for {len(points)} runs, not {count}; take fewer")
+        raise UsageError(
+            f"rsm.extra_runs: the design has {len(points)} free points, fewer than {count}; use fewer runs"
+        )
     phi, base = term_columns(points), term_columns(design)
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])
     chosen: list[int] = []

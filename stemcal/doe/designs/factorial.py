@@ -90,8 +90,8 @@ def full_factorial(k: int, levels: int = 2) -> Array:
     """Return every combination of `levels` equally spaced levels from −1 to +1, the first factor fastest."""
     if k < 1 or levels < 2 or levels**k > _MOST_RUNS:
         raise UsageError(
-            f"full factorial: {levels} levels of {k} factors; at least one factor, two levels and at most "
-            f"{_MOST_RUNS} runs are possible"
+            f"full factorial: {levels} levels of {k} factors; use at least one factor and two levels, and at most "
+            f"{_MOST_RUNS} runs"
         )
     from pyDOE3 import fullfact
 

@@ -1,4 +1,4 @@
-"""Natural units ↔ coded units. The coding belongs to the design and is never estimated from data."""
+"""Natural units ↔ coded units. The coding is that of the design and is never estimated from data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Coding:
 
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.centre) == len(self.half_step):
-            raise UsageError("coding: names, centre and half_step differ in length; give one of each per factor")
+            raise UsageError("coding: names, centre and half_step differ in length; pass one of each per factor")
         for name, half_step in zip(self.names, self.half_step, strict=True):
             if not (np.isfinite(half_step) and half_step > 0.0):
                 raise UsageError(f"coding.{name}: half step {half_step:g} must be positive")

@@ -2,7 +2,7 @@
 
 A solver that computes gives its answer again however often it is asked. Counted as replicates, its copies would add
 degrees of freedom of pure error without an error: six equal centre runs of a composite of two factors turn 3 residual
-degrees of freedom into 8, and intervals that should hold 95 % of what they tell of hold two thirds.
+degrees of freedom into 8, and intervals with a nominal coverage of 95 % cover two thirds.
 """
 
 import numpy as np
@@ -15,15 +15,15 @@ _SAME_POINT = 1e-6
 
 
 def same_points(coded: Array) -> NDArray[np.int64]:
-    """Return the number of the distinct point at which each of (n, k) runs stands; (n,)."""
+    """Return the number of the distinct point of each of (n, k) runs; (n,)."""
     _, group = np.unique(np.round(coded / _SAME_POINT).astype(np.int64), axis=0, return_inverse=True)
     return np.asarray(group.reshape(-1), dtype=np.int64)
 
 
 def copies_of(coded: Array, response: Array) -> NDArray[np.bool_]:
-    """Tell for each of n runs whether it only repeats an earlier run of its point; failed runs do not.
+    """Return for each of n runs whether it only repeats an earlier run of its point; failed runs do not.
 
-    If any two runs of a point differ, repeating says something: then no run is a copy.
+    If any two runs of a point differ, repeats have scatter and no run is a copy.
     """
     present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
     y = response[present]

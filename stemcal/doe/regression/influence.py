@@ -12,7 +12,7 @@ import numpy as np
 from stemcal.doe.regression.anova import LackOfFit, lack_of_fit
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, not_estimable
 
-# A run of leverage 1 is fitted exactly whatever it says: it has no residual to judge.
+# A run of leverage 1 is always fitted exactly: it has no residual to judge.
 _FULL_LEVERAGE = 1.0 - 1e-9
 
 

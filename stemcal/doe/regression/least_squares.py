@@ -117,10 +117,10 @@ def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: 
     if n_failed:
         raise RunsFailed(
             f"{what}: {n_failed} of {n + n_failed} runs failed; the {n} left cannot estimate {listed}; "
-            "repair those runs and start the stage again"
+            "correct those runs and repeat the stage"
         )
     raise UsageError(
-        f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); take a design with more runs or levels"
+        f"{what}: {n} runs cannot estimate {listed} ({p} coefficients); use a design with more runs or levels"
     )
 
 

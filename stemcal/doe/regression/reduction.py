@@ -44,7 +44,9 @@ def reduce_surface(
     present = np.isfinite(y) & ~copies_of(points, y)
     columns = term_columns(points[present])
     if not_estimable(columns, chosen):
-        raise UsageError("rsm.reduce: the runs cannot estimate the full quadratic that backward starts from; add runs")
+        raise UsageError(
+            "rsm.reduce: the runs cannot estimate the full quadratic with which backward elimination begins; add runs"
+        )
     steps: list[ReductionStep] = []
     while removable := _removable(chosen):
         fit = fit_least_squares(columns, y[present])

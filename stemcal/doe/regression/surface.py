@@ -35,8 +35,8 @@ class Surface:
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
     such term.
     `mean_square` with `df`, the residual's, is the error behind every interval. `copies` is how many runs only repeat
-    others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic` tells
-    that such a solver gave the runs.
+    others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic`:
+    whether such a solver gave the runs.
     """
 
     names: tuple[str, ...]
@@ -81,7 +81,7 @@ class Surface:
         """Variance of a run about the mean response in units of s²: the chance that the response is rough.
 
         A run of a smooth deterministic solver is the response itself. It is rough where σ is above c = `ROUGH_PERCENT`,
-        by P(χ²(ν) < ν·(s/c)²) where s with ν degrees of freedom tells all that is known of σ (p(σ) ∝ 1/σ).
+        by P(χ²(ν) < ν·(s/c)²) where s with ν degrees of freedom is the only estimate of σ (p(σ) ∝ 1/σ).
         """
         from scipy.special import chdtr
 
@@ -162,8 +162,8 @@ def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str])
     points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if points.ndim != 2 or points.shape != (y.size, len(names)):
         raise UsageError(
-            f"response surface: design of shape {points.shape} does not go with {y.size} responses and "
-            f"{len(names)} factors"
+            f"response surface: a design of shape {points.shape} does not match {y.size} responses and {len(names)} "
+            f"factors"
         )
     return points, y
 

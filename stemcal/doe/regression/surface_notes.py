@@ -42,7 +42,7 @@ def surface_notes(
         text = f"Some terms are nearly collinear (largest variance inflation factor {largest:.1f})."
         yield Note("terms_entangled", "caution", text)
     if fit.flat:
-        yield flat_response("the surface is level")
+        yield flat_response("the surface is constant")
     elif fit.df == 0:
         text = "The surface has as many coefficients as runs, so its error cannot be estimated."
         yield Note("saturated_surface", "warning", text)

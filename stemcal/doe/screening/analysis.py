@@ -81,8 +81,8 @@ def analyse_screening(
     fit = fit_least_squares(matrix, y[present])
     if n_failed and fit.df < 1:
         raise RunsFailed(
-            f"screening: {n_failed} of {len(y)} runs failed and no residual degree of freedom is left to "
-            "test the effects; repair those runs and start the stage again"
+            f"screening: {n_failed} of {len(y)} runs failed and no residual degree of freedom is left to test the "
+            f"effects; correct those runs and repeat the stage"
         )
     residual, mean_square = _residual(fit, centre)
     changes = _changes(fit)
@@ -111,7 +111,7 @@ def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tup
     design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if design.ndim != 2 or design.shape != (y.size, len(names)):
         raise UsageError(
-            f"screening: design of shape {design.shape} does not go with {y.size} responses and {len(names)} factors"
+            f"screening: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
         )
     return design, y
 
@@ -169,7 +169,7 @@ def centre_runs(design: Array) -> NDArray[np.bool_]:
 def curvature_of(
     corners: Array, centre: Array, residual: Residual, mean_square: float | None, alpha: float
 ) -> Curvature | None:
-    """Return how far the centre lies off the plane of the corners; None without centre runs."""
+    """Return how far the centre is off the plane of the corners; None without centre runs."""
     if not len(centre):
         return None
     n_f, n_c = len(corners), len(centre) if _pure(centre) else 1

@@ -22,7 +22,7 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     effects : array (k,)
         Effects of the active factors, mean(high) − mean(low).
     rise : bool
-        Whether the target lies above the force at the centre.
+        Whether the target is above the force at the centre.
 
     >>> ascent_path([40.0, -20.0], 2, rise=True).tolist()
     [[0.0, -0.0], [0.5, -0.25], [1.0, -0.5]]
@@ -30,18 +30,18 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     slopes = np.asarray(effects, dtype=float)
     longest = float(np.abs(slopes).max(initial=0.0))
     if longest == 0.0:
-        raise UsageError("climb: no active factor has an effect, so there is no slope to walk along")
+        raise UsageError("climb: no active factor has an effect, so there is no slope to follow")
     direction = slopes / longest * (1.0 if rise else -1.0)
     return np.linspace(0.0, 1.0, steps + 1)[:, None] * direction
 
 
 def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise: bool) -> Array:
-    """Return (m + 1, k) coded points from the centre in steps of one's own, m ≤ `steps` of which stay in the ranges.
+    """Return (m + 1, k) coded points from the centre in given steps, m ≤ `steps` of which stay in the ranges.
 
     Parameters
     ----------
     sizes : sequence of k
-        Coded length of a step; None for factors that go along: as far as their slope stands to that of the steepest
+        Coded length of a step; None for factors that follow in the ratio of their slope to that of the steepest
         factor with a size (D. C. Montgomery, Design and Analysis of Experiments, section 11.2).
 
     >>> own_path([40.0, -20.0], [0.4, None], 5, rise=True).tolist()
@@ -51,18 +51,18 @@ def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise
     own = np.array([np.nan if size is None else size for size in sizes])
     led = np.flatnonzero(np.isfinite(own) & (slopes != 0.0))
     if not len(led):
-        raise UsageError("climb.step_sizes: none of these factors has an effect to walk along; name an active one")
+        raise UsageError("climb.step_sizes: none of these factors has an effect; choose an active factor")
     base = led[np.argmax(np.abs(slopes[led]))]
     along = np.abs(slopes) * own[base] / abs(slopes[base])
     step = np.where(np.isfinite(own), own, along) * np.sign(slopes) * (1.0 if rise else -1.0)
     inside = int(np.floor(1.0 / np.abs(step).max() + 1e-9))
     if inside < 1:
-        raise UsageError("climb.step_sizes: the first step leaves the ranges; take smaller ones")
+        raise UsageError("climb.step_sizes: the first step is outside the ranges; use smaller steps")
     return np.asarray(np.arange(min(steps, inside) + 1)[:, None] * step)
 
 
 def passed(responses: Sequence[float | None], target: float) -> bool:
-    """Tell whether the forces so far lie on both sides of the target.
+    """Return whether the forces so far lie on both sides of the target.
 
     >>> passed([100.0, None, 150.0], 159.2), passed([100.0, 150.0, 165.0], 159.2)
     (False, True)

@@ -1,6 +1,6 @@
-"""Lenth's method: which effects stand out, where too few degrees of freedom are left for an error.
+"""Lenth's method: significant effects without enough degrees of freedom for an error.
 
-Most effects are taken to be chance; their pseudo standard error PSE stands for the error of all. One effect is
+Most effects are taken to be chance; their pseudo standard error PSE represents the error of all. One effect is
 significant beyond the margin of error ME = t(1 − α/2; m/3)·PSE, as one of m effects beyond the simultaneous margin
 SME = t(γ; m/3)·PSE with γ = (1 + (1 − α)^(1/m))/2.
 

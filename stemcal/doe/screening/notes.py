@@ -15,7 +15,7 @@ from stemcal.numbers import signed_probability
 from stemcal.words import counted, series
 
 LEAST_DF = 3
-"""Residual degrees of freedom from which the F test chooses the factors."""
+"""Residual degrees of freedom from which the F test selects the factors."""
 
 
 def screening_notes(
@@ -42,12 +42,12 @@ def screening_notes(
     if fit.flat:
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
-        text = f"Lenth's method needs at least {FEWEST} effects: the F test chooses the factors."
+        text = f"Lenth's method needs at least {FEWEST} effects: the F test selects the factors."
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
         few = f"The residual has {counted(df, 'degree')} of freedom, fewer than {LEAST_DF}"
         reason = few if df < LEAST_DF else "The residual is zero, so there is no F test"
-        found.append(Note("lenth_decides", "caution", f"{reason}: Lenth's method chooses the factors."))
+        found.append(Note("lenth_decides", "caution", f"{reason}: Lenth's method selects the factors."))
     found += _disagreements(effects, size, alpha, written)
     names = [effect.factor for effect in effects]
     return (*found, aliases_note(design, names), *_interaction_note(design, effects))
@@ -59,8 +59,8 @@ def _curvature(found: Curvature, written: Names) -> Note:
         f"{written.quantity(found.centre)} ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:
-        return Note("curvature", "caution", f"{means} There is no error to test the difference against.")
-    outcome = "the response is curved, a plane does not fit" if found.curved else "no curvature beyond the error"
+        return Note("curvature", "caution", f"{means} Without an estimate of error the difference cannot be tested.")
+    outcome = "the response is curved, so a plane does not fit" if found.curved else "no curvature beyond the error"
     test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
     return Note("curvature", "caution", f"{means} {test}: {outcome}.")
 

@@ -1,4 +1,4 @@
-"""Measured against simulated response, over the stem diameters or whatever else was varied between the specimens."""
+"""Measured against simulated response over the stem diameter or another condition of the specimens."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ _EXPONENTS = (-2.0, 8.0)
 
 @dataclass(frozen=True)
 class NullModel:
-    """Largest errors of a·dᵇ and of a·d^2.5, per cent of the measured force, fitted and left out in turn.
+    """Largest errors of a·dᵇ and of a·d^2.5, % of the measured force, fitted and left out in turn.
 
     None where there are too few diameters to fit, or to leave one out.
     """

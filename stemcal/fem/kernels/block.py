@@ -1,6 +1,6 @@
-"""Blocks of elements: which value lies where, and how it gets there.
+"""Blocks of elements: the layout of their values, and how they are filled.
 
-A block is `LANES` elements. Everything their physics touches lies in two flat arrays, a scratch for what a step
+A block is `LANES` elements. Everything their physics touches is in two flat arrays, a scratch for what a step
 gathers and yields at the corners and the block's own state, value `row` of element `lane` at
 ``values[row * LANES + lane]`` with both numbers known when compiling: in this form, and with every function inlined,
 LLVM turns a loop over the lanes into vector instructions. The states of all blocks are an array (blocks, rows, lanes).
@@ -96,7 +96,7 @@ def bring_near(states: Array, b: int) -> None:
     """Have the state of block b, or of the last one, brought to the second cache.
 
     Its rows are read with strides that the processor does not foresee: a model that exceeds that cache would be
-    computed a quarter slower, one that does not is a few per cent faster without.
+    computed a quarter slower, one that does not is a few % faster without.
     """
     mine = states[min(b, states.shape[0] - 1)]
     for place in range(0, STATE_ROWS * LANES, CACHE_LINE // states.itemsize):

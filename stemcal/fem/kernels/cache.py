@@ -1,8 +1,8 @@
-"""Where compiled kernels are kept: in a folder that nobody else can write, for what lies there is executed.
+"""Where compiled kernels are kept: in a folder that no one else can write, because its content is executed.
 
 It is a private folder per user (`STEMCAL_CACHE_DIR` moves it), per installation and per state of the kernels' sources:
 numba by itself looks only at the file of the function that it caches, and would go on using a loop whose inlined parts
-have changed. One that belongs to somebody else, or that others may write, is not used; nor can one on a read-only home
+have changed. A folder of another user, or one that others may write, is not used; nor can one on a read-only home
 be. One among the temporary files then serves.
 """
 
@@ -35,7 +35,7 @@ def own_folder() -> Path:
 def unusable(folder: Path) -> str:
     """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there.
 
-    It must be this user's and nobody else's to write; Windows keeps the user's cache in his profile, which is his.
+    It must be this user's and no one else's to write; Windows keeps the user's cache in his profile, which is his.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -45,7 +45,7 @@ def unusable(folder: Path) -> str:
     except OSError as error:
         return f"{folder} cannot be written ({error.strerror})"
     if os.name != "nt" and (found.st_uid != os.geteuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
-        return f"{folder} may be written by others"
+        return f"other users may write to {folder}"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""How the kernels are compiled; `cache` tells where numba keeps them."""
+"""How the kernels are compiled; `cache` is where numba keeps them."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def _whole_registers() -> str | None:
 if _config.CPU_FEATURES is None:
     _config.CPU_FEATURES = _whole_registers()
 
-_jit: Any = njit  # takes options that its types do not know
+_jit: Any = njit  # its types lack some of its options
 # Contracted multiply-adds and unsigned zeros; NaN and infinity keep their meaning, sums keep their order.
 _MATHS = {"contract", "nsz"}
 
 
-# Without a way in from Python, and one from C, a function takes half the time to compile: each is code of its own that
+# Without a way in from Python, and one from C, a function takes half the time to compile: each is separate code that
 # unpacks and checks all arguments.
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -48,7 +48,7 @@ def entry(function: Function) -> Any:
 
 
 def kernel(function: Function) -> Any:
-    """Compile a function that loops over arrays and lets other threads run meanwhile.
+    """Compile a function that loops over arrays and releases the interpreter lock for other threads.
 
     Other kernels call it. Only an `entry` is cached: it contains the code of all that it calls, and a cache of each
     function would have LLVM write the same code at every level.

@@ -1,9 +1,9 @@
-"""Contact with rigid tools: where a point lies against a tool, and the force that keeps it out.
+"""Contact with rigid tools: the position of a point relative to a tool, and the force that keeps it out.
 
 A tool is a convex polygon in the plane (x, z), swollen by a radius and drawn out along y: a wedge with a rounded edge,
 a block with filleted corners. Its normal is that of the swollen outline, so it turns smoothly around an edge.
 
-Force of a point with mass m that lies δ inside a tool:
+Force of a point with mass m at a penetration δ into a tool:
 
     normal      f = max(0, kδ − c ẋₙ),   k = p m/Δt²,   c = 2 ζ √(k m)
     tangential  a spring of the same stiffness, cut off at μ f (return mapping of Coulomb's cone)
@@ -34,10 +34,10 @@ class ToolArrays(NamedTuple):
     speed: Array  # (T,) its velocity along z
     edge: Array  # (T,) x of its edge
     spread: Array  # (T,) distance from its edge within which its nodes are the edge's, 0 without a spread edge
-    reach: Array  # (T,) how far beside its edge it meets faces, 0 without a spread edge
+    reach: Array  # (T,) how far next to its edge it meets faces, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step, changes
-    faces: NDArray[np.bool_]  # (T,) whether it meets the skin's faces in place of their nodes
+    faces: NDArray[np.bool_]  # (T,) whether it meets the skin's faces instead of their nodes
     skin: NDArray[np.int32]  # (F, 5) corners of the faces that bulge, and the element behind; none where nodes are met
     crowns: Array  # (F,) how far the true surface bulges over their middle
     skin_mass: Array  # (F, 4) what falls to them of the mass of each corner
@@ -58,8 +58,8 @@ class FrictionNumbers(NamedTuple):
 class EdgeArrays(NamedTuple):
     """Sample points along a tool's edge, which meet the faces that no node guards."""
 
-    tool: int  # index of the tool they belong to, −1 for none
-    x: float  # where the edge lies
+    tool: int  # index of their tool, −1 for none
+    x: float  # position of the edge
     y: Array  # (S,) the samples
     per_face: float  # how many samples share one element's face
     traction: Array  # (2S, 3) friction spring of each sample, on either side of the edge
@@ -201,7 +201,7 @@ CLOSE = 1.0e-7
 def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
     """Return (ξ, η) where the vertical through (px, py) meets a face given by its modes; far outside if it does not.
 
-    Newton steps on x(ξ,η) = px, y(ξ,η) = py, four at most; a parallelogram needs one and another that tells so.
+    Newton steps on x(ξ,η) = px, y(ξ,η) = py, four at most; a parallelogram needs one and another that confirms it.
     """
     xi, eta = 0.0, 0.0
     for _ in range(4):
@@ -264,9 +264,9 @@ def push_skin_out(
 ) -> None:
     """Add the contact forces of all tools on the faces near them, ``near[t, :counts[t]]``, to `pushes`.
 
-    A face is sampled, so that it may touch anywhere: of nodes the last one in contact bears until the next one comes,
-    however far the tool has rolled along the skin between them. The four nodes share the force of a sample by their
-    shape functions.
+    A face is sampled, so that it may touch anywhere: of nodes the last one in contact carries the force until the next
+    one comes, however far the tool has rolled along the skin between them. The four nodes share the force of a sample
+    by their shape functions.
     """
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
@@ -302,7 +302,7 @@ def push_skin_out(
 
 
 # A face counts for the edge if its normal leans less than about 80° from the edge's direction of travel,
-# and a sample belongs to it up to a hair beyond its border, so that no gap opens between two faces.
+# and includes samples slightly beyond its border, so that no gap opens between two faces.
 STEEPEST = 0.17
 HAIR = 1.0e-3
 
@@ -324,7 +324,7 @@ def push_faces_out(
 ) -> None:
     """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `pushes`.
 
-    A sample that lies inside the body below a face pushes that face out along its normal; the four nodes share the
+    A sample that is inside the body below a face pushes that face out along its normal; the four nodes share the
     force by their shape functions, and the tool gets the opposite.
     """
     t, tool_count = edge.tool, tools.radius.shape[0]
@@ -355,10 +355,10 @@ def push_faces_out(
                 shape[0] * v[a, 1] + shape[1] * v[b, 1] + shape[2] * v[c, 1] + shape[3] * v[d, 1],
                 shape[0] * v[a, 2] + shape[1] * v[b, 2] + shape[2] * v[c, 2] + shape[3] * v[d, 2] - tools.speed[t],
             )
-            # a face whose middle lies under the edge stays on one side, whatever the round-off
+            # a face whose middle is under the edge stays on one side in spite of round-off
             slot = 2 * j + (1 if fx[0] - edge.x > HAIR * edge.depth else 0)
             old = edge.traction[slot]
-            # the face lies against a tool whose outward normal is the face's inward one
+            # the face touches a tool whose outward normal is the face's inward one
             force, spring = contact_force(
                 depth, (-n[0], -n[1], -n[2]), relative, (old[0], old[1], old[2]), sample_mass, dt0, dt, friction
             )
@@ -367,7 +367,7 @@ def push_faces_out(
                 old[i] = spring[i]
             for corner in range(4):
                 node = faces[m, corner]
-                if mass[node] > 0.0:  # a ghost follows its source, which feels the mirror image of this force
+                if mass[node] > 0.0:  # a ghost follows its source, which receives the mirror image of this force
                     for i in range(3):
                         push(pushes, EDGE * tool_count + t, node, i, shape[corner] * (force[i] - spring[i]))
                         push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])

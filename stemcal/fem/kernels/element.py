@@ -229,7 +229,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
 
 @kernel
 def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
-    """Advance the elements of one block: a function of its own, or LLVM would not vectorise the loop."""
+    """Advance the elements of one block, in a separate function because LLVM would not vectorise the loop otherwise."""
     for lane in range(LANES):
         element(scratch, state, lane, dt, material)
 

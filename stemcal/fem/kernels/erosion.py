@@ -50,7 +50,7 @@ class Exchange(NamedTuple):
 
 @kernel
 def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
-    """Set the mean plastic strain around each element, and the largest of those that stand."""
+    """Set the mean plastic strain around each element, and the largest of those not eroded."""
     mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
     slots, standing = topology.slots, topology.standing
     for e in range(mean.shape[0]):
@@ -104,8 +104,8 @@ def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> boo
 def erode(topology: Floats, state: Array, v: Array, mass: Array, inverse_mass: Array) -> Floats:
     """Take the elements that have just failed out of the topology.
 
-    Returns how many there were and the kinetic energy of the nodes that lost their last element; those stand still
-    from now on and meet nothing.
+    Returns how many there were and the kinetic energy of the nodes that lost their last element; those stay
+    fixed from now on and have no contact.
     """
     count, energy = 0, 0.0
     for e in range(topology.standing.shape[0]):

@@ -23,7 +23,7 @@ from typing import Any
 from stemcal.fem.kernels.compile import inlined
 from stemcal.fem.kernels.precision import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, like
 
-# Numba infers these tuples of floats; the alias says what they are for a reader.
+# Numba infers these tuples of floats; the alias is for the reader.
 Floats = Any
 
 

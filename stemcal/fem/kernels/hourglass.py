@@ -32,7 +32,7 @@ Floats = Any
 _TIMES = 3.0
 # β: how many steps ahead the force acts. Under stress these modes swing up by some 1e-4 a step: nothing where
 # added mass leaves 10,000 steps a test, the whole force where the true mass takes a million. A quarter damps them by
-# β(ωΔt)²/2, a hundred times that, and what loads them slowly does not feel it.
+# β(ωΔt)²/2, a hundred times that, and slow loads are not affected.
 DAMPING = 0.25
 
 

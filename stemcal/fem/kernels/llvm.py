@@ -93,7 +93,7 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
 
 
 def counting(relation: str, many: int) -> Any:
-    """Return a function of values and a place that counts how many of so many numbers are > 0, or < 0, or …."""
+    """Return a function of values and a place that counts the numbers that are > 0, or < 0, or …."""
 
     def count(_typing: Any, values: Any, place: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -115,7 +115,7 @@ def _see_place(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
             _Value(context, builder, kind, value) for kind, value in zip(signature.args, arguments, strict=True)
         )
         if places.counts:
-            # beside such a number the next one is a unit away: what is added to it ends in the last bits
+            # next to such a number the next one is a unit away: what is added to it ends in the last bits
             large = builder.fmul(builder.fpext(unit.value, _NUMBER), _NUMBER(1.5 * 2.0**52))
             bits = builder.bitcast(builder.fadd(x.value, large), ir.IntType(64))
             builder.store(builder.trunc(bits, _WORD), places.number(n.value))
@@ -159,7 +159,7 @@ def _read_together(_typing: Any, numbers: Any) -> Any:
 
 
 def _give_way(_typing: Any) -> Any:
-    """Let another thread have the processor, if one waits for it; nothing where no such function is known."""
+    """Yield the processor to another waiting thread; nothing where no such function exists."""
 
     def build(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         name = next((name for name in _YIELDS if llvmlite.binding.address_of_symbol(name) is not None), None)
@@ -213,7 +213,7 @@ _APART = ("scratch", "state")  # arrays that share no memory
 
 
 def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
-    """Tell LLVM that an access to one of the arrays above meets none of the others.
+    """Declare to LLVM that an access to one of the arrays above meets none of the others.
 
     It would find that out each time a loop begins, and keep a second, slow loop for the case that they do.
     """
@@ -230,7 +230,7 @@ def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
 
 
 class _Value:
-    """A value that an intrinsic is given; of an array, what lies where in it."""
+    """A value passed to an intrinsic; of an array, its layout."""
 
     def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
         self.value, self._builder = value, builder
@@ -257,7 +257,7 @@ class _Value:
 
 
 def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
-    """Return where component i of a node lies in a nodal array."""
+    """Return where component i of a node is in a nodal array."""
     nodes = nodal.extent(0)
     return builder.add(node, builder.mul(nodes, nodes.type(i)))
 

@@ -42,7 +42,7 @@ STEP_LIFE = 20
 # How many the rate factors do where the rate is smoothed, over many times as long.
 RATE_LIFE = 5
 
-# How often a thread that waits for others looks whether they have come before it lets others have its core.
+# How often a thread that waits for others checks for them before it yields its core.
 _PATIENCE = 1000
 
 # Why a march ended, or that it has not.
@@ -109,7 +109,7 @@ class Settings(NamedTuple):
 
 
 class Team(NamedTuple):
-    """The threads that march together, and what one tells the others; `stemcal.fem.stepper` makes it."""
+    """The threads that march together and their shared data; `stemcal.fem.stepper` creates it."""
 
     threads: int
     arrived: NDArray[np.int64]  # (1,) how many wait for the rest
@@ -130,7 +130,7 @@ class Share(NamedTuple):
 
 @kernel
 def meet(team: Floats) -> None:
-    """Wait for the other threads: none goes on before all are here."""
+    """Wait until all threads are here."""
     if team.threads == 1:
         return
     before = read_together(team.meetings)

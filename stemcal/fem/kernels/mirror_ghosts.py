@@ -1,4 +1,4 @@
-"""Ghosts: massless nodes beyond a mirror plane, images of nodes that stand before it."""
+"""Ghosts: massless nodes beyond a mirror plane, images of nodes in front of it."""
 
 from typing import Any
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 # Nodes are advanced in chunks of this many, each with its own sums, so that threads may share the chunks out and the
-# sums of all keep their bits. What is known of so many stays in the first cache from component to component.
+# sums of all keep their bits. The data of this number of nodes stay in the first cache from component to component.
 CHUNK = 512
 
 
@@ -94,7 +94,7 @@ def force_on(body: Any, n: int, i: int) -> float:
 def kinetic_energy_within(body: Any, kick: float) -> float:
     """Return ½ Σ m v⁻·v⁺ with the velocities before and after the kick that is to come.
 
-    It belongs to the time of the forces, and with the strain energy of that time it is what central differences
+    It is that at the time of the forces, and with the strain energy of that time it is what central differences
     conserve.
     """
     total = 0.0
@@ -225,7 +225,7 @@ def add_late_forces(body: Any, mine: Any) -> None:
 
 @inlined
 def see_node(body: Any, n: int) -> None:
-    """Let the elements see where a node is and how it moves."""
+    """Copy position and velocity of a node for the elements."""
     for i in range(3):
         see_place(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
         see_velocity(body.seen.v.T[i], n, body.v[n, i])
@@ -233,7 +233,7 @@ def see_node(body: Any, n: int) -> None:
 
 @entry
 def see(body: Any) -> None:
-    """Let the elements see where all nodes are and how they move."""
+    """Copy position and velocity of all nodes for the elements."""
     for n in range(body.x.shape[0]):
         see_node(body, n)
 

@@ -66,7 +66,7 @@ def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
 
 @inlined
 def plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
-    """Return Δεp that brings the trial stress q back to the yield surface, 0 where q lies inside it; and Δεp/q.
+    """Return Δεp that brings the trial stress q back to the yield surface, 0 where q is inside it; and Δεp/q.
 
     Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   σ₀ = σ_y + β Eₚ εp,   s the rate factor
     """

@@ -1,4 +1,4 @@
-"""A cutting edge whose force is spread over a length, without a stiffness of its own.
+"""A cutting edge whose force is spread over a length, without its own stiffness.
 
 A line of force has no continuum limit: the strain under it grows without bound as the mesh gets finer. An edge of
 spread a meets the surface through its mean height around each place y_j along the edge, under a bell
@@ -54,8 +54,8 @@ class SpreadEdge(NamedTuple):
     it reaches over M lines, some of them images beyond the mirror plane y = 0.
     """
 
-    tool: int  # index of the tool it belongs to, −1 for none
-    x: float  # where the edge lies
+    tool: int  # index of its tool, −1 for none
+    x: float  # position of the edge
     spread: float  # a
     mirrored: bool  # whether only the half x > 0 of body and bells is computed
     across: Array  # (Q,) samples across the edge
@@ -65,7 +65,7 @@ class SpreadEdge(NamedTuple):
     bell: Array  # (R, M) the bell along the edge there
     image: Array  # (R, M) −1 for images, 1 for others
     pairs: Ints  # (P, 2) rows from y = 0 outwards with those on the other side of it, −1 where a mirror holds these
-    sources: Ints  # (N,) the node that feels a force on each: itself, or for a ghost the node that it mirrors
+    sources: Ints  # (N,) the node that receives a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
     place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
     line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples that meet a face, changes
@@ -103,7 +103,7 @@ def take_hold(
         edge.sizes[j] = 0
         edge.slope[j, :] = 0.0
         total, height = mean_height(edge, j)
-        if height >= tip - _NEAR * edge.spread:  # nothing that lies deeper comes so far before the next look
+        if height >= tip - _NEAR * edge.spread:  # nothing deeper comes this far before the next look
             for m in range(edge.lines.shape[1]):
                 if edge.lines[j, m] >= 0:
                     add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
@@ -170,7 +170,7 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
 
 @inlined
 def places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
-    """Return where a line keeps the nodes that feel what falls to the corners of a face."""
+    """Return where a line keeps the nodes that receive the forces on the corners of a face."""
     sizes, nodes, sources = edge.line_sizes, edge.line_nodes, edge.sources
     first = place_of(sizes, nodes, line, sources[corners[0]])
     second = place_of(sizes, nodes, line, sources[corners[1]])
@@ -367,9 +367,9 @@ def impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> No
 def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
     """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s.
 
-    The height follows from the normals as its rate does, or slip along a slope would be taken for a rise. What stands
-    above the edge already, as a surface that a failed element has laid bare, goes along with the edge: pushing it back
-    would be work that nobody does.
+    The height follows from the normals as its rate does, or slip along a slope would be taken for a rise. Surfaces
+    above the edge, as a surface that a failed element has laid bare, goes along with the edge: pushing it back
+    would be work that no one does.
     """
     above = edge.offset[j] + along_normal(edge, j, body.x) - tip
     return along_normal(edge, j, edge.velocity) - speed + min(above, 0.0) / dt

@@ -88,7 +88,7 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
 
 @inlined
 def element_in(slots: Any, slot: int) -> int:
-    """Return the element that lies in a slot, −1 if none does."""
+    """Return the element that is in a slot, −1 if none does."""
     for e in range(slots.shape[0]):
         if slots[e] == slot:
             return e
@@ -113,7 +113,7 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float) -> Floats:
     """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
 
     No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
-    step 0. Where an element lies is ``slots[e]``, block · `LANES` + lane.
+    step 0. The place of an element is ``slots[e]``, block · `LANES` + lane.
     """
     scratch, state, runs, states = body.scratch, body.state, body.runs, states_of(body.state)
     first = state[0, 0, 0]

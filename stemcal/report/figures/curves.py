@@ -28,7 +28,7 @@ from stemcal.report.records import Curve
 def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
     """Return force over travel, that of the blade or of another test, for all runs; highlighted ones are named.
 
-    After the stem has broken a curve is dotted: there it tells of the released stem, not of cutting.
+    After the stem has broken a curve is dotted: there it shows the released stem, not cutting.
     """
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
@@ -56,7 +56,7 @@ def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
 
 
 def _until_broken(curve: Curve) -> int:
-    """Return how many points of a curve stand before the stem has broken."""
+    """Return how many points of a curve are before the break."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 
@@ -68,13 +68,13 @@ def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
     with new_figure() as figure:
         axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         axes.fill_between(travel, mean - 2.0 * sd, mean + 2.0 * sd, color=FAINT, alpha=0.4, label="measured, ± 2 SD")
-        axes.plot(travel, mean, color=INK, label="their mean")
+        axes.plot(travel, mean, color=INK, label="mean")
         axes.plot(travel, force, color=BLUE, label="simulated")
         below.axhspan(-2.0, 2.0, color=FAINT, alpha=0.4)
         below.plot(travel, (force - mean) / np.maximum(sd, 1e-9), color=BLUE)
         axes.set_ylabel("force, N")
         axes.set_ylim(bottom=0)
-        below.set_ylabel("off by, SD")
+        below.set_ylabel("difference, SD")
         below.set_xlabel("travel, mm")
         axes.margins(x=0)
         legend_above(axes)

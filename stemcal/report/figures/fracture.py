@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 
 
-# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints tell as much.
+# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints show as much.
 PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
 TOOL = "#b4bac3"
@@ -45,21 +45,19 @@ def near(shape: Shape) -> float:
 
 
 def strain_scale(shapes: Sequence[Shape]) -> Any:
-    """Return the scale of plastic strain over the elements that stand, one for all shapes."""
+    """Return the scale of plastic strain over the remaining elements, one for all shapes."""
     from matplotlib.colors import Normalize
 
     largest = [float(np.max(shape.plastic_strain[shape.standing], initial=0.0)) for shape in shapes]
     return Normalize(0.0, max(*largest, 1e-6))
 
 
-def colour_bar(
-    figure: Figure, scale: Any, panels: list[Axes], label: str = "plastic strain", colours: str = PLASTIC
-) -> None:
-    """Draw the scale beside the panels."""
+def colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
+    """Draw the scale next to the panels."""
     import matplotlib
 
-    mapped = matplotlib.cm.ScalarMappable(scale, colours)
-    figure.colorbar(mapped, ax=panels, label=label, aspect=30).outline.set_visible(False)
+    mapped = matplotlib.cm.ScalarMappable(scale, PLASTIC)
+    figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
 
 
 def side_faces(shape: Shape) -> tuple[Array, Array]:
@@ -71,19 +69,15 @@ def side_faces(shape: Shape) -> tuple[Array, Array]:
     return points[seen][order][:, :, (0, 2)], shape.plastic_strain[owner[seen]][order]
 
 
-def section_faces(shape: Shape, values: Array | None = None) -> tuple[Array, Array]:
-    """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain.
-
-    Other `values` of the elements take the strain's place.
-    """
+def section_faces(shape: Shape) -> tuple[Array, Array]:
+    """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain."""
     behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
     corners, owner = _faces(shape.hexes, behind)
     before = shape.reference[corners]
     close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * _edge(before)
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
-    shown = shape.plastic_strain if values is None else values
-    return shape.nodes[corners[on_plane]][:, :, (0, 2)], shown[owner[on_plane]]
+    return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
 
 
 def end_faces(shape: Shape) -> Array:
@@ -95,7 +89,7 @@ def end_faces(shape: Shape) -> Array:
 
 
 def exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return the faces (F, 4) of standing elements behind which no element stands, and their elements."""
+    """Return the outer faces (F, 4) of the remaining elements, and their elements."""
     return _faces(shape.hexes, shape.standing)
 
 
@@ -124,7 +118,6 @@ def draw_faces(
     faces: tuple[Array, Array],
     scale: Any,
     reach: float | None = None,
-    colours: str = PLASTIC,
 ) -> list[Any]:
     """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
     from matplotlib.collections import PolyCollection
@@ -133,7 +126,7 @@ def draw_faces(
     polygons, strain = faces
     added: list[Any] = []
     for sign in (1.0, -1.0) if shape.symmetry == "quarter" else (1.0,):
-        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=colours, norm=scale, edgecolors=EDGE, linewidths=0.2)
+        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=PLASTIC, norm=scale, edgecolors=EDGE, linewidths=0.2)
         body.set_array(strain)
         added.append(axes.add_collection(body))
         for tool in shape.tools:

@@ -1,4 +1,4 @@
-"""The stem on its way through the cut: moments in section, fields, the mesh, and the animation as a GIF."""
+"""The stem on its way through the cut: moments in section, the mesh, and the animation as a GIF."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,11 +28,8 @@ from stemcal.solvers.film import Frame
 Array = NDArray[np.float64]
 
 
-STRESS, WAY = "YlGnBu", "BuPu"  # colours: their lightness falls steadily, so that grey prints tell as much
-
-
 def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
-    """Return the frames that tell the story: start, half-way to the peak, peak, and evenly from there to the end."""
+    """Return the main frames: start, half-way to the peak, peak, and evenly from there to the end."""
     forces = [frame.force for frame in frames]
     peak = forces.index(max(forces))
     after = np.linspace(peak, len(frames) - 1, count - 2)
@@ -98,29 +95,6 @@ def _draw_across(axes: Axes, shape: Shape) -> None:
     axes.set_ylim(-reach, reach)
     axes.set_aspect("equal")
     axes.set_xlabel("y, mm")
-
-
-def fields(frames: Sequence[Frame]) -> Figure:
-    """Return von Mises' stress and the displacement of the frame that knows its stress, each with its scale."""
-    from matplotlib.colors import Normalize
-
-    frame = next(frame for frame in frames if frame.von_mises is not None)
-    shape, moved = frame.shape, np.linalg.norm(frame.shape.nodes - frame.shape.reference, axis=1)
-    shown = (
-        (frame.von_mises, "von Mises stress, MPa", STRESS),
-        (moved[shape.hexes].mean(axis=1), "displacement, mm", WAY),
-    )
-    with new_figure(width=6.4, height=2.3) as figure:
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        for axes, (values, label, colours) in zip(panels, shown, strict=True):
-            scale = Normalize(0.0, max(float(np.max(values[shape.standing], initial=0.0)), 1e-9))
-            draw_faces(axes, shape, section_faces(shape, values), scale, near(shape), colours)
-            axes.set_xlabel("x, mm")
-            axes.set_title(label, fontsize=9)  # beside its scale it stood before the next panel
-            colour_bar(figure, scale, [axes], "", colours)
-        panels[0].set_ylabel("z, mm")
-        figure.suptitle(f"blade at {fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", fontsize=9, color=INK)
-    return figure
 
 
 Curve = tuple[Sequence[float], Sequence[float]]

@@ -23,7 +23,7 @@ _ROUNDED = ("x", "y", "width", "height", "transform")
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: its name, the section it belongs to, its caption, and what draws it.
+    """A figure: its name, its section, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
     that `claims` intervals is shown of a calibrated study only.
@@ -102,7 +102,7 @@ def inline(document: str, description: str, shared: Shared, values: Sequence[Any
 
 
 def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
-    """Return an element as text; of a group that says nothing, what is in it."""
+    """Return an element as text; of a group without attributes only its content."""
     if node.tag in ("defs", "metadata"):
         return ""
     inside = str(escape((node.text or "").strip())) + "".join(_written(child, shared, ids) for child in node)

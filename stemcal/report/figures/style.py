@@ -60,7 +60,7 @@ def installed_fonts() -> list[str]:
 
 
 def _settings() -> Any:
-    """Return settings of matplotlib; its own type for them lists every key it knows."""
+    """Return settings of matplotlib; its own type for them lists all its keys."""
     return {
         "font.family": installed_fonts(),
         "font.size": 9,
@@ -98,7 +98,7 @@ def styled() -> Iterator[None]:
 
 
 def plain(text: str) -> str:
-    """Return text that matplotlib takes as it stands: `$` would begin a formula."""
+    """Return text that matplotlib takes unchanged: `$` would begin a formula."""
     return text.replace("$", r"\$")
 
 
@@ -120,7 +120,7 @@ def in_lines(text: str, most: int) -> str:
 
 
 def frame_in_space(axes: Any, share: float = 1.0) -> None:
-    """Set a view in space so far off that names of several lines beside its edges are not cut off."""
+    """Set a view in space so far off that names of several lines next to its edges are not cut off."""
     further = max(axis.get_label_text().count("\n") for axis in (axes.xaxis, axes.yaxis))
     for axis in (axes.xaxis, axes.yaxis):
         axis.labelpad = 4.0 + 8.0 * axis.get_label_text().count("\n") * share
@@ -166,7 +166,7 @@ def legend_above(axes: Axes, most: int = 3) -> None:
 
 
 def save(figure: Figure, path: Path, dpi: float = 200) -> None:
-    """Write a figure for use outside the page, on white; the suffix says the format."""
+    """Write a figure for use outside the page, on white; the suffix determines the format."""
     kind = path.suffix.lower().removeprefix(".")
     logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)  # EPS has no transparency: known
     file = io.BytesIO()
@@ -224,7 +224,7 @@ def save_both(figure: Figure, path: Path) -> list[Path]:
 def write_both(document: str, pixels: bytes, path: Path) -> list[Path]:
     """Write the `svg` and the `png` of a figure as ``path.svg``, on white, and ``path.png``; returns both."""
     files = [path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png")]
-    # what lies below everything is the first thing drawn
+    # the lowest layer is drawn first
     write_atomic(files[0], document.replace("fill: none", "fill: #ffffff", 1))
     write_atomic(files[1], pixels)
     return files
@@ -240,7 +240,7 @@ def svg(figure: Figure) -> str:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Give everything its place, with texts as wide as they are in SVG, and let the layout engine go.
+    """Give everything its place, with texts as wide as they are in SVG, and remove the layout engine.
 
     Matplotlib would draw the whole figure once more for that, and an engine that rests costs time.
     """

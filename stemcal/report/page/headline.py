@@ -94,20 +94,20 @@ def question(study: Study) -> str:
 
 def _question(study: Study) -> str:
     target, naming, names = study.calibration_target, study.naming, Names(study.naming)
-    which, fitted = "Which parameters make", _fitted(study)
+    which, fitted = "Which parameters reproduce the measured", _fitted(study)
     if len(study.joint_targets) > 1:
         places = names.conditions(target.condition for target in study.joint_targets)
         if naming.is_cutting and len(fitted) == 1:
-            return f"{which} simulated stems of {places} diameter need the measured maximum cutting forces?"
-        return f"{which} the simulated {series(fitted)} at {places} equal the measured values?"
+            return f"{which} maximum cutting forces of stems of {places} diameter?"
+        return f"{which} {series(fitted)} at {places}?"
     if naming.is_cutting:
-        stem = f"a simulated stem of {names.conditions([target.condition])} diameter"
+        stem = f"a stem of {names.conditions([target.condition])} diameter"
         force = naming.response.text(target.response, ".6g")
-        return f"{which} {stem} need the measured maximum cutting force of {force}?"
+        return f"{which} maximum cutting force of {stem} ({force})?"
     means = [(naming.named(name), target.mean_of(name)[0]) for name in study.fitted_responses]
     responses = series(named.long for named, mean in means if mean is not None)
     measured = series(f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None)
-    return f"{which} the simulated {responses}{names.at(target.condition)} equal the measured {measured}?"
+    return f"{which} {responses}{names.at(target.condition)} ({measured})?"
 
 
 def failures(done: Iterable[StageResult]) -> list[str]:

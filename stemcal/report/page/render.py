@@ -54,7 +54,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Part:
-    """Tables and pictures, those that tell the story and those that are folded."""
+    """Tables and pictures, the main ones and the folded ones."""
 
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
@@ -89,7 +89,7 @@ class Shown:
 
 
 def shown(study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None) -> Shown:
-    """Read what a study has come to, as far as that is not given, with its figures, none of them drawn yet."""
+    """Read the results of a study, unless they are given, with its figures, none of them drawn yet."""
     results = results or fresh_results(study, folder)
     records = read_records(results, folder)
     return Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
@@ -173,7 +173,7 @@ def _grown(study: Study, results: Results, holds: bool) -> list[Table]:
 def section(
     result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
 ) -> Section:
-    """Return what came out of a stage, its tables, figures and notes, as far as the verdict bears them."""
+    """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = part_of(
         visible(tables_of(result, labels, judged=True), verdict.holds),
@@ -206,7 +206,7 @@ def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
 
 
 def run_tables(study: Study, results: Results, records: Records) -> list[Table]:
-    """Return the designs run by run, and what the solver told of every run."""
+    """Return the designs run by run, and the solver's details of every run."""
     tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
         if isinstance(design := getattr(result, "design", None), DesignRuns):

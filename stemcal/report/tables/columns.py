@@ -53,7 +53,7 @@ def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
 def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return columns of values of responses, by key, label and form.
 
-    The unit heads the column, or stands beside each value where every row has a response of its own: then a column that
+    The unit heads the column, or follows each value where every row has a different response: then a column that
     names the response comes first.
     """
     naming, response = names.naming, names.response
@@ -98,17 +98,17 @@ def response_decimals(response: Named, values: Iterable[float | None], usual: in
 
 
 def to_decimals(places: int) -> Form:
-    """Return what writes numbers with so many decimals."""
+    """Return a function that writes numbers with fixed decimals."""
     return lambda value: fixed(value, places)
 
 
-# ---- measured responses beside what a surface or a simulation gives: what calibration and validation share
+# ---- measured responses next to what a surface or a simulation gives: what calibration and validation share
 
 
 def further_table(
     rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
 ) -> Table:
-    """Return further responses at each condition: measured, beside what the surface or the simulation `found`."""
+    """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
     of_stems = [] if names.naming.others else ["Travel and work of the blade from first touch to the maximum force."]
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
@@ -117,8 +117,7 @@ def further_table(
 def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
-        "Score: how far along a mode a curve is from the mean of the measured ones; its error is in % of the maximum "
-        "force."
+        "Score: distance of a curve from the mean measured curve along a mode; its error is in % of the maximum force."
     )
     return [text] if any(named.apart for named in names.naming.responses) else []
 

@@ -20,7 +20,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("share_percent", "Share", "%", to_decimals(1)),
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
-    share = f"Together {found.share_percent:.1f} % of the stems; the upper limit is part of the next grade."
+    share = f"The grades contain {found.share_percent:.1f} % of the stems. An upper limit is part of the next grade."
     return [
         Table(columns, tuple(_statistics(found).items()), "Stem diameters"),
         Table.of(grades, found.grades, "Grades", [share]),
@@ -28,7 +28,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
 
 
 def shear_tables(tests: ShearTests) -> list[Table]:
-    """Return the maximum shear force of every specimen, and what each grade comes to."""
+    """Return the maximum shear force of every specimen, and the statistics of each grade."""
     diameter = Column("diameter", "Diameter", "mm", short)
     grades = [
         diameter,
@@ -69,7 +69,7 @@ def tests_table(tests: MeasuredTests) -> Table:
 
 
 def _statistics(found: Diameters) -> dict[str, str]:
-    """Return what is told of a sample of stem diameters."""
+    """Return the statistics of a sample of stem diameters."""
     summary = found.summary
     return {
         "Stems": f"{summary.n}, {found.readings} readings",

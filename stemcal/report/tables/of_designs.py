@@ -21,7 +21,7 @@ from stemcal.stages.result import DesignRuns
 if TYPE_CHECKING:
     from stemcal.overview.status import Entry
 
-MANY = 4  # factors beyond which columns are headed by symbols in place of names
+MANY = 4  # factors beyond which columns are headed by symbols instead of names
 SHORT_KEY = 8
 LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_seconds")
 """What the terminal shows of a run; its CSV file has more."""
@@ -45,13 +45,13 @@ def _other(named: Named) -> Column:
 
 
 def checks_table(records: Records) -> Table | None:
-    """Return the solver's checks of every distinct run, None where no solver told of them."""
+    """Return the solver's checks of every distinct run, None if no solver reported them."""
     rows = [vars(one.checks) | {"run": run} for run, one in distinct_of(records).values() if one.checks is not None]
     columns = (
         Column("run", "Run"),
         Column("peak_force", "Peak", "N", significant),
         Column("peak_travel", "at", "mm", to_decimals(3)),
-        Column("again", "Fell again", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
+        Column("again", "Past peak", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
         Column("elements", "Elements", form=format),
         Column("deleted_elements", "Failed", form=format),
         Column("steps", "Steps", form=format),
@@ -60,8 +60,8 @@ def checks_table(records: Records) -> Table | None:
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
     foot = (
-        "Failed: elements that had failed at the peak. Drift: largest error of the energy balance. Kinetic, "
-        "hourglass: largest share of the internal energy before the peak; small shares mean a quasi-static test."
+        "Failed: elements deleted up to the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
+        "largest share of the internal energy before the peak; if they are small, the test is quasi-static."
     )
     return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
 
@@ -83,7 +83,7 @@ def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = ()
         *("started", "host", "stemcal"),
     ]
     entries = list(found)
-    return Table.of(columns, entries, title, () if entries else ["There are none."])
+    return Table.of(columns, entries, title, () if entries else ["None."])
 
 
 def listed(runs: Table, names: Names) -> Table:

@@ -38,7 +38,7 @@ class PaperTable:
 
 
 def printed(name: str, caption: str, table: Table, heads: Mapping[str, str], note: str = "") -> PaperTable:
-    """Return a table with the columns that `heads` knows, where it has them; an empty head keeps the column's label."""
+    """Return a table with those of its columns that are in `heads`; an empty head keeps the column's label."""
     keys = [column.key for column in table.columns]
     picked = table.only(key for key in keys if key in heads)
     columns = tuple(
@@ -54,7 +54,7 @@ def printed(name: str, caption: str, table: Table, heads: Mapping[str, str], not
 
 
 def run_heads(study: Study, number: str) -> dict[str, str]:
-    """Return the heads of the columns that tell of runs: number, condition, levels, responses."""
+    """Return the heads of the columns of runs: number, condition, levels, responses."""
     naming = study.naming
     place = {} if naming.condition is None else {"condition": titled(naming.condition.label)}
     responses = {FIRST: label_of(naming.response), **{other.name: titled(other.label) for other in naming.others}}

@@ -18,7 +18,7 @@ _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 
 
 def setting_tables(study: Study) -> list[Table]:
-    """Return the factors, what stood still beside them, and what was measured."""
+    """Return the factors, what stood still next to them, and what was measured."""
     tables = [_factors(study), _measured(study)]
     if (how := study.solver.explicit) is not None:
         tables.append(_values("Part", _virtual_test(study, how), "The virtual shear test"))
@@ -87,7 +87,7 @@ def _measured(study: Study) -> Table:
         foot = ["The parameters are fitted to all of them together."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [f"Bold: what the parameters are fitted to ({Names(naming).conditions(fitted)})."]
+        foot = [f"Bold: fitted values ({Names(naming).conditions(fitted)})."]
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
@@ -137,7 +137,7 @@ def _material(study: Study) -> dict[str, str]:
         else:
             diameters, values = zip(*growth.rows, strict=True)
             told = ", ".join(_written(name, value) for value in values)
-            rows[name] = f"{told} at {', '.join(map(short, diameters))} mm, linear between"
+            rows[name] = f"{told} at {', '.join(map(short, diameters))} mm, interpolated linearly"
     return rows
 
 

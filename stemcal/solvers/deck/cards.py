@@ -1,8 +1,8 @@
 """Keyword cards: fields in columns, numbers with as many digits as these hold; and which of them a deck has.
 
-A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader knows. On request, where
+A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader supports. On request, where
 one of its numbers needs more, that keyword is in long format, fields of twenty columns, marked by a ``+`` behind its
-name: LS-DYNA then reads all digits, OpenRadioss does not know the keyword.
+name: LS-DYNA then reads all digits, OpenRadioss does not support the keyword.
 """
 
 from collections.abc import Iterable, Mapping
@@ -16,7 +16,7 @@ from stemcal.study.model import Study
 Card = Mapping[str, float | int | str]
 
 STANDARD, LONG = 10, 20
-# Comments that tell what no card can begin so.
+# Comments for content without a card begin with this.
 SETTINGS = "$> "
 _HEADING = "$#"
 
@@ -125,7 +125,7 @@ class DeckForm:
 
     @property
     def by_density(self) -> bool:
-        """Whether the stem is made denser in place of mass on single nodes.
+        """Whether the stem is made denser instead of mass on single nodes.
 
         OpenRadioss's nonlocal field diverges where nodes are given mass.
         """

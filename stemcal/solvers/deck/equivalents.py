@@ -1,6 +1,6 @@
 """The embedded solver's numbers in the words of LS-DYNA's cards.
 
-Contact stiffness, mass scaling and rate law are each defined in another way there. Every conversion stands here once,
+Contact stiffness, mass scaling and rate law are each defined in another way there. Every conversion is here once,
 with what it rests on; the hourglass coefficient means the same (`fem.material.Hourglass`).
 """
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 _RADIOSS_LENGTH = 2.0
 # LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
-# The radius of a nose over the distance within which a sharp edge bears: with it the force of both is alike.
+# The radius of a nose over the distance within which a sharp edge acts: with it both have the same force.
 _NOSE = 1.4
 # A rate law that raises the yield stress by less than this at the highest rate has no effect.
 _NO_EFFECT = 1e-3
@@ -82,7 +82,7 @@ def contact_scale(
 
 
 def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:
-    """Return what OpenRadioss makes of K A²/V where a node of a tool's edge bears on a mesh near a place.
+    """Return what OpenRadioss makes of K A²/V where a node of a tool's edge acts on a mesh near a place.
 
     It takes the mean of that and the node's own stiffness K (2 Vₙ)^⅓, Vₙ the volume that its elements give a node
     (asstifi.F, i25cor3.F), and half of it (i25for3.F), since surfaces meet from both sides. A sharp edge does not.
@@ -104,7 +104,7 @@ def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[NDArray[np.
 
 
 def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, float]:
-    """Return C and P with which 1 + (ε̇/C)^(1/P) says the same as a law; zeros where it has no effect up to `rate`.
+    """Return C and P with which 1 + (ε̇/C)^(1/P) is equivalent to a law; zeros where it has no effect up to `rate`.
 
     >>> rate_constants("cowper_symonds", 90.0, 8.0, 10.0), rate_constants("paper", 90.0, 8.0, 10.0)
     ((90.0, 8.0), (0.0, 0.0))

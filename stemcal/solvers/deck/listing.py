@@ -1,4 +1,4 @@
-"""What OpenRadioss says: errors, echoed values, how it ended, elements taken away, time histories."""
+"""The output of OpenRadioss: errors, echoed values, termination, deleted elements, time histories."""
 
 import csv
 import re
@@ -53,12 +53,12 @@ def problems(text: str) -> list[Problem]:
 def differences(text: str, material: int, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
     """Return where the echo of a material is not what was written.
 
-    A keyword or a field that the reader does not know leaves no error, only other values.
+    A keyword or a field that the reader does not support gives no error, only other values.
 
     Parameters
     ----------
     written : mapping
-        ``ro e pr sigy etan fail c p`` as they stand in the deck.
+        ``ro e pr sigy etan fail c p`` as written in the deck.
     nonlocal_length : float
         The length of its nonlocal failure, mm; 0 for none.
     """
@@ -80,7 +80,7 @@ def differences(text: str, material: int, written: Mapping[str, float], nonlocal
 
 
 def deletes_elements(listing: str) -> bool:
-    """Tell whether elements fail by a criterion, by the starter's listing."""
+    """Return whether elements fail by a criterion, by the starter's listing."""
     return _FAILURE.search(listing) is not None
 
 
@@ -124,12 +124,12 @@ def _expected(written: Mapping[str, float]) -> dict[str, float]:
 
 
 def is_normal_end(text: str) -> bool:
-    """Tell whether the engine says that it came to its normal end."""
+    """Return whether the engine reports normal termination."""
     return "NORMAL TERMINATION" in text
 
 
 def deleted_elements(listing: str, printed: str) -> list[float]:
-    """Return when each element was taken away, s: as printed, or else the cycle told of before it in the listing."""
+    """Return when each element was deleted, s: as printed, or the time of the cycle before it in the listing."""
     times: dict[int, float] = {}
     now = 0.0
     for line in listing.splitlines():
@@ -160,7 +160,8 @@ def contact_force(text: str) -> ContactForce:
     if not any(_columns(names)):
         raise SimulationFailed(
             "impulse",
-            "the time histories have no titles, so they may hold impulses instead of forces; the engine's file needs "
+            "the time histories have no titles, so they may contain impulses instead of forces; the engine's file "
+            "needs "
             f"{TITLES}, and th_to_csv the file runT01_TITLES",
         )
     if len(chosen) != 2:
@@ -169,7 +170,7 @@ def contact_force(text: str) -> ContactForce:
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
-        raise SimulationFailed("bad_result", "the table of time histories has a row that ends too early") from None
+        raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
     if len(values) < 2 or not np.isfinite(values).all():
         raise SimulationFailed("nan", "the force of the blade has no numbers")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
@@ -179,7 +180,7 @@ def contact_force(text: str) -> ContactForce:
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(
             "impulse",
-            "the force of the blade never drops, so the time histories hold impulses instead of forces; "
+            "the force of the blade never drops, so the time histories contain impulses instead of forces; "
             "install a th_to_csv of the same OpenRadioss",
         )
     return found

@@ -18,7 +18,7 @@ from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import NUMBER, number_of, read_text
 
 FORCES = "rcforc"
-# Where LS-DYNA says how it ended, besides its standard output; MPP writes a file per process.
+# Where LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")
 _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
 # " solid element     1911 failed at time  2.8203E-01", once for each element that is taken away.
@@ -70,7 +70,7 @@ def _last_good(time: Array, force: Array) -> float:
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:
-    """Return when each element was taken away, s, as far as LS-DYNA has told; an element is told of in many files."""
+    """Return when each element was deleted, s, as far as LS-DYNA has reported; several files report an element."""
     times: dict[int, float] = {}
     for text in (printed, *(tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
         times.update((int(number), number_of(time) or 0.0) for number, time in _FAILED.findall(text))
@@ -78,7 +78,7 @@ def failed_elements(folder: Path, printed: str) -> list[float]:
 
 
 def _require_normal_termination(folder: Path, printed: str) -> None:
-    """Raise `SimulationFailed` unless LS-DYNA says, in spaced letters, that it came to its normal end."""
+    """Raise `SimulationFailed` unless LS-DYNA reports, in spaced letters, normal termination."""
     said = printed + "".join(tail(folder / name) for name in _MESSAGES)
     letters = "".join(said.lower().split())
     if "errortermination" in letters:
@@ -87,7 +87,7 @@ def _require_normal_termination(folder: Path, printed: str) -> None:
             "error_termination", f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}"
         )
     if "normaltermination" not in letters:
-        raise SimulationFailed("no_termination", "LS-DYNA did not say that it came to its normal end")
+        raise SimulationFailed("no_termination", "LS-DYNA did not report normal termination")
 
 
 def tail(path: Path, most: int = _TAIL_BYTES) -> str:

@@ -1,4 +1,4 @@
-"""What a deck says: meshes, the stem's law and its values, and where that is not what the study says."""
+"""The content of a deck: meshes, the stem's law and its values, and the differences from the study."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from stemcal.study.types.field_types import Length
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
-# How far a nose stands beside the row of nodes that the edge is over, in element sizes of the spec. Its force goes up
+# Distance of a nose from the row of nodes that the edge is over, in element sizes of the spec. Its force goes up
 # and down with the nodes that it holds, by 5 % to either side as over a row and over the middle between two; a quarter
 # is about half way, for the rows under the edge are shorter than that size, mostly by 4 to 10 % (`cutting.build`).
 _NOSE_BESIDE = 0.25
@@ -105,7 +105,7 @@ class Deck:
 
     @property
     def edge_spread(self) -> float:
-        """How far the edge's force is spread in the study, mm; no deck says it so."""
+        """How far the edge's force is spread in the study, mm; no deck has this length."""
         return self.study.blade.edge_spread.at(self.diameter) if self._has_lengths else 0.0
 
     @property
@@ -119,13 +119,13 @@ class Deck:
 
     @property
     def nose(self) -> float:
-        """The radius of the edge in the deck, mm: that of the blade, or of the spread that it stands for."""
+        """The radius of the edge in the deck, mm: that of the blade, or of the spread that it represents."""
         radius = self.study.blade.edge_radius
         return max(radius, nose_radius(self.edge_spread)) if self.form.lengths else radius
 
     @property
     def is_sharp(self) -> bool:
-        """Whether the edge bears as a line, by as many nodes to an element of the stem as the embedded solver's.
+        """Whether the edge acts as a line, with the same number of nodes per stem element as in the embedded solver.
 
         With one, a stem of 11 mm parted at 0.73 of the force in OpenRadioss, another at 0.62: few elements bore it all.
         """
@@ -133,9 +133,9 @@ class Deck:
 
     @property
     def edge_share(self) -> float:
-        """The share of p m/Δt² for which the blade's factor stands, in the words of LS-DYNA.
+        """The share of p m/Δt² that corresponds to the blade's factor, as defined by LS-DYNA.
 
-        A sharp edge has four nodes to an element. In the embedded solver each bears on a quarter of m over 1 + η², the
+        A sharp edge has four nodes to an element. In the embedded solver each acts on a quarter of m over 1 + η², the
         4 Σ N² of a face's shape functions at −1 < η < 1 of its width: on average π/4.
         """
         if not self.is_sharp:
@@ -171,7 +171,7 @@ class Deck:
 
     @property
     def card(self) -> dict[str, float]:
-        """The law that the stem's card says, in the order of `PARAMETERS`; its density is the study's."""
+        """The values of the stem's card, in the order of `PARAMETERS`; its density is the study's."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.given["density"]
         return {**self.material, **isotropic, "ro": density}
@@ -188,7 +188,7 @@ class Deck:
         if elements > MOST_ELEMENTS:
             raise UsageError(
                 f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, at most "
-                f"{MOST_ELEMENTS:.0e} are written; take coarser elements (solver.element_size) or a shorter specimen"
+                f"{MOST_ELEMENTS:.0e} are written; use larger elements (solver.element_size) or a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
@@ -201,12 +201,12 @@ class Deck:
 
     @cached_property
     def notes(self) -> list[str]:
-        """What the deck says otherwise than the study, or cannot say."""
+        """The differences of the deck from the study."""
         return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter(), *self._rounded()]
 
     @cached_property
     def settings(self) -> dict[str, Any]:
-        """What belongs to the model and has no card, in mm, t, s, N: it is written in comments."""
+        """Parts of the model without a card, in mm, t, s, N, which are written as comments."""
         study, solver, given = self.study, self.solver, self.given
         kept = {
             "edge_spread": self.edge_spread,
@@ -255,14 +255,15 @@ class Deck:
             )
             if self._element_size > most:
                 yield (
-                    f"elements of {self._element_size:.3g} mm are too coarse for that nose, the stem parts at more "
-                    f"force; take at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
+                    f"elements of {self._element_size:.3g} mm are too large for that nose and the force becomes too "
+                    f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
-            yield "*MAT_NONLOCAL takes history variable 1 for the plastic strain; no LS-DYNA was at hand to see that"
+            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; this is not tested with LS-DYNA"
         if self.density_factor > 1.0:
             yield (
-                f"the stem's density is {self.density_factor:.4g} times that of the study instead of mass on nodes, "
+                f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass on "
+                f"nodes, "
                 "with which the nonlocal field of OpenRadioss diverges"
             )
 
@@ -270,7 +271,7 @@ class Deck:
         beta = self.given["hardening_parameter"]
         if not self.form.for_ls_dyna and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
             kinematic = 100.0 * (1.0 - beta)
-            yield f"*MAT_024 hardens isotropically, {kinematic:g} % of the hardening is kinematic in the study"
+            yield f"*MAT_024 has isotropic hardening; in the study {kinematic:g} % of the hardening is kinematic"
 
     def _rate(self) -> Iterator[str]:
         if self._rate_law != "paper":
@@ -281,22 +282,23 @@ class Deck:
             yield f"{law} is written as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"{law} is written as no rate effect: at the speed of the blade it adds {most:.1g} at most"
+            yield f"{law} is omitted: at the speed of the blade it adds {most:.1g} at most"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
             of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "all strain (VP = 0)"
             yield (
-                f"the rate is that of {of}, which the study smooths over {time:.3g} s; no field of this card does, and "
-                "with little mass vibration counts as rate"
+                f"the card uses the rate of {of} without smoothing, the study smooths it over {time:.3g} s; with "
+                f"little "
+                "mass, vibration increases the rate"
             )
 
     def _rounded(self) -> Iterator[str]:
         exact, apart = _by_field(self.given), {"c", "p", *(["ro"] if self.density_factor > 1.0 else [])}
         changed = [name for name, value in exact.items() if name not in apart and value != self.material[name]]
         if changed:
-            yield f"ten columns round {', '.join(changed)}"
+            yield f"fields of ten columns round {', '.join(changed)}"
 
 
 def _by_field(given: Mapping[str, float]) -> dict[str, float]:
@@ -326,7 +328,7 @@ def as_embedded(deck: Deck) -> Study:
     Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
     """
     study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
-    # a nose and a program's nonlocal length stand for the study's own lengths; without them there are none
+    # a nose and a program's nonlocal length represent the study's own lengths; without them there are none
     lengths = {} if deck.form.lengths else {"internal_length": Length(0.0)}
     edge = {} if deck.form.lengths else {"edge_spread": Length(0.0)}
     return study.model_copy(

@@ -39,12 +39,12 @@ from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import read_text
 
 HOME = "OPENRADIOSS_PATH"
-# What the starter says of itself when asked, within so many seconds.
+# Version that the starter prints, and the time limit for it in seconds.
 _VERSION, _VERSION_S = (
     re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE),
     20.0,
 )
-# Usual names begin so; what follows tells platform, precision and parallel library, the shortest is the plain one.
+# Usual names begin so; the rest is platform, precision and parallel library; the shortest is the plain one.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
 _ON_PATH = {
     "starter": ("starter_linux64_gf", "starter_linuxa64_gf", "starter_win64", "starter"),
@@ -85,7 +85,7 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
 
 
 def program_version(there: Installation) -> str:
-    """Return commit and date of build as the starter tells them of itself; empty where it tells neither."""
+    """Return commit and date of build as the starter prints them; empty if it prints neither."""
     try:
         said = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
     except OSError:
@@ -95,7 +95,7 @@ def program_version(there: Installation) -> str:
 
 
 def _home_of(starter: str) -> Path | None:
-    """Return the home that a starter on PATH lies in, if it is one."""
+    """Return the home that a starter on PATH is in, if it is one."""
     home = Path(starter).resolve().parent.parent
     return home if (home / _DEFINITIONS_FOLDER).is_dir() else None
 
@@ -107,7 +107,7 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
         return
     where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
     raise UsageError(
-        f"solver.programs.home: {where}, without whose definitions of keywords the starter ends every run with 'Check "
+        f"solver.programs.home: {where}, so the starter ends every run with 'Check "
         f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
     )
 
@@ -229,7 +229,7 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
 
 
 def starter_accepted(folder: Path, ended: Ended) -> str:
-    """Return the starter's listing; raise `SimulationFailed` if it tells of errors."""
+    """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
     listing = _text_left(folder, STARTER_LISTING)
     found = problems(listing) or problems(ended.output)
     if found:
@@ -246,9 +246,7 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text
     except SimulationFailed as missing:
-        raise SimulationFailed(
-            "no_engine_input", f"the starter has left no {ENGINE_INPUT} to go on with: {missing}"
-        ) from None
+        raise SimulationFailed("no_engine_input", f"the starter wrote no {ENGINE_INPUT}: {missing}") from None
     # the starter calls the run after the whole name of the deck, runk; its restart file is run's
     engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
     if TITLES not in engine:
@@ -271,13 +269,13 @@ def _engine_ran(folder: Path, ended: Ended) -> None:
             "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
         )
     code_is_zero(ended)
-    raise SimulationFailed("no_termination", "the engine did not say that it came to its normal end")
+    raise SimulationFailed("no_termination", "the engine did not report normal termination")
 
 
 def _table_made(folder: Path, ended: Ended) -> None:
     """Raise `SimulationFailed` unless there is a table of the time histories."""
     if ended.code != 0 or not (folder / TABLE).is_file():
-        because = "" if (folder / HISTORY).is_file() else f": the engine has left no {HISTORY}"
+        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
         raise SimulationFailed("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
 
 

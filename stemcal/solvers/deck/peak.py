@@ -47,7 +47,7 @@ def peak_answer(
     failed : sequence of float
         When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
     warnings : sequence of Note
-        What else is to be known before the answer is used.
+        Warnings on the answer.
     modes : CurveModes, optional
         Those of the measured curves, which the filtered force until then is scored on.
     """
@@ -58,7 +58,7 @@ def peak_answer(
     broken = break_row(filtered, deleted, BREAK_DROP)
     peak = int(np.argmax(filtered[:broken]))
     if filtered[peak] <= 0.0:
-        raise SimulationFailed("no_contact", "the blade met no resistance: check gap, speed and duration")
+        raise SimulationFailed("no_contact", "no contact force: check gap, speed and duration")
     travel = loading.speed * time - GAP
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)

@@ -28,7 +28,7 @@ class DeckProgram(Program):
 
     @property
     def options(self) -> DeckSolver:
-        """What the spec says of the program."""
+        """The keys of the program in the spec."""
         assert isinstance(self.study.solver, DeckSolver)
         return self.study.solver
 

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 # Elements across half the blade at least, and around the supports' inner edge.
 _HALF = 2
 _AROUND = 4
-# Elements of the rounding of the edge over those of the stem: so many facets are round for it.
+# Elements of the rounding of the edge over those of the stem: this number of facets is smooth enough.
 _FACET = 0.5
 # The height of a sharp edge's V over the body's thickness: higher than the edge sinks into the stem.
 _VEE = 0.15
@@ -27,7 +27,8 @@ def blade_mesh(
 ) -> Mesh:
     """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm.
 
-    With `samples` its edge is a line of so many nodes to an element, placed as the embedded solver's about y = 0.
+    With `samples` its edge is a line with this number of nodes per element, placed as the embedded solver's about y =
+    0.
 
     Above what a stem can touch within the stroke its body is one element high.
     """
@@ -51,9 +52,9 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
 def blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
     """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
 
-    The first row lies on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose
-    too wide for the body makes it thicker. As a `line` the edge is its lowest point, without nodes beside it that
-    would bear as well, as soon as it lies some hundredths of a millimetre deep: the first row is a V.
+    The first row is on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose
+    too wide for the body makes it thicker. As a `line` the edge is its lowest point, without nodes next to it that
+    would act as well at a depth of some hundredths of a millimetre: the first row is a V.
     """
     r, t = blade.edge_radius, blade.thickness
     both = blade.bevel == "both"

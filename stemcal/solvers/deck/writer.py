@@ -22,7 +22,7 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("runT01", "runT01.csv"),
 )
 STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
-# Without it the time histories have no titles, and th_to_csv leaves impulses in place of forces.
+# Without it the time histories have no titles, and th_to_csv leaves impulses instead of forces.
 TITLES = "/TH/TITLE"
 
 
@@ -50,7 +50,7 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from stem_material(deck.material, deck.form)
     if deck.form.for_ls_dyna and deck.nonlocal_length > 0.0:
         yield from _nonlocal(deck.nonlocal_length)
-    # OpenRadioss takes the first group of elements for what says whether failure is nonlocal (``sforc3.F``), and sorts
+    # OpenRadioss decides by the first group of elements whether failure is nonlocal (``sforc3.F``), and sorts
     # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
     held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
@@ -67,7 +67,7 @@ def _head(deck: Deck) -> Iterator[str]:
     yield "$ Units: mm, tonne, s, N, MPa."
     yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
     for note in deck.notes:
-        yield from wrap(f"Not as in the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
+        yield from wrap(f"Difference from the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
     yield from wrap(json.dumps(deck.settings), 78, initial_indent=SETTINGS, subsequent_indent=SETTINGS)
 
 
@@ -247,7 +247,7 @@ def engine_text(deck: Deck, run: str) -> str:
 
 
 def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
-    """Return the engine's file of a run of so many seconds, its outputs, and the share of the stable step it takes."""
+    """Return the engine's file of a run: its duration in s, its outputs, its part of the stable step."""
     return "\n".join(
         [
             f"/RUN/{run}/1/",
@@ -271,7 +271,7 @@ CURVE = 1001
 
 
 def material_text(deck: Deck, said: Iterable[str]) -> str:
-    """Return an include file with the stem's card and what is said of it, one comment each."""
+    """Return an include file with the stem's card and its comments, one line each."""
     return _text([*_comments(said), *stem_material(deck.material, deck.form)])
 
 

@@ -55,7 +55,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
     """Return the run that a row means: of the same name, and of the same levels as far as it has them."""
     named = runs.get(" ".join(row.run.split()).casefold(), ())
     if not named:
-        message = f"the study asks for no run {row.run!r}; write its name as the sheet does, such as rsm 3"
+        message = f"the study has no run {row.run!r}; write its name as in the sheet, such as rsm 3"
         raise RowRefused(row, "unknown_run", message)
     wrong = [other_level(study, run, row) for run in named]
     meant = [run for run, other in zip(named, wrong, strict=True) if other is None]
@@ -78,8 +78,8 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     for name, level, near, unit in asked:
         if not _is_level(row, name, level, near, unit):
             message = (
-                f"{row.run} was asked for at {name} = {level:.6g}{Named('', '', '', unit).unit_suffix}, the row has "
-                f"{row.levels[name]!r}; copy the row from the sheet, or do the run as it was asked for"
+                f"{row.run} was requested at {name} = {level:.6g}{Named('', '', '', unit).unit_suffix}, but the row "
+                f"has {row.levels[name]!r}; copy the row from the sheet, or do the run at the requested levels"
             )
             return RowRefused(row, "other_levels", message)
     return None
@@ -164,7 +164,7 @@ def readings(cell: str) -> list[float]:
 
 
 def _number(cell: str, decimal: str) -> float | Unread:
-    """Read a number; a single mark before three digits, 1,234, means two things where the sheet does not tell."""
+    """Read a number; a single mark before three digits, 1,234, is ambiguous unless the sheet decides."""
     first, second = as_number(cell, decimal), as_number(cell, _OTHER[decimal])
     if first is None or _OTHER[decimal] not in cell:
         first, second = (second, None) if first is None else (first, None)

@@ -39,7 +39,7 @@ class KnownRow:
 class Sheet(Solver):
     """Answers from `solver.file`; results that were entered are the records of the study folder.
 
-    Rows of a design with equal levels are runs of their own, unless the spec says that they answer equally.
+    Rows of a design with equal levels are separate runs, unless the spec declares a deterministic program.
     """
 
     immediate, asks_people = True, True
@@ -85,7 +85,7 @@ class Sheet(Solver):
         """Return what the file has of a run."""
         row = self._row(request)
         if row is None or row.answer is None:
-            raise UsageError(f"{run_name(request)} has no result yet; `stemcal enter` takes it")
+            raise UsageError(f"{run_name(request)} has no result yet; enter it with `stemcal enter`")
         return row.answer
 
     def given(self, stage: str) -> list[Any]:
@@ -160,7 +160,7 @@ def _known(study: Study, cells: Filled) -> KnownRow:
     if cells.broken:
         raise RowRefused(cells, "broken_row", cells.broken)
     if _number(cells.run) < 1:
-        message = f"{cells.run!r} is no run; write a stage and a number, such as rsm 3"
+        message = f"{cells.run!r} is not a run; write a stage and a number, such as rsm 3"
         raise RowRefused(cells, "unknown_run", message)
     at = study.naming.condition
     if at is not None:
@@ -186,7 +186,7 @@ def _gaps(source: str, rows: Mapping[str, Sequence[KnownRow]]) -> list[str]:
     for stage in dict.fromkeys(name.split()[0] for name in rows):
         of_stage = {name: row[0] for name, row in rows.items() if name.split()[0] == stage}
         if {_number(name) for name in of_stage} != set(range(1, len(of_stage) + 1)):
-            wrong.append(f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; number them anew")
+            wrong.append(f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; number them again")
         columns = [set[str](row.levels) for row in of_stage.values()]
         if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
             wrong.append(f"{source}: only some rows of {stage} have a level of {', '.join(partial)}; complete them")

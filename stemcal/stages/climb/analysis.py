@@ -28,18 +28,18 @@ _SHARE = 0.5
 @a_stage(ClimbResult)
 def climb(work: Work, head: Head) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
-    screening = work.result(ScreenResult)
-    names, chosen = surface_factors(work.study, work.solver, screening)
-    return _climbed(work.study, head, names, chosen, screening, work.simulating("climb"))
+    before = work.result(ScreenResult)
+    names, chosen = surface_factors(work.study, work.solver, before)
+    return _climbed(work.study, head, names, chosen, before, work.simulating("climb"))
 
 
 def _climbed(
-    study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
+    study: Study, head: Head, names: list[str], chosen: list[Note], before: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
     options, target = study.of(ClimbOptions), study.calibration_target.response
-    effects = [screening.effect(name).effect for name in names]
+    effects = [before.effect(name).effect for name in names]
     if options.at_once:
-        rows = _leap(study, names, effects, options, simulate, screening.design)
+        rows = _leap(study, names, effects, options, simulate, before.design)
     else:
         rows = _walk(study, names, effects, options, simulate)
     responses = [row.outcome.response for row in rows]
@@ -55,8 +55,8 @@ def _climbed(
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
-        effects=screening.effects,
-        significant=screening.active_factors,
+        effects=before.effects,
+        significant=before.active_factors,
         notes=(*_notes(rows, best, reached, Names(study.naming)), *chosen),
     )
 
@@ -72,7 +72,7 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     if not reached:
         response = names.response.long
         text = (
-            f"The walk ended at the edge of the ranges before the {response} passed the target, which may lie outside."
+            f"The steps reached the edge of the ranges before the {response} passed the target, which may be outside."
         )
         remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
         yield Note("target_not_passed", "warning", text, remedy)
@@ -114,7 +114,7 @@ def _leap(
 
 
 def _path(study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, rise: bool) -> Array:
-    """Return the coded points of the walk; with steps of one's own where the spec has them."""
+    """Return the coded points of the walk; with the steps of the spec if it has them."""
     own = options.step_sizes
     if not any(name in own for name in names):
         return ascent_path(effects, options.steps, rise)
@@ -149,7 +149,7 @@ def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions
 
 
 def later(study: Study) -> Later | None:
-    """Return the steps as many as there usually are, and how many there may be."""
+    """Return the usual and the largest number of steps."""
     if (options := study.given(ClimbOptions)) is None:
         return None
     most = f"at most {counted(options.steps + 1, 'more run')}"

@@ -33,11 +33,11 @@ class ClimbOptions(Frozen):
 def follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
     if draft.study.of(ScreenOptions).design == "none" and draft.study.given(ClimbOptions) is not None:
-        yield Finding(("climb",), "a climb follows the slope that a screening finds", "leave out screen.design: none")
+        yield Finding(("climb",), "a climb follows the slope that a screening finds", "remove screen.design: none")
 
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
-    """`climb.step_sizes` belong to factors, and the first step stays in their ranges."""
+    """`climb.step_sizes` are those of factors, and the first step stays in their ranges."""
     known = {factor.name: factor for factor in draft.factors.values()}
     for name, size in draft.study.of(ClimbOptions).step_sizes.items():
         path = ("climb", "step_sizes", name)
@@ -46,7 +46,7 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
         elif name in known and size > known[name].half_range * (1.0 + 1e-9):
             factor = known[name]
             message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, f"take at most {factor.half_range:g}")
+            yield Finding(path, message, f"use at most {factor.half_range:g}")
 
 
 RULES = (follows_a_slope, steps_stay_inside)

@@ -46,7 +46,7 @@ class ClimbResult(StageResult):
 
     @property
     def shares(self) -> dict[str, float]:
-        """What each factor contributes, per cent."""
+        """What each factor contributes, %."""
         return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
 
     @property

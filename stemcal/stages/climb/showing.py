@@ -14,11 +14,11 @@ class ClimbShowing(Showing[ClimbResult]):
 
     def outcome(self, result: ClimbResult, names: Names) -> list[str]:
         """Return how near the steps came to the target."""
-        stepped = f"{len(result.rows)} runs stepped {names.factors(result.names)} together towards the target."
+        stepped = f"{len(result.rows)} runs changed {names.factors(result.names)} together towards the target."
         reached = "The target was passed" if result.passed else "The target was not reached"
         return [
             "1 run was made at the centre." if len(result.rows) == 1 else stepped,
-            f"{reached}; step {result.best_step} came nearest, {fixed(abs(result.error_percent), 1)} % from it.",
+            f"{reached}; step {result.best_step} is nearest, {fixed(abs(result.error_percent), 1)} % from it.",
         ]
 
     def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
@@ -42,6 +42,6 @@ def climb_table(stage: ClimbResult, names: Names) -> Table:
     foot = (
         f"Target {names.quantity(stage.target, '.6g')}{names.at(stage.condition)}.",
         "Error = 100·(measured − simulated)/measured.",
-        f"The design of the surface: {centres} (coded 0 ± 1).",
+        f"Levels of the surface design: {centres} (coded 0 ± 1).",
     )
     return Table.of(columns, stage.rows, "Steps towards the target", foot, strong=frozenset({stage.best_step}))

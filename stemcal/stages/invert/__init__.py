@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.note import Note
     from stemcal.stages.invert.options import InvertOptions
     from stemcal.stages.invert.result import InvertResult
     from stemcal.study.model import Study, Target
@@ -20,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, reads, simulates = "invert", "Calibration", ("invert", "targets"), False
     help = "Solve the surface for the calibrated parameters and their intervals."
-    purpose = "Stage 3: the parameters that give the measured force."
+    purpose = "Stage 3: the parameters that reproduce the measured force."
 
     def needs(self, study: Study) -> str | None:
         return "rsm"
@@ -57,6 +58,11 @@ class Calibration(Stage["InvertResult"]):
         from stemcal.stages.invert.analysis import invert
 
         return invert
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.invert.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.invert.showing import InvertShowing

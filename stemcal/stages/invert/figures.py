@@ -26,12 +26,12 @@ def plots(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str
     """Return the figures of a calibration."""
     known, plots = invert.certainty, []
     likelihoods = (
-        "Profile of each factor, the others free. The 95 % interval is where the curve is below the dashed line "
+        "Profile of each factor, the others fitted. The 95 % interval is where the curve is below the dashed line "
         "(shaded); vertical line: the calibrated value."
     )
     exact = (
-        "Where the surface meets the target exactly: the range of each factor in coded units; star: the chosen point; "
-        "dashed: ±1, dotted: the reach of the design. The error of the surface is not included."
+        "Exact solutions of the surface: range of each factor in coded units. Star: selected solution; dashed: ±1; "
+        "dotted: limit of the design region. The error of the surface is not included."
     )
     units = {name: axis_of(labels.get(name, name), surface.factor(name).unit) for name in invert.point.solution}
     if known is not None:
@@ -41,7 +41,7 @@ def plots(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the misfit of each factor with all others free: below the dashed line lies its interval.
+    """Return the misfit of each factor with all others free: its interval is below the dashed line.
 
     `labels` has what to write at the axis of a factor, its name by default.
     """

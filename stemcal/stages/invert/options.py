@@ -36,7 +36,7 @@ class InvertOptions(Frozen):
     """
 
     rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
-    """Which of the points that give the force is the solution: the nearest to the centre, or the one with all factors
+    """Rule that selects one of the solutions: the nearest to the centre, or the one with all factors
     but the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
@@ -71,7 +71,7 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def responses_measured(draft: Draft) -> Iterator[Finding]:
-    """What is fitted beside the force is measured, with its scatter as the weight, and simulated."""
+    """What is fitted next to the force is measured, with its scatter as the weight, and simulated."""
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
@@ -114,7 +114,7 @@ def doubts(study: Study) -> Iterator[Finding]:
     if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
-        yield Finding(("invert", "responses"), message, "fit the force alone, or add as much to their sd")
+        yield Finding(("invert", "responses"), message, "fit only the force, or add this error to their sd")
 
 
 def growth_is_seen(draft: Draft) -> Iterator[Finding]:

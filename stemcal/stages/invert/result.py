@@ -1,4 +1,4 @@
-"""What a calibration comes to: the parameters, what else would do, and how well they are known."""
+"""The result of a calibration: the parameters, other solutions, and their uncertainty."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stemcal.study.model import Study
 
 @dataclass(frozen=True)
 class Point:
-    """A point in natural and coded units and what the surface says of it; no intervals of a saturated surface."""
+    """A point in natural and coded units with its predictions; a saturated surface has no intervals."""
 
     solution: dict[str, float]
     coded: dict[str, float]
@@ -71,7 +71,7 @@ class Certainty:
     `free` factors are those whose interval holds most of their range; along `directions` (coded) nothing measured
     changes, for example by `unseen_changes` (in the factors' `units`). `not_identified` are those and the factors
     that move along such a direction; `loosest` are changes along which the measured values change least. `known_sd`
-    tells whether standard deviations are treated as known; without `surface_error_known` no run is left over to show
+    is whether standard deviations are treated as known; without `surface_error_known` no run is left over to show
     the error of the surfaces.
     """
 
@@ -95,7 +95,7 @@ class Certainty:
 
 @dataclass(frozen=True)
 class JointRow:
-    """One measured mean of a joint fit beside the surface's; `left_out` is from a fit to the others.
+    """One measured mean of a joint fit next to the surface's; `left_out` is from a fit to the others.
 
     Of a laboratory test these are the other tests, and `left_out_interval` holds what they allow the mean to be.
     """
@@ -135,11 +135,11 @@ class Contradicted:
 
 @dataclass(frozen=True)
 class JointFitted:
-    """What a joint fit comes to; `rows` are of the force, `further` of the other responses.
+    """The result of a joint fit; `rows` are of the force, `further` of the other responses.
 
     `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
     nowhere in the region. `separated` is False where the data leave a direction of the parameters flat;
-    `presses_outwards` tells whether they ask for a point beyond the region.
+    `presses_outwards`: whether they require a point beyond the region.
     """
 
     rows: Rows[JointRow]
@@ -188,7 +188,7 @@ class InvertResult(StageResult):
 
     @classmethod
     def of(cls, study: Study, head: Head, radius: float, point: Point, known: Certainty, **more: Any) -> InvertResult:
-        """Return what the solution for the calibration target comes to; `more` are further fields."""
+        """Return the result for the calibration target; `more` are further fields."""
         target = study.calibration_target
         own: dict[str, Any] = {
             "target": target.response,
@@ -213,8 +213,13 @@ class InvertResult(StageResult):
         return self.parameters
 
     @property
+    def misses(self) -> tuple[float, ...]:
+        """By how many % the joint fit misses each measured mean."""
+        return () if self.joint is None else tuple(row.error_percent for row in self.joint.rows)
+
+    @property
     def known(self) -> list[Certainty]:
-        """What is known of the parameters: from all measured means, and from the force alone beside a joint fit."""
+        """What is known of the parameters: from all measured means, and from the force alone next to a joint fit."""
         return [part for part in (self.certainty, self.certainty_alone) if part is not None]
 
     @property
@@ -237,7 +242,7 @@ class InvertResult(StageResult):
         return tables
 
     def entries(self) -> Iterator[Entries]:
-        """Yield what is told of each factor of the solution."""
+        """Yield the fields with a value for each factor of the solution."""
         names = self.point.solution
         mappings: dict[str, Collection[str]] = {
             "coded": self.point.coded,

@@ -77,7 +77,7 @@ class InvertShowing(Showing[InvertResult]):
 
 
 def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:
-    """Return the calibrated parameters with the range of each that is to be cited, and what else was found.
+    """Return the calibrated parameters with the range of each to cite, and the target and prediction.
 
     `refined` has the values after a refinement.
     """
@@ -91,17 +91,17 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         factor(names),
         Column("solution", "Calibrated", form=significant),
         Column("range", head, form=str, claims=True),
-        *([Column("share", "of its range", form=str, claims=True)] if known is not None else []),
+        *([Column("share", "% of factor range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all that is fitted together"
+    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all fitted values"
     where = (
         f"Target {names.quantity(stage.target, '.6g')}; predicted {names.quantity(point.predicted)}; coded radius "
         f"{point.coded_radius:.3f}; {rule}."
     )
     response = names.response.long
     ends = (
-        f"95 % interval of the mean {response} {_ends(point.mean_interval, names)}, of one simulated {response} "
+        f"95 % confidence interval of the mean {response} {_ends(point.mean_interval, names)}, prediction interval "
         f"{_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))
@@ -123,7 +123,7 @@ def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
 
 
 def share_of_range(part: Certainty, name: str) -> str:
-    """Return how much of a factor's range its interval takes, or that it is free."""
+    """Return the share of a factor's range that its interval covers, or that it is free."""
     return "free" if name in part.free else f"{100.0 * part.share[name]:.0f} %"
 
 
@@ -132,7 +132,7 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
     columns = [factor(names)]
     for part in stage.known:
         columns.append(Column(part.source, source(part, stage, names), form=str))
-        columns.append(Column(f"share {part.source}", "of range", form=str))
+        columns.append(Column(f"share {part.source}", "% of factor range", form=str))
     rows = [
         {"factor": name}
         | {part.source: interval(part.intervals[name], bounded=part.bounded[name]) for part in stage.known}
@@ -140,12 +140,12 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
         for name in stage.point.solution
     ]
     assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
-    profile = "95 % intervals by profile likelihood; free: half of the range or more remains possible."
-    return Table.of(columns, rows, "How well the measurements fix the parameters", (profile, *assumed), claims=True)
+    profile = "95 % intervals by profile likelihood. Free: the interval covers at least half of the factor range."
+    return Table.of(columns, rows, "Identifiability of the parameters", (profile, *assumed), claims=True)
 
 
 def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
-    """Return what was measured beside the surfaces, what it leaves of each parameter; nothing of a single response."""
+    """Return what was measured next to the surfaces, what it leaves of each parameter; nothing of a single response."""
     tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
     tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
     if stage.joint is not None and stage.joint.further:
@@ -155,7 +155,7 @@ def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
 
 
 def joint_table(joint: JointFitted, names: Names) -> Table:
-    """Return what was measured beside the surfaces."""
+    """Return the measured values next to those of the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others), values)
     error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
@@ -166,9 +166,9 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
-        columns.append(Column("left_out_interval", "Others allow", form=interval, claims=True))
-    largest = f"Largest error {fixed(error)} %, left out {fixed(left_out)} %."
-    others = "other tests. Others allow: where these put the mean, with 95 %." if tests else "others."
+        columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
+    largest = f"Largest error {fixed(error)} % if fitted, {fixed(left_out)} % if left out."
+    others = "other tests. Others predict: their 95 % interval of the mean." if tests else "others."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
 
@@ -191,7 +191,7 @@ def _published(
         Column("known", titled(head), of=known),
     ]
     fixed = any(factor.name not in found for factor in study.factors)
-    note = "fixed: held at the middle of its range, not calibrated." if fixed else ""
+    note = "fixed: not calibrated, in the middle of its range." if fixed else ""
     of = (
         "Finite element simulation parameters of the stem."
         if study.naming.is_cutting

@@ -17,7 +17,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     """Return which values were found and, of a joint fit, how far its surfaces miss each response."""
     values = series(f"{names.factor(name)} = {significant(value)}" for name, value in stage.point.solution.items())
     if stage.joint is None:
-        return [f"The surface meets the measured {names.quantity(stage.target, '.6g')} at {values}."]
+        return [f"The surface gives the measured {names.quantity(stage.target, '.6g')} at {values}."]
     joint, errors = stage.joint, dict[str, float]()
     for row in joint.rows:
         errors[row.response] = max(errors.get(row.response, 0.0), abs(row.error_percent))
@@ -37,7 +37,7 @@ def certainty(stage: InvertResult, names: Names) -> list[str]:
     if len(stage.point.solution) > 1:
         said.append(
             f"One measured {names.response.long} cannot determine several parameters; other combinations fit equally "
-            f"well. The rule `{stage.rule}` chose this one."
+            f"well. This one is selected by the rule `{stage.rule}`."
         )
         said += [line for part in parts for lines in part for line in lines]
     return said
@@ -135,10 +135,10 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         return []
     exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
-        "Cite the 95 % range: all values that agree with the measurement, the other parameters free.",
+        "Report the 95 % range: all values that agree with the measurement if the other parameters vary.",
         *assumption(stage.certainty),
         "Not determined: the interval covers at least half of the range.",
-        f"The surface meets the target exactly at {exact}, without its own error.",
+        f"Exact solutions of the surface, without its error: {exact}.",
     ]
 
 
@@ -149,23 +149,23 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     tests = any(row.left_out_interval is not None for row in joint.rows)
     each = "test" if tests else condition.long if condition is not None and several else "response"
-    return [f"With each {each} left out in turn, the fit to the others misses it by at most {tenths(error)} %."]
+    return [f"With each {each} left out in turn, the fit to the others predicts it within {tenths(error)} %."]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
-    """Return what formulas reach without mechanics, and whether the joint fit does better, by what was left out."""
+    """Return the errors of formulas without mechanics, and whether the joint fit predicts left-out values better."""
     formulas = [(FIXED_EXPONENT, null.fixed_max_abs_error_percent, null.fixed_max_abs_left_out_error_percent)]
     if null.exponent is not None:
         formulas.insert(0, (round(null.exponent, 2), null.max_abs_error_percent, null.max_abs_left_out_error_percent))
-    each = [f"F = a·d^{e:g} by {fixed(error, 1)} % ({fixed(out, 1)} %)" for e, error, out in formulas]
+    each = [f"F = a·d^{e:g} {fixed(error, 1)} % ({fixed(out, 1)} %)" for e, error, out in formulas]
     fitted, out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     judged = {
-        None: "Nothing is left out to compare them by.",
+        None: "Without values that were left out they cannot be compared.",
         True: "The joint fit predicts the diameters better than a formula.",
         False: "The joint fit predicts the diameters no better than a formula.",
     }[null.beaten_by(out)]
     return (
-        f"Largest errors for the same {null.conditions} forces (left out in turn): {series(each)}, the joint fit by "
+        f"Largest errors for the same {null.conditions} forces (left out in turn): {series(each)}; joint fit "
         f"{fixed(fitted, 1)} % ({fixed(out, 1)} %). {judged}"
     )
 
@@ -199,9 +199,7 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
 
 def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     error = tenths(joint.max_abs_error_percent)
-    yield Note(
-        "surfaces_miss", "info", f"The surfaces miss the {len(joint.rows)} measured values by at most {error} %."
-    )
+    yield Note("surfaces_miss", "info", f"The surfaces meet the {len(joint.rows)} measured values within {error} %.")
     if joint.further:
         text = "Means of the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
@@ -218,18 +216,18 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         yield Note("weights", "caution", text)
     if joint.p is not None and joint.p < 0.05:
         text = (
-            f"The misfit is {(joint.misfit or 0.0) / joint.df:.1f} times what the scatter explains "
-            f"(p {signed_probability(joint.p)}): the model is wrong somewhere, and the intervals are too narrow."
+            f"The misfit is {(joint.misfit or 0.0) / joint.df:.1f} times that expected from the scatter "
+            f"(p {signed_probability(joint.p)}): the model is inadequate, and the intervals are too narrow."
         )
         yield Note("misfit_too_large", "warning", text)
 
 
 def of_level_set(free: tuple[str, ...], second: bool) -> Iterator[Note]:
-    """Yield which factors one target leaves free, and whether another solution is as near to the centre."""
+    """Yield the factors that one target does not determine, and whether another solution is as near to the centre."""
     if free:
         yield Note("free_factors", "info", f"The target does not restrict {series(free)} within the region.")
     if second:
-        text = "A second solution is equally far from the centre; the one given has the higher levels."
+        text = "A second solution is equally far from the centre; the reported one has the higher levels."
         yield Note("second_solution", "info", text)
 
 

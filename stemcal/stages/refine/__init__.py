@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.note import Note
     from stemcal.stages.design import Later
     from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
@@ -28,7 +29,7 @@ class Refinement(Stage["RefineResult"]):
         `stemcal run` includes it if the spec has a section refine, and the validation uses the refined parameters. With
         refine.in it runs after the validation, in the program or on the mesh where the parameters will be used.
         """
-    purpose = """Stage 4: simulate at the solution and correct it, also in another program; left out without this
+    purpose = """Stage 4: simulate at the solution and correct it, also in another program; omitted without this
         section."""
     by_section = True
 
@@ -76,6 +77,11 @@ class Refinement(Stage["RefineResult"]):
         from stemcal.stages.refine.analysis import later
 
         return later(study)
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.refine.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.refine.showing import RefineShowing

@@ -15,9 +15,10 @@ from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
 from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.loop import Loop, PathSteps, SurfaceSteps
+from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.refine.options import RefineOptions
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
+from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.surface.result import SurfaceResult
@@ -180,7 +181,7 @@ def _scatter(target: Target) -> tuple[float, float] | None:
 
 
 def later(study: Study) -> Later | None:
-    """Return the rounds as many as there usually are, and how many runs there may be."""
+    """Return the usual number of rounds and the largest number of runs."""
     options = study.given(RefineOptions)
     if options is None or options.elsewhere:
         return None

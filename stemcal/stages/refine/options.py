@@ -50,9 +50,9 @@ class RefineOptions(Frozen):
             {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}]}
         ),
     ] = {}
-    """Factors that may move in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if the
-    surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
-    strain may move from a tenth of its lower end to 1."""
+    """Factors that may change in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if
+    the surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
+    strain may change from a tenth of its lower end to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest error of the simulated response at the solution."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10

@@ -2,16 +2,14 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import Spread, absent, inline, key
+from stemcal.files.typed import absent, inline, key
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome
+from stemcal.stages.loop import RefineRun, Stopped
 from stemcal.stages.result import Entries, Head, Interval, StageResult
-
-Stopped = Literal["tolerance", "budget", "settled", "out_of_reach"]
-How = Literal["solution", "surface", "bracket", "back", "path", "elsewhere"]
 
 
 @dataclass(frozen=True)
@@ -50,35 +48,12 @@ class RefineRow:
     error_percent: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class RefineRun(Spread):
-    """One run: how its point was found, and the response predicted by then.
-
-    `how` is ``solution`` (of the surface), ``surface`` (refitted), ``bracket`` (between two points), ``path`` (along
-    the factors of `refine.adjust`), ``back`` (half-way back from a failed run) or ``elsewhere`` (at another condition).
-    """
-
-    run: int
-    how: How
-    condition: float
-    levels: dict[str, float]
-    predicted: float | None
-    prediction_interval: Interval | None = absent()
-    outcome: Outcome = inline()
-
-    @property
-    def inside_interval(self) -> bool | None:
-        """Whether the response is inside the prediction interval; None where either is missing."""
-        found, interval = self.outcome.response, self.prediction_interval
-        return None if found is None or interval is None else interval[0] <= found <= interval[1]
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RefineResult(StageResult):
     """The refined parameters and the responses with them; `model` (key `in`) is where they are used.
 
     `aim` is the response to reach at `condition`: the measured one; in another model after a joint fit, the one that
-    the study's own model gives there. `elsewhere` tells that `model` is not the study's own.
+    the study's own model gives there. `elsewhere`: whether `model` is not the study's own.
     """
 
     name: ClassVar[str] = "refine"

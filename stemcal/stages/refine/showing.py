@@ -4,14 +4,13 @@ from functools import partial
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names, program
-from stemcal.numbers import fixed, interval, short, significant
+from stemcal.numbers import interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.report.tables.printed import PaperTable, printed, run_heads
 from stemcal.stages.refine import words
-from stemcal.stages.refine.element_size import TOLERANCE, SizedStrains
 from stemcal.stages.refine.result import RefineResult
 
 _SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
@@ -68,9 +67,9 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
     ]
     foot = [
         "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
-        "others may be as near."
+        "others may fit equally well."
     ]
-    foot += ["95 % range: by the scatter of the measured mean, the other parameters fixed."] if known else []
+    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
     foot += [f"They depend on {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
@@ -92,7 +91,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
         f"{len(stage.made)} of {stage.budget} runs."
     ]
     if not stage.aims_at_measured:
-        foot += [f"After a joint fit the target is what the study's own model gives: {names.quantity(stage.aim)}."]
+        foot += [f"After a joint fit the target is the result of the study's own model: {names.quantity(stage.aim)}."]
     where = program(stage.model.kind) if stage.elsewhere else "the study's own model"
     foot += ["Error = 100·(measured − after)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated, {where}", foot)
@@ -114,26 +113,6 @@ def runs(stage: RefineResult, names: Names) -> Table:
         "prediction interval."
     )
     return Table.of(columns, stage.made, "Runs of the refinement", [foot], detail=True)
-
-
-def strain_table(found: SizedStrains) -> Table:
-    """Return the failure strain of every element size."""
-    columns = [
-        Column("element_size", "Element size", "mm", significant),
-        Column("failure_strain", "Failure strain", form=significant),
-        Column("interval", "95 % range", form=interval),
-        Column("force", "Mean force", "N", significant),
-        Column("sd_percent", "SD over positions", "%", fixed),
-        Column("positions", "Positions", form=format),
-        Column("runs", "Runs", form=format),
-        Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
-    ]
-    foot = (
-        f"The mean force over the positions of the mesh is {found.aim:.4g} N (stem of {found.condition:g} mm); the "
-        f"search ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: by the scatter over the "
-        "positions. Valid: the mean and its standard error are within 5 %."
-    )
-    return Table.of(columns, found.rows, "Failure strain over element size", [foot])
 
 
 def refined(stage: RefineResult) -> Figure:

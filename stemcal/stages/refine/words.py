@@ -72,8 +72,8 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
             f"Raise refine.budget, or check whether the {response} jumps between neighbouring points.",
         ),
         (False, "settled"): (
-            f"The error is {missed:.2f} %, and no parameters nearby reduce it. What remains is the error of the model "
-            "or the measured scatter.",
+            f"The error is {missed:.2f} %, and no parameters nearby reduce it. The rest is model error or measurement "
+            f"scatter.",
             "",
         ),
         (True, "budget"): (still, f"Raise refine.budget, or give {factors} a wider range under refine.adjust."),
@@ -82,8 +82,8 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
             "Give it a wider range, or add another factor, under refine.adjust.",
         ),
         (True, "settled"): (
-            f"The {response} is {missed:.1f} % from the target, and no step is left between the runs: it jumps, or "
-            f"does not depend on {factors}.",
+            f"The {response} is {missed:.1f} % from the target, and smaller steps do not help: it jumps, or does not "
+            f"depend on {factors}.",
             "Average over several positions of the mesh (replicates of the embedded solver), or adjust another factor.",
         ),
     }[stage.elsewhere, stage.stopped]
@@ -104,7 +104,7 @@ def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
 
 def _found_by_simulation(stage: RefineResult) -> Iterator[Note]:
     if stage.parameters != stage.made[0].levels:
-        text = "The parameters were found by simulation; they are no longer those that `invert.rule` chose."
+        text = "The parameters are results of the refinement, not of `invert.rule`."
         yield Note("found_by_simulation", "info", text)
 
 
@@ -119,13 +119,14 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
             yield Note("beyond_range", "warning", text)
     if censored := sum(run.outcome.censored for run in stage.made):
         bounds = "it is a lower bound" if censored == 1 else "they are lower bounds"
-        text = f"In {counted(censored, 'run')} the {names.response.long} still rose at the end of the stroke: {bounds}."
+        runs = counted(censored, "run")
+        text = f"In {runs} the {names.response.long} was still rising at the end of the stroke: {bounds}."
         yield Note("still_rose", "warning", text, Remedy("Increase refine.duration."))
     after = {run.condition: run.outcome for run in stage.made if run.levels == stage.parameters}
     if left := [row.condition for row in stage.rows if row.condition not in after]:
         why = "the budget is spent" if stage.converged else "the target at the calibration was not reached"
         remedy = Remedy("Raise refine.budget.") if stage.converged else None
-        text = f"The result was not run at {names.conditions(left)}, because {why}."
+        text = f"The result was not simulated at {names.conditions(left)}, because {why}."
         yield Note("not_run_there", "warning", text, remedy)
     if failed := [at for at, found in after.items() if not found.ok]:
         text = f"Runs with the result failed{names.at(*failed)} ({after[failed[0]].reason})."

@@ -21,7 +21,7 @@ class Screening(Stage["ScreenResult"]):
 
     name, title, reads = "screen", "Screening", ("screen",)
     help = "Screen the factors for those that affect the response."
-    purpose = "Stage 1: which factors matter."
+    purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:
         return study.of(self.section()).design != "none"

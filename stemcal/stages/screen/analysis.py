@@ -66,7 +66,7 @@ def unexpected_signs(study: Study, found: Screening) -> list[Note]:
 
 def _unexpected(study: Study, effect: Effect, expected: str) -> Note:
     size = Names(study.naming).quantity(effect.effect, "+.4g")
-    text = f"{effect.factor} has the effect {size}, but the spec expects the sign {expected}."
+    text = f"The effect of {effect.factor} is {size}, but the spec expects the sign {expected}."
     return Note(
         "unexpected_sign", "warning", text, Remedy("Check the unit of the factor, and the aliases of its effect.")
     )
@@ -83,7 +83,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
     if given is None:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
-            raise UsageError("screen.design is none; name another to screen factors")
+            raise UsageError("screen.design is none; choose a design to screen factors")
         corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design

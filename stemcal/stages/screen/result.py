@@ -30,7 +30,7 @@ class Limit:
 class ScreenResult(StageResult):
     """Which factors move the response: effects in the order of the factors, with every test of them.
 
-    `responses` has the same of further responses; `seen_by` shows each as a result of its own.
+    `responses` has the same of further responses; `seen_by` returns each as a separate result.
     """
 
     name: ClassVar[str] = "screen"
@@ -74,7 +74,7 @@ class ScreenResult(StageResult):
 
     @property
     def shares(self) -> dict[str, float]:
-        """The largest contribution of each factor to any response, per cent."""
+        """The largest contribution of each factor to any response, %."""
         each = self.all_responses
         return {
             effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in each)
@@ -115,7 +115,7 @@ class ScreenResult(StageResult):
             yield f"screen {run.run}", run.outcome
 
     def entries(self) -> Iterator[Entries]:
-        """Yield what every run must tell, and the effects that are called significant."""
+        """Yield what every run must have, and the effects that are significant."""
         yield from self.design.entries(self.design.varied)
         yield "effects", [effect.factor for effect in self.effects], self.significant
 

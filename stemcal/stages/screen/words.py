@@ -20,8 +20,8 @@ def outcome(stage: ScreenResult, names: Names) -> list[str]:
     effect = names.quantity(largest.effect, "+.4g")
     return [
         count,
-        f"Their effects on the {response} cannot be tested: there is no error to test them with. The largest is that "
-        f"of {names.factor(largest.factor)} ({effect}, {largest.contribution_percent:.1f} % of the sum of squares).",
+        f"Without an estimate of error, effects on the {response} cannot be tested. The largest is that of "
+        f"{names.factor(largest.factor)} ({effect}, {largest.contribution_percent:.1f} % of the sum of squares).",
     ]
 
 
@@ -45,7 +45,7 @@ def certainty(stage: ScreenResult, names: Names) -> list[str]:
     else:
         method, other = "F test", "Lenth's method"
         votes = [(effect.factor, abs(effect.effect) > me) for effect in chosen]
-    found = [f"Chosen by: {method}."]
+    found = [f"Selected by: {method}."]
     firm, weak = ([name for name, vote in votes if vote is wanted] for wanted in (True, False))
     if firm:
         found.append(f"Confirmed by the other method ({other}): {names.factors(firm)}.")
@@ -66,5 +66,5 @@ def standing(effect: Effect, stage: ScreenResult) -> str:
 
 
 def limit_label(limit: Limit, alpha: float) -> str:
-    """Name a limit beyond which effects count."""
+    """Name a limit beyond which effects are significant."""
     return {"lenth": "Lenth ME", "lenth_all": "Lenth SME", "t": f"t test, p = {alpha:g}"}[limit.method]

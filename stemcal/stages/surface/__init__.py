@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.registry import surface_designs
 from stemcal.stages.stage import Stage, stage_called
@@ -73,6 +73,11 @@ class ResponseSurface(Stage["SurfaceResult"]):
         from stemcal.stages.surface.analysis import foresee
 
         return foresee(study, solver, folder)
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.surface.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.surface.showing import SurfaceShowing

@@ -59,8 +59,8 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
     """Yield what the reduction, the shape and repeated runs show."""
     if result.reduction is not None:
         removed = (
-            f"Backward elimination removed {series(step.term for step in result.reduction)}. The same runs chose the "
-            "terms, so p-values and intervals are somewhat too favourable."
+            f"Backward elimination removed {series(step.term for step in result.reduction)}. The same runs selected "
+            f"the terms, so p-values and intervals are slightly optimistic."
         )
         yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no term.")
     if result.canonical is not None:
@@ -72,7 +72,7 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
 
 def _shape(shape: Shape, names: Names) -> str:
     if shape.predicted is None:
-        return "The surface has no single stationary point: it is a plane, or level along some direction."
+        return "The surface has no single stationary point: it is a plane, or constant along some direction."
     return (
         f"The stationary point ({shape_name(shape)}) has {names.quantity(shape.predicted)} at coded radius "
         f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the region of the runs."

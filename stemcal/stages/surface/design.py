@@ -1,4 +1,4 @@
-"""The design of the surface: its coding and its rows; and what `check` says of it beforehand."""
+"""The design of the surface: its coding and its rows; and the notes of `check` on it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
     needs = f"rsm.design {design} needs {least} to {most} factors"
     if factors < least:
-        text = f"{needs}, this study has {factors}: it will stop after the screening."
+        text = f"{needs}, but this study has {factors}: it will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
     text = (
         f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
@@ -70,7 +70,7 @@ def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
         screened = study.of(ScreenOptions).design != "none" and factor.name not in unseen
         if not screened and factor.name not in chosen:
             text = (
-                f"No run varies {factor.name}: it is neither screened nor listed in rsm.factors, and stays at "
+                f"No run varies {factor.name}, which is neither screened nor listed in rsm.factors; it stays at "
                 f"{factor.centre:g}."
             )
             remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")

@@ -43,7 +43,7 @@ def _pair_plots(
     unit = f" in {response.written}" if response.written else ""
     met = f" Orange: the measured {response.noun}; star: the solution." if solved else ""
     lines = f"{response.capital} {over}{held}, contours{unit}.{met} White dots: design points (numbers: repeats)."
-    dots = " Dots: runs, full above the surface and open below it." if alone else ""
+    dots = " Dots: runs, filled above the surface and open below it." if alone else ""
     relieved = f"Surface of the {response.noun} {over}{held}, with contours projected on the base.{dots}"
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
     return [
@@ -124,7 +124,7 @@ def studentised(rsm: SurfaceResult) -> list[float]:
 
 
 def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
-    """Draw sorted residuals over normal scores, (i − ½)/n; a sample of the normal law lies on the line."""
+    """Draw sorted residuals over normal scores, (i − ½)/n; a sample of the normal law is on the line."""
     count = len(residuals)
     scores = [_NORMAL.inv_cdf((rank + 0.5) / count) for rank in range(count)]
     axes.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)

@@ -79,8 +79,8 @@ class RsmOptions(Frozen):
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design. Box–Behnken takes 3 to 7 factors, full-factorial up to 7, others any number. From five factors on,
-    central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
+    """The design. Box–Behnken requires 3 to 7 factors, full-factorial at most 7, others any number. From five factors
+    on, central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -97,22 +97,21 @@ class RsmOptions(Frozen):
     ] = "significant"
     """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
-    """Runs at the centre. The embedded solver is deterministic, so one run is as good as six."""
+    """Runs at the centre. The embedded solver is deterministic, so further runs add no information."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
         WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
     ] = "rotatable"
-    """How far the axial points lie out, by a rule or in coded units."""
+    """Distance of the axial points from the centre, by a rule or in coded units."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
     """Further runs where the surface is least certain. A larger number reuses the runs made before."""
     reduce: Literal["none", "backward"] = "none"
-    """`backward` removes terms with p above 0.1, one by one; hierarchy is kept."""
+    """`backward` removes terms with p above 0.1, one by one; the hierarchy of terms is kept."""
     coding: dict[str, tuple[Number, Number]] = {}
-    """The values that coded −1 and +1 mean, by factor, as in `yield_stress: [12, 18]`; others get theirs from their
-    range."""
+    """Values at coded −1 and +1 by factor, as in `yield_stress: [12, 18]`; other factors use their range."""
 
     def coded(self, name: str) -> tuple[float, float]:
         """Return centre and half step of a factor in `coding`."""
@@ -121,7 +120,7 @@ class RsmOptions(Frozen):
 
     @property
     def strongest(self) -> int:
-        """How many of the strongest factors `factors` asks for; 0 where it says something else.
+        """How many of the strongest factors `factors` asks for; 0 for other values.
 
         >>> RsmOptions(factors="strongest 3").strongest, RsmOptions().strongest
         (3, 0)
@@ -175,7 +174,7 @@ def factors_are_found(draft: Draft) -> Iterator[Finding]:
     if draft.study.of(ScreenOptions).design == "none" and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"without a screening it is unknown which factors are {chosen}"
-        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or leave out screen.design: none")
+        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or remove screen.design: none")
 
 
 def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
@@ -201,7 +200,7 @@ def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "design"), message, "write central-composite")
     least = (k + 1) * (k + 2) // 2
     if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
-        message = f"{rsm.runs} runs cannot carry the {least} coefficients of {k} factors"
+        message = f"{rsm.runs} runs cannot determine the {least} coefficients of {k} factors"
         yield Finding(("rsm", "runs"), message, f"take {2 * least}")
 
 
@@ -214,7 +213,7 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:
-    """`rsm.coding` belongs to factors, lies within their ranges and keeps the corners physical."""
+    """`rsm.coding` has keys for factors, is within their ranges and keeps the corners physical."""
     coding = draft.study.of(RsmOptions).coding
     yield from (draft.unknown_factor(("rsm", "coding", name), name) for name in coding if name not in draft.names)
     for factor in draft.factors.values():
@@ -225,7 +224,7 @@ def coding_fits(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, f"low {low:g} is not below high {high:g}", "swap them")
         elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
             message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, f"centre it at {factor.centre:g} or so")
+            yield Finding(path, message, f"centre it near {factor.centre:g}")
         elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 
@@ -261,7 +260,7 @@ class Screened(Protocol):
 
     @property
     def shares(self) -> Mapping[str, float]:
-        """What each factor contributes, per cent; of several responses to the one it moves most."""
+        """What each factor contributes, %; of several responses to the one it moves most."""
 
     @property
     def active_factors(self) -> Sequence[str]:
@@ -290,7 +289,7 @@ def surface_factors(study: Study, solver: Solver, before: Screened | None) -> tu
 
 
 def _strongest(before: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]]:
-    """Return the significant factors, or those of largest contribution where the spec or the design want so many."""
+    """Return the significant factors, or those of largest contribution if the spec or the design requires a number."""
     shares = before.shares
     ranked = sorted(shares, key=lambda name: -shares[name])
     found = [name for name in ranked if name in before.active_factors]

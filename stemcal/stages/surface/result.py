@@ -1,4 +1,4 @@
-"""What a response surface comes to: coefficients, analysis of variance, diagnostics, and the surface itself."""
+"""The result of a response surface: coefficients, analysis of variance, diagnostics, and the surface itself."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class FactorCoding:
 
 @dataclass(frozen=True)
 class FitSummary:
-    """What is kept of a fit beside the main one."""
+    """What is kept of a fit next to the main one."""
 
     coefficients: Rows[Coefficient]
     r2: float | None
@@ -88,7 +88,7 @@ class AtCondition(Spread):
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the surface says of a point: the response and 95 % intervals; None where a saturated fit knows none."""
+    """The prediction of the surface at a point with 95 % intervals; None for those of a saturated fit."""
 
     response: float
     mean_interval: Interval | None
@@ -174,7 +174,7 @@ class SurfaceResult(StageResult):
         return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
 
     def assess(self, study: Study, coded: Array) -> Assessment:
-        """Return the surface's prediction at a coded point, and whether it lies in ranges and design."""
+        """Return the surface's prediction at a coded point, and whether it is in ranges and design."""
         return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
 
     def region(self, study: Study) -> Region:
@@ -240,7 +240,7 @@ class SurfaceResult(StageResult):
         return {entry.factor: entry.symbol or entry.factor for entry in self.factors}
 
     def _tables(self) -> dict[str, Table]:
-        """Return the analysis of variance with the coefficients beside it, and the runs."""
+        """Return the analysis of variance with the coefficients next to it, and the runs."""
         terms = {row.term: to_json(row) for row in self.coefficients}
         rows = [{"source": "1", **terms["1"]}, *({**to_json(row), **terms.get(row.source, {})} for row in self.anova)]
         return {"rsm": Table.of((*_ANOVA, *_BESIDE), rows), "rsm_runs": self.design.table()}
@@ -254,7 +254,7 @@ class SurfaceResult(StageResult):
             yield f"rsm {run.run}", run.outcome
 
     def entries(self) -> Iterator[Entries]:
-        """Yield what every run must tell, and how every factor is coded."""
+        """Yield what every run must have, and how every factor is coded."""
         yield from self.design.entries(self.names)
         yield "coding", self.coding, self.names
         yield "factors", [entry.factor for entry in self.factors], self.names

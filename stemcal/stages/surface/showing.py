@@ -28,7 +28,7 @@ from stemcal.stages.surface import figures, words
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
 
-MANY = 3  # factors beyond which columns are headed by symbols in place of names
+MANY = 3  # factors beyond which columns are headed by symbols instead of names
 MOST_FITS = 6  # further responses whose tables are shown
 ONE = "1"  # the term of the constant
 
@@ -73,7 +73,7 @@ def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
-    """Return a term as it stands in an equation.
+    """Return a term as written in an equation.
 
     >>> written("yield_stress:failure_strain", {"yield_stress": "X4", "failure_strain": "X9"})
     'X4·X9'
@@ -156,7 +156,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, _short_names(stage, names), to_decimals(3)),
     ]
-    point = "No single stationary point: the surface is a plane, or level along some direction."
+    point = "No single stationary point: the surface is a plane, or constant along some direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
             f"Stationary point: {words.shape_name(shape)}, {names.quantity(shape.predicted)} at "
@@ -164,8 +164,9 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
             f"{'inside' if shape.inside else 'outside'} the region of the runs."
         )
     curved = (
-        f"Negative: the {names.response.long} falls on both sides along that axis; the columns give its direction, "
-        "coded."
+        f"Negative curvature: the {names.response.long} decreases on both sides along that axis. The last columns are "
+        f"its "
+        "direction in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)

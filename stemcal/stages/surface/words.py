@@ -11,12 +11,12 @@ def outcome(stage: SurfaceResult, names: Names) -> list[str]:
     responses = [run.response for run in stage.design.runs if run.response is not None]
     count = len(stage.runs_diagnostics)
     text = (
-        f"A quadratic surface over {names.factors(stage.names)} was fitted to {count} runs between "
-        f"{names.quantity(min(responses))} and {names.quantity(max(responses))}."
+        f"A quadratic surface in {names.factors(stage.names)} was fitted to {count} runs with responses from "
+        f"{names.quantity(min(responses))} to {names.quantity(max(responses))}."
     )
     copies = len(responses) - count
     if stage.deterministic and copies > 0:
-        text += f" {copies} of its {len(responses)} runs repeat others, which adds nothing where a run has no scatter."
+        text += f" Of its {len(responses)} runs {copies} repeat others; without scatter they add no information."
     return [text]
 
 

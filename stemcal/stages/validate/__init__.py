@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage, calibrating
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
+    from stemcal.note import Note
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.validate.options import ValidateOptions
@@ -46,6 +47,11 @@ class Validating(Stage["ValidateResult"]):
         from stemcal.stages.validate.analysis import foresee
 
         return foresee(study, solver, folder)
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.validate.reasons import RULES
+
+        return RULES
 
     def showing(self) -> object:
         from stemcal.stages.validate.showing import ValidateShowing

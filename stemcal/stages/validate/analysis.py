@@ -1,4 +1,4 @@
-"""The validation as a stage: whatever was measured is simulated with the calibrated parameters and compared."""
+"""The validation as a stage: simulate all measurements with the calibrated parameters and compare."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
-        text = f"The simulated {response} is read from a table, so it may be that of other parameters than these."
+        text = f"The simulated {response} is read from a table, so it may be for other parameters."
         yield Note("from_table", "warning", text)
 
 
@@ -110,7 +110,7 @@ def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
-    """Return a request per measured diameter at these levels, or as many as the program is asked for."""
+    """Return the requests at these levels: one per measured diameter, or the replicates of a stochastic program."""
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.replicates)

@@ -34,7 +34,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
             text += f" {len(shown)} of {len(responses)} responses are shown: the first and those of the largest errors."
         plots.append(Plot(name, "validate", text, draw, on_page))
     if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
-        text = "The same forces on logarithmic axes: the slope is the power of the diameter with which they grow."
+        text = "The same forces on logarithmic axes; the slope is the exponent n in F ∝ dⁿ."
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
 
@@ -71,7 +71,7 @@ def validation(
     """Return a response measured and simulated over the condition; that of the calibration is ringed.
 
     `spread` has the standard deviations of the measurements by the condition; the first response is the default.
-    Without a condition the two stand side by side.
+    Without a condition the two are side by side.
     """
     condition, response = validate.naming.condition, response or validate.naming.response
     pairs = _pairs(validate, response)
@@ -97,7 +97,7 @@ def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
 
 
 def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], response: Named) -> Figure:
-    """Draw what was measured, with its scatter, beside what was simulated."""
+    """Draw what was measured, with its scatter, next to what was simulated."""
     with new_figure(width=3.4, height=2.9) as figure:
         axes = figure.add_subplot()
         for pair in pairs:

@@ -13,4 +13,4 @@ class ValidateOptions(Frozen):
     """The comparison with what was measured."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Largest error with which a simulated response agrees with the measured one."""
+    """Largest error at which simulated and measured response agree."""

@@ -1,4 +1,4 @@
-"""What a validation comes to: what was measured against what was simulated, at every diameter."""
+"""The result of a validation: what was measured against what was simulated, at every diameter."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome, Replicates
-from stemcal.stages.result import Head, StageResult
+from stemcal.stages.result import Head, Judged, StageResult
 
 if TYPE_CHECKING:
     from stemcal.stages.fitting import Measured
+    from stemcal.study.model import Study
 
 
 _COLUMNS = (
@@ -27,7 +28,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run beside what was measured of it."""
+    """Travel or work of a validation run next to what was measured of it."""
 
     response: str
     unit: str
@@ -105,6 +106,31 @@ class ValidateResult(StageResult):
         """Whether a formula through the fitted forces predicts the held-out ones at least as well."""
         formula, model = self.formula, self.worst_held_out_percent
         return formula is not None and model is not None and formula.worst_held_out_percent <= model
+
+    @property
+    def formula_percent(self) -> float | None:
+        """The largest held-out error of a formula through the fitted forces."""
+        return None if self.formula is None else self.formula.worst_held_out_percent
+
+    @property
+    def is_given(self) -> bool:
+        """Whether it compares values of a sheet that were simulated elsewhere, with other parameters."""
+        return any(note.kind == "from_table" for note in self.notes)
+
+    def judged(self, study: Study) -> list[Judged]:
+        """Return every comparison; nothing where they are of other parameters.
+
+        Besides the force it includes every response that the study declares; one that was not fitted is a check.
+        """
+        found, first = [], study.naming.response.name
+        for row in self.rows if not self.is_given else ():
+            at, fitted = row.compared, row.compared.role == "fitted"
+            found.append(Judged(first, at.condition, at.error_percent, fitted, row.key))
+            for one in row.further:
+                if one.judged:
+                    own = fitted and one.response in study.fitted_responses
+                    found.append(Judged(one.response, at.condition, one.error_percent, own, row.key))
+        return found
 
     def _tables(self) -> dict[str, Table]:
         """Return the comparison, that of further responses apart."""

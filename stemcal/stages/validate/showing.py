@@ -104,8 +104,8 @@ def printed_table(stage: ValidateResult) -> PaperTable:
     responses = ["maximum shear force"] if naming.response == FORCE else others
     at = [row.condition for row in stage.compared if row.role == "fitted"]
     served = Names(naming).conditions(at) if at and naming.condition is not None else f"the {naming.response.long}"
-    checks = "check" if len(at) > 1 and naming.condition is not None else "checks"
-    note = f"{_ERROR}; {served} served for calibration and {checks} nothing."
+    used = "were used" if len(at) > 1 and naming.condition is not None else "was used"
+    note = f"{_ERROR}; {served} {used} for calibration."
     if stage.worst_held_out_percent is not None:
         note = f"{errors_in_short(stage, Names(naming))} {note}"
     caption = f"Comparison of the measured and simulated {series(responses)}."

@@ -20,8 +20,8 @@ def outcome(stage: ValidateResult, names: Names) -> list[str]:
     responses = "responses" if names.naming.others else names.response.long
     worst, mean = tenths(stage.worst_percent), tenths(stage.mean_abs_error_percent)
     return [
-        f"Over {len(stage.rows)} values of the {names.condition.long}, simulated and measured {responses} differ by "
-        f"at most {worst} %, {mean} % on average."
+        f"At {len(stage.rows)} values of the {names.condition.long}, the simulated and measured {responses} differ by "
+        f"at most {worst} %, on average by {mean} %."
     ]
 
 
@@ -42,7 +42,7 @@ def certainty(stage: ValidateResult, names: Names) -> list[str]:
 def _independent(stage: ValidateResult, names: Names) -> str:
     errors = [abs(row.error_percent or 0.0) for row in stage.held_out]
     if not errors:
-        return "Only values that the parameters were fitted to were compared, so nothing checks the result."
+        return "Only fitted values were compared, so there is no independent check."
     places, within = names.conditions(row.condition for row in stage.held_out), f"{stage.tolerance_percent:g} %"
     if len(errors) == 1:
         agree = "agrees" if errors[0] <= stage.tolerance_percent else "does not agree"

@@ -1,4 +1,4 @@
-"""What a study comes to in a word, by stated rules: each reason with the step that mends it.
+"""The verdict of a study by stated rules, each reason with its remedy.
 
-`rules.RULES` are the rules, in the order in which their reasons are told; `advice` makes the numbers of the next step.
+`rules.RULES` are the rules, in the order of their reasons; `advice` computes the numbers of the remedies.
 """

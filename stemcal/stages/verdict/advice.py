@@ -19,11 +19,11 @@ from stemcal.study.model import PARAMETERS, Factor, Study
 from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
-# A range is widened by at most so many times its width, and past the target by this part of what was missing.
+# A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
 _MOST_AVERAGED = 100  # replicates that a spec may ask for
-# What has to fall below a limit is aimed at this part of it: runs of one study scatter about what their mean says.
+# What has to fall below a limit is aimed at this part of it: runs of one study scatter about their mean.
 _SAFELY = 0.5
 # Finer elements are recommended up to this many times the time of a run.
 _MOST_TIMES = 12.0
@@ -55,7 +55,7 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     if found:
         return min(found, key=lambda entry: entry[0])[1]
     fixed = "loading and specimen" if study.naming.is_cutting else "the values that the simulation holds fixed"
-    return Remedy(f"No range of {series(surface.names)} alone reaches it; check the units, and {fixed}.")
+    return Remedy(f"No range of {series(surface.names)} alone includes it; check the units, and {fixed}.")
 
 
 def _widened(factor: Factor, up: bool, width: float) -> Remedy:
@@ -116,7 +116,7 @@ def _first(enough: Callable[[float], bool], most: float) -> float | None:
 
 
 def from_the_edge(study: Study, surface: SurfaceResult, coded: Sequence[float]) -> Remedy:
-    """Return which range to widen by half, so that a solution on the edge of the region comes to lie inside."""
+    """Return which range to widen by half, so that a solution on the edge of the region is inside."""
     region = surface.region(study)
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
@@ -183,7 +183,7 @@ def _for_trend(study: Study, surface: SurfaceResult, found: Growing | Widened) -
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
-    return f"Let {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
+    return f"Make {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
@@ -220,7 +220,7 @@ def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
 def more_runs(study: Study, surface: SurfaceResult) -> Remedy:
     """Return four times as many runs as coefficients, spread over the ranges, where the design has fewer.
 
-    A design that has them already is to be narrowed to half the ranges, about the solution.
+    If the design has them already, the remedy halves the ranges about the solution.
     """
     count = max(4 * len(surface.coefficients), 2 * len(surface.design.runs))
     text = f"Use more runs: `rsm: {{design: latin-hypercube, runs: {count}}}`."

@@ -1,4 +1,4 @@
-"""How many of a study's runs have doubtful physics, as their records tell."""
+"""How many of a study's runs have doubtful physics, according to their records."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -7,9 +7,9 @@ from typing import Any, Literal
 
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.run_warnings import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
-from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.results import Results
-from stemcal.stages.validate.result import ValidateResult
+from stemcal.stages.stage import stage_called
+from stemcal.study.model import Study
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]
@@ -41,7 +41,7 @@ class DoubtAt:
 
 @dataclass(frozen=True)
 class Physics:
-    """How many distinct runs told of their checks, how many are doubtful for any reason, and why.
+    """The number of distinct runs with checks, the number of doubtful ones, and the reasons.
 
     `at_solution` are the doubts of runs with the calibrated parameters, one by one.
     """
@@ -57,9 +57,9 @@ class Physics:
         return self.doubtful / self.checked if self.checked else 0.0
 
 
-def physics_of(results: Results, folder: StudyFolder) -> Physics:
-    """Read the checks of every run of the study's own solver; runs of solvers that tell none are not counted."""
-    own = [result for result in results.done if not (isinstance(result, RefineResult) and result.elsewhere)]
+def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
+    """Read the checks of every run of the study's own solver; runs of solvers without checks are not counted."""
+    own = [result for result in results.done if stage_called(result.name).seen(study) is study]
     outcomes = [outcome for result in own for _, outcome in result.runs()]
     keys = dict.fromkeys(outcome.key for outcome in outcomes if outcome.key and outcome.ok)
     every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
@@ -71,16 +71,16 @@ def physics_of(results: Results, folder: StudyFolder) -> Physics:
         doubts=tuple(
             sorted((_gathered(kind, found) for kind in kinds), key=lambda doubt: (-doubt.runs, doubt.kind)),
         ),
-        at_solution=tuple(_at_solution(results, every)),
+        at_solution=tuple(_at_solution(study, results, every)),
     )
 
 
-def _at_solution(results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
-    """Yield what is doubtful of each run of the validation, which has the calibrated parameters."""
-    checked = results.of(ValidateResult)
-    for row in () if checked is None else checked.rows:
-        for kind, size in every.get(row.key, {}).items():
-            yield DoubtAt(row.compared.condition, row.compared.role == "fitted", Doubt(kind, 1, size))
+def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
+    """Yield what is doubtful of each run with the calibrated parameters that was compared."""
+    runs = {row.key: row for result in results.done for row in reversed(result.judged(study))}
+    for key, row in reversed(runs.items()):
+        for kind, size in every.get(key, {}).items():
+            yield DoubtAt(row.condition, row.fitted, Doubt(kind, 1, size))
 
 
 def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:
@@ -89,7 +89,7 @@ def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:
 
 
 def _doubts(details: Mapping[str, Any]) -> Doubts | None:
-    """Return what is doubtful of a run with its size; None where the solver told nothing of it."""
+    """Return what is doubtful of a run with its size; None if the solver did not report it."""
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None

@@ -6,24 +6,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stemcal.note import SEVERITIES, Note
+from stemcal.stages.result import Judged
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 MOST_REASONS = 10
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A response at a condition: its error, None where the run failed, and whether it was fitted or is a check."""
-
-    response: str
-    condition: float
-    error_percent: float | None
-    fitted: bool
-
-    @property
-    def size(self) -> float:
-        """The error without its sign."""
-        return abs(self.error_percent or 0.0)
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ def growing(fitted: Fitted, factor: str) -> Growing | None:
         return None
 
     def placed(x: Array, n: float) -> Array:
-        """Return x at every diameter, (diameters, points, k), with θ (d/d₀)ⁿ in place of θ."""
+        """Return x at every diameter, (diameters, points, k), with θ (d/d₀)ⁿ instead of θ."""
         at = np.repeat(np.atleast_2d(x)[None], len(fitted.diameters), axis=0)
         level = (centre[j] + half[j] * at[:, :, j]) * (fitted.diameters[:, None] / fitted.at) ** n
         at[:, :, j] = (level - centre[j]) / half[j]

@@ -3,13 +3,12 @@
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.doe.validation.null_model import FIXED_EXPONENT
 from stemcal.naming import Names
-from stemcal.numbers import change, fixed, minus
-from stemcal.stages.invert.result import Certainty, Contradicted, JointFitted
+from stemcal.numbers import fixed
+from stemcal.stages.result import Judged
 from stemcal.stages.verdict.physics import Doubt, DoubtAt
-from stemcal.stages.verdict.result import Judged, Use, UseThere, Verdict
-from stemcal.words import counted, series
+from stemcal.stages.verdict.result import Use, UseThere, Verdict
+from stemcal.words import counted
 
 _WORDS = {
     "calibrated": "Calibrated",
@@ -19,7 +18,7 @@ _WORDS = {
 
 
 def word(verdict: Verdict) -> str:
-    """Return the verdict as people read it."""
+    """Return the verdict in words."""
     return _WORDS[verdict.verdict]
 
 
@@ -79,7 +78,7 @@ def use(where: Use, names: Names, place: str = "") -> str:
 
 
 def _held_out(where: Use, names: Names) -> list[str]:
-    """Return the largest error that was not fitted, beside that of a formula through the fitted forces.
+    """Return the largest held-out error, with that of a formula through the fitted forces.
 
     >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())
     ['Fitted at 7 and 9 mm; largest held-out error: maximum force 2.9 % high at 8 mm (formula F = a·d^b: 3.7 %).']
@@ -97,7 +96,7 @@ def use_there(where: UseThere, names: Names) -> str:
 
 
 def miss(worst: Judged, names: Names) -> str:
-    """Return how far a simulated response is off, and to which side.
+    """Return the error of a simulated response and its side.
 
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
     'The simulated maximum force is 42 % low at 11 mm'
@@ -121,50 +120,6 @@ def _size(percent: float) -> str:
 
 
 # ---- reasons
-
-
-def out_of_reach(target: float, low: float, high: float, names: Names) -> str:
-    """Return that the surface does not reach the target within the ranges.
-
-    >>> out_of_reach(200.0, 78.81, 122.12, Names())
-    'The measured 200 N is above what the ranges reach (78.81 to 122.1 N).'
-    """
-    side = "above" if target > high else "below"
-    return (
-        f"The measured {names.quantity(target, 'g')} is {side} what the ranges reach ({names.quantities((low, high))})."
-    )
-
-
-def left_out_by_formula(joint: JointFitted) -> str:
-    """Return that a formula predicts the diameters left out in turn as well as the joint fit."""
-    null = joint.null
-    assert null is not None
-    laws = [
-        (null.max_abs_left_out_error_percent, null.exponent),
-        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
-    ]
-    error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
-    return (
-        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others within {error:.1f} %, the model "
-        f"within {joint.max_abs_left_out_error_percent or 0.0:.1f} %."
-    )
-
-
-def contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
-    """Return which measured mean the others contradict, and how far it and they are from the joint fit."""
-    named = names.naming.named(found.response)
-    measured, low, high = (
-        names.beside_mean(named, value, found.measured) for value in (found.measured, found.low, found.high)
-    )
-    place = found.response, found.condition
-    errors = {(row.response, row.condition): row.error_percent for row in (*joint.rows, *joint.further)}
-    rest = [error for at, error in errors.items() if at != place]
-    others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
-    return minus(
-        f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"allow {low} to {high} ({found.standard_errors:.1f} standard errors away). It is {errors[place]:+.0f} % from "
-        f"the joint fit, the others {others} %."
-    )
 
 
 def doubtful(doubt: Doubt, checked: int) -> str:
@@ -191,13 +146,3 @@ def _doubt(doubt: Doubt, up_to: str = "") -> str:
         "drift": f"the energy balance drifts by {worst}",
         "stroke": "the stroke ended before the peak force was clearly passed",
     }[doubt.kind]
-
-
-def not_identified(known: Certainty) -> str:
-    """Return which factors the fit leaves free, and the combination along which it hardly changes."""
-    factors = series(known.not_identified)
-    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
-    if len(changes) > 1:
-        together = f"changing them together ({', '.join(changes)})"
-        return f"{factors} cannot be separated: {together} leaves the fit almost unchanged."
-    return f"{factors} cannot be determined: the fit hardly depends on it."

@@ -1,7 +1,7 @@
 """The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
 
-A key of a spec is a field, and what it means stands below it: the JSON schema, the reference page, the spec that
-`stemcal init` writes, `check` and `explain` all take it from there.
+A key of a spec is a field, and its meaning is the docstring below it: the JSON schema, the reference page, the spec
+that `stemcal init` writes, `check` and `explain` all take it from there.
 """
 
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in

@@ -36,7 +36,7 @@ class Growth(Frozen):
     ]
     """Power of the diameter, a number; or the name of a factor, which is then calibrated with the others."""
     value: Any = None
-    """Value at that diameter; left out where the parameter is a factor."""
+    """Value at that diameter; omitted if the parameter is a factor."""
 
     def given_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
         """Return value·(d/at)^exponent; `level` is the value of a parameter that is a factor."""
@@ -108,7 +108,7 @@ class MayGrow:
         grades = core_schema.dict_schema(core_schema.str_schema(), plain, min_length=2)
         forms = core_schema.union_schema([plain, handler.generate_schema(Growth), grades])
         return core_schema.json_or_python_schema(
-            json_schema=core_schema.with_info_wrap_validator_function(read, forms),  # the JSON schema tells of all
+            json_schema=core_schema.with_info_wrap_validator_function(read, forms),  # the JSON schema lists all
             python_schema=core_schema.with_info_wrap_validator_function(read, plain),
             serialization=core_schema.plain_serializer_function_ser_schema(_plainly),
         )
@@ -122,7 +122,7 @@ def exponents_in(growing: Iterable[Growth | Grades]) -> tuple[str, ...]:
 
 def _graded(rows: list[tuple[float, float]]) -> Grades:
     if len(rows) < 2 or any(d0 == d1 for (d0, _), (d1, _) in pairwise(rows)):
-        raise complain("a table by grade needs two diameters or more, each once", "write {7 mm: …, 9 mm: …}")
+        raise complain("a table by grade needs at least two different diameters", "write {7 mm: …, 9 mm: …}")
     return Grades(tuple(rows))
 
 

@@ -49,7 +49,7 @@ class LaboratorySection(Frozen):
     kind: str
     """The kind of test."""
     speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
-    """Speed of the machine; in cutting that of the spec's blade by default."""
+    """Speed of the machine; in cutting by default that of the blade in the spec."""
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     is_further_cut: ClassVar[bool] = False
@@ -87,7 +87,7 @@ class LaboratorySection(Frozen):
         return f"{self.name}_{response}"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        """Return the sections that a further cutting test changes, of the study or the draft that it belongs to."""
+        """Return the sections that a further cutting test changes, of its study or draft."""
         return {}
 
 
@@ -99,7 +99,7 @@ class PieceSection(LaboratorySection):
     length: StemLength | None = None
     """Length of the piece; by default 1.2 times the span in bending, otherwise two diameters."""
     stroke: StemLength
-    """How far the machine moves."""
+    """Stroke of the machine."""
     element_size: StemLength | None = None
     """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/64, their width at the
     plates, and four times that elsewhere."""
@@ -133,11 +133,11 @@ class FurtherCutSection(LaboratorySection):
 
     kind: Literal["cutting"] = "cutting"
     blade: BladeSection | None = None
-    """What differs from the spec's blade: keys that are not given here are the spec's."""
+    """Differences from the blade of the spec; omitted keys are those of the spec."""
     supports: SupportsSection | None = None
-    """What differs from the spec's supports."""
+    """Differences from the supports of the spec."""
     stroke: StemLength | None = None
-    """How far the machine moves; as far as the spec's blade by default."""
+    """Stroke of the machine; by default that of the blade in the spec."""
 
     is_further_cut = True
     usual = ("force",)

@@ -36,13 +36,13 @@ class TargetRow(Frozen):
     """
 
     test: ColumnName | None = None
-    """Name of the test under `tests` in which it was measured; the cutting test without it."""
+    """Name of its test under `tests`; without it the cutting test."""
     diameter: Size | None = None
     """Outer diameter of the stems."""
     force: Annotated[float, Quantity("force", above=0)] | None = None
     """Mean of their maximum force."""
     travel: Size | None = None
-    """Mean travel from first touch to the maximum force."""
+    """Mean travel from first contact to the maximum force."""
     work: Annotated[float, Quantity("energy", above=0)] | None = None
     """Mean work: in cutting up to the maximum force, in a test until the break or the end of the stroke."""
     slope: Annotated[float, Quantity("force per length", above=0)] | None = None
@@ -54,7 +54,7 @@ class TargetRow(Frozen):
     """Number of specimens."""
     curves: Patterns | None = None
     """Files of force over travel, a specimen each: names or patterns such as lab/8mm/*.csv. The shape of the curves is
-    fitted too; `force`, `sd` and `n` are calculated from them where they are not given."""
+    fitted too; `force`, `sd` and `n` are calculated from them unless given."""
 
 
 class Mean(Frozen):
@@ -96,7 +96,7 @@ class Target(Frozen):
         return self.further[response].systematic if response in self.further else {}
 
     def specimens_of(self, response: str) -> str:
-        """Return a name for the specimens of a response if their curves tell it, nothing else."""
+        """Return a name for the specimens of a response if their curves give it, otherwise nothing."""
         if self.modes is None:
             return ""
         own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
@@ -135,7 +135,7 @@ class Targets(Frozen):
         return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes]) -> Targets:
-        """Return the targets with what curves tell, by the place of their entry."""
+        """Return the targets with the responses of curves, by the place of their entry."""
         means = list(self.means)
         for index, found in modes.items():
             scores = {

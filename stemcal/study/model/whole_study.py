@@ -51,7 +51,7 @@ class RunsOptions(Frozen):
 
 
 class OwnSections(Frozen):
-    """The keys of a spec that belong to no stage."""
+    """The keys of a spec that are not of a stage."""
 
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
 
@@ -60,12 +60,12 @@ class OwnSections(Frozen):
     title: Title = ""
     """Title of the report and of its tables; the name by default."""
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
-    """What is calibrated, in the order of their symbols X1, X2 and so on."""
+    """Unknown parameters to calibrate, with the symbols X1, X2, … in this order."""
     responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
-    """What a run gives and the laboratory measures, where it is not the maximum force: a program may give several."""
+    """Measured and simulated responses, if not the maximum force; a program may return several."""
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
-    """At what it is measured, where that is not the stem's diameter: one, or `[]` for none. Without `conditions` a
-    study with `responses` has none."""
+    """Condition of the measurements, if not the stem diameter: one, or `[]` for none. A study with `responses`
+    has none by default."""
     specimen: SpecimenSection = SpecimenSection()
     """The piece of stem."""
     blade: BladeSection = BladeSection()
@@ -73,19 +73,19 @@ class OwnSections(Frozen):
     supports: SupportsSection = SupportsSection()
     """The two rigid supports."""
     loading: LoadingSection = LoadingSection()
-    """How the blade moves."""
+    """Motion of the blade."""
     contact: ContactSection = ContactSection()
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
-    """Fixed values of the parameters that are no factors, and the length behind failure."""
+    """Fixed values of the parameters that are not factors, and the internal length."""
     solver: AnySolver = Field(default_factory=usual_solver)
-    """What answers which force a set of levels gives."""
+    """The solver, which computes the response to a set of levels."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
-    """Laboratory tests of pieces of the same stems besides cutting, which the sections above describe."""
+    """Laboratory tests of pieces of the same stems, in addition to cutting."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
-    """What the laboratory measured: a row for each test and diameter."""
+    """Measured responses, a row for each test and diameter."""
 
 
 def _form() -> type[OwnSections]:
@@ -130,7 +130,7 @@ class Study(StudyForm):
         Parameters
         ----------
         changes
-            By the name of a factor or of a section: a mapping is laid over what stands there, anything else takes its
+            By the name of a factor or of a section: a mapping is merged into the existing one, anything else takes its
             place. Quantities are written as in a spec.
 
         Raises
@@ -143,7 +143,7 @@ class Study(StudyForm):
         ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
         """
         if self._reread is None:
-            raise TypeError("only a study that was read from a spec can be changed so")
+            raise TypeError("only a study that was read from a spec can be changed this way")
         changed = self._reread(changes)
         changed._hands = self._hands
         return changed
@@ -192,7 +192,7 @@ class Study(StudyForm):
 
     def _theirs(self) -> Any:
         if self._hands is None:
-            raise TypeError("ask and tell require a study from stemcal.load_study")
+            raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
         return self._hands
 
     def __repr__(self) -> str:
@@ -218,7 +218,7 @@ class Study(StudyForm):
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """The names of the responses that the study declares beside its first."""
+        """The names of the responses that the study declares next to its first."""
         return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
 
     def of(self, kind: type[F]) -> F:

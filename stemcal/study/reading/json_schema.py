@@ -1,4 +1,4 @@
-"""The form of a spec as JSON schema: for editors, and for knowing which keys stand where."""
+"""The form of a spec as JSON schema: for editors, and for the places of the keys."""
 
 import ast
 import functools
@@ -29,7 +29,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _form() -> dict[str, Any]:
-    """Return the schema of what stands inside the study, where the shear test's own words are the only ones."""
+    """Return the schema of the parts inside the study, which allow only the names of the shear test."""
     if [kind for registry in (SOLVERS, TESTS) for kind in registry.external if registry.learn(kind.name)]:
         made_anew()
     schema = StudyForm.model_json_schema()
@@ -85,7 +85,7 @@ def _said_by_fields(model: type) -> dict[str, str]:
 
 
 def section_places() -> dict[str, str]:
-    """Return where the keys of each class of the model stand in a spec.
+    """Return the places of the keys of each class of the model in a spec.
 
     >>> [section_places()[name] for name in ("TargetRow", "Growth")]
     ['targets[]', 'material.*']
@@ -101,7 +101,7 @@ def section_places() -> dict[str, str]:
 
 
 def _sections(node: dict[str, Any], path: str, kind: str) -> Iterator[tuple[str, str, str]]:
-    """Yield each class below a node with its path and the kind of solver or result that it belongs to."""
+    """Yield each class below a node with its path and its kind of solver or result."""
     for key, value in node.get("properties", {}).items():
         for name, where in _references(value, f"{path}.{key}".removeprefix(".")):
             section = form()["$defs"][name]

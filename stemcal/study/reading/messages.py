@@ -1,4 +1,4 @@
-"""From what pydantic says to what a person can act on: plain words and a remedy."""
+"""From errors of pydantic to messages with plain words and a remedy."""
 
 import re
 from collections.abc import Callable, Mapping

@@ -41,7 +41,7 @@ class Reread:
 
 
 def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], ...] = ()) -> Study:
-    """Return the study in `content`; `path` names it in messages, and tables are found beside it.
+    """Return the study in `content`; `path` names it in messages, and tables are found next to it.
 
     `changes` are laid over it one after the other, by the name of a section or a factor (see `Study.with_`).
     """

@@ -36,7 +36,7 @@ from stemcal.words import listed, nearest
 
 
 def read_sections(data: Any, folder: Path) -> Sections:
-    """Read each section of a spec's tree by itself; files are found beside the spec."""
+    """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
         message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
@@ -71,7 +71,7 @@ class Sections:
 
     @property
     def context(self) -> dict[str, Any]:
-        """What the types of the model need to know beside a value."""
+        """The context that the types of the model need for a value."""
         return {"spec": self.folder, "naming": self.naming}
 
     def read(self, name: str, given: Any) -> None:
@@ -81,7 +81,7 @@ class Sections:
             self.findings.append(Finding((_spelled(name),), "is empty", "fill it in or remove it"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
-            told = [(_spelled(name), "responses")]  # which there are is not known while a test is wrong
+            told = [(_spelled(name), "responses")]  # unknown while a test is wrong
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
@@ -160,7 +160,7 @@ class Sections:
                 self.good["targets"] = with_tests(targets, tests)
 
     def fit_all_responses(self) -> None:
-        """Let a study of several responses of its own fit all that are measured, unless the spec chooses."""
+        """Fit all measured responses of a study that declares several, unless the spec chooses."""
         targets = self.good.get("targets")
         if self.naming.is_cutting or not _complete(targets) or self.chosen("responses") is not None:
             return
@@ -170,7 +170,7 @@ class Sections:
                 self.good[name] = self.good[name].model_copy(update={"responses": measured})
 
     def chosen(self, key: str) -> Any:
-        """Return what the spec says under a key of the sections of stages; None where none has it."""
+        """Return the value of a key in the sections of stages; None if none has it."""
         given = (self.data.get(_spelled(name)) for name in FIELDS.values())
         return next((section[key] for section in given if isinstance(section, dict) and key in section), None)
 
@@ -183,7 +183,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 
 def _complete(targets: Targets | None) -> TypeGuard[Targets]:
-    """Tell whether all rows of the targets could be read."""
+    """Return whether all rows of the targets could be read."""
     return targets is not None and all({"condition", "response"} <= one.__dict__.keys() for one in targets.means)
 
 
@@ -238,7 +238,7 @@ def _adapter(section: str) -> TypeAdapter[Any]:
 
 
 def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
-    """Return what pydantic finds wrong with a section, as findings; nothing at places that are `told` already."""
+    """Return the errors of pydantic in a section as findings, except those at places in `told`."""
     found = []
     for entry in error.errors(include_url=False):
         if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:

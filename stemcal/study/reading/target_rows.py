@@ -58,7 +58,7 @@ def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[li
             )
     if not wrong and len(read) < FEWEST:
         message = f"curves of only {counted(len(read), 'specimen')}: their scatter is unknown"
-        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give force and sd alone"))
+        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give only force and sd"))
     return read, wrong[:_MOST_NAMES]
 
 
@@ -80,7 +80,7 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
 
 
 def _lying(folder: Path, pattern: str) -> str:
-    """Tell what lies in the last folder of a pattern that there is, the spec's own or one below it."""
+    """List the content of the last existing folder of a pattern, the spec's own or one below it."""
     place = folder
     for step in Path(pattern).parts[:-1]:
         place = next((one for one in place.glob("*") if one.name == step and one.is_dir()), place)
@@ -158,7 +158,7 @@ class Rows:
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a row with the force of its curves where it has none of its own."""
+        """Return a row with the force of its curves if it has no other."""
         patterns = row.get("curves")
         patterns = [patterns] if isinstance(patterns, str) else patterns
         if not isinstance(patterns, list) or not patterns or not all(isinstance(one, str) for one in patterns):

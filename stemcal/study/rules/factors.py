@@ -58,7 +58,7 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
             message = f"a lognormal mean of {prior.mean:g} is not above 0"
             yield Finding(path, message, "correct it, or write kind: normal")
         elif prior.kind == "lognormal" and factor.low <= 0:
-            message = f"low {factor.low:g} cannot be with a lognormal prior"
+            message = f"low {factor.low:g} is not possible with a lognormal prior"
             yield Finding(("factors", index, "low"), message, "raise it above 0, or write kind: normal")
         elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             message = f"{prior.mean:g} ± {prior.sd:g} excludes the whole range {factor.low:g} to {factor.high:g}"
@@ -66,7 +66,7 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
 
 
 def factors_are_known(draft: Draft) -> Iterator[Finding]:
-    """The solver knows the factor and its unit measures the right thing."""
+    """The solver has the factor, and its unit has the right dimension."""
     if not draft.kind.parameters:
         return
     exponents = exponents_in(draft.growing.values())
@@ -104,15 +104,15 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
-    """Yield what is wrong with levels (units of the spec) and a diameter that stand in no spec."""
+    """Yield what is wrong with levels (units of the spec) and a diameter that are not in a spec."""
     if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
-        yield f"diameter: {diameter:g} mm is no stem; take at most {_WIDEST:g} mm, or check its unit"
+        yield f"diameter: {diameter:g} mm is not the diameter of a stem; use at most {_WIDEST:g} mm, or check its unit"
         return
     steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
     if steep:
-        yield from (f"{name} = {levels[name]:g} is no exponent; take at most {MOST_EXPONENT:g}" for name in steep)
+        yield from (f"{name} = {levels[name]:g} is not an exponent; use at most {MOST_EXPONENT:g}" for name in steep)
         return
     for factor in study.factors:
         if factor.name in study.exponents:
@@ -159,7 +159,7 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     for name, (_, section, keys) in AROUND.items():
         for key in keys if name in draft.names else ():
             if key in getattr(draft.study, section).model_fields_set:
-                message = f"the factor {name} takes its place"
+                message = f"the factor {name} replaces it"
                 yield Finding((section, key), message, "remove it here, or the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
         yield Finding(("loading", "stroke"), "duration also sets the stroke", "remove one of the two", at_key=True)
@@ -171,7 +171,7 @@ def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
         if factor.name == "wall_thickness" in draft.kind.parameters and _unit_fits(factor):
             radius = 0.5 * draft.study.targets.calibrate_at
             if factor.internal(factor.high) >= radius:
-                message = f"a wall of {factor.high:g} {factor.unit} leaves a stem of {2 * radius:g} mm no bore"
+                message = f"a wall of {factor.high:g} {factor.unit} leaves no bore in a stem of {2 * radius:g} mm"
                 yield Finding(("factors", index, "high"), message, f"stay below {radius:g} mm")
 
 
@@ -183,7 +183,7 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     places |= {("material", name): name for name in _in_material(draft)}
     for path, name in places.items():
         if name in RATE:
-            yield Finding(path, f"rate_law: none has no use for {name}", "remove it, or choose another solver.rate_law")
+            yield Finding(path, f"rate_law: none does not use {name}", "remove it, or choose another solver.rate_law")
 
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
@@ -191,7 +191,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.parameters or not draft.names:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
-    wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # told of already
+    wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # reported already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -252,7 +252,7 @@ def reached(draft: Draft, name: str, diameter: float | None = None) -> list[floa
 
 
 def _in_material(draft: Draft) -> tuple[str, ...]:
-    """Return the parameters that `material` tells of, fixed or growing."""
+    """Return the parameters in `material`, fixed or growing."""
     return (*draft.study.material.given(), *draft.growing)
 
 
@@ -285,7 +285,7 @@ def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
 
 
 def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
-    """An exponent with a name is a factor, a pure number, and no parameter of its own."""
+    """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
         path, exponent = ("material", name, "exponent"), getattr(growth, "exponent", None)
@@ -307,7 +307,9 @@ def grades_reach(draft: Draft) -> Iterator[Finding]:
         low, high = growth.known_between
         outside = sorted({d for d in draft.diameters.values() if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9)})
         if isinstance(growth, Grades) and outside:
-            message = f"the grades, {low:g} to {high:g} mm, leave out {', '.join(f'{d:g}' for d in outside[:5])} mm"
+            message = (
+                f"the grades, {low:g} to {high:g} mm, do not include {', '.join(f'{d:g}' for d in outside[:5])} mm"
+            )
             yield Finding(("material", name), message, f"add a grade at {outside[0]:g} mm")
 
 
@@ -319,7 +321,7 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
             wrong = parameter.outside(value) if value <= MOST else "is outside the computable range"
             if wrong:
                 unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-                message = f"among the diameters of this study it becomes {value:.4g}{unit}, which {wrong}"
+                message = f"at a diameter of this study it is {value:.4g}{unit}, which {wrong}"
                 yield Finding(("material", name), message, "correct value, exponent or their ranges")
                 break
 
@@ -329,5 +331,5 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     if factor.unit != "1":
         return "an exponent is a pure number", "remove its unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
-        return f"{factor.low:g} to {factor.high:g} are no exponents", f"stay within ±{MOST_EXPONENT:g}"
+        return f"{factor.low:g} to {factor.high:g} are not exponents", f"stay within ±{MOST_EXPONENT:g}"
     return None

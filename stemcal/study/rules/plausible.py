@@ -38,7 +38,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
-FALL = "elements two thirds as long give up to a tenth less"
+FALL = "with elements two thirds as long they are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
@@ -52,7 +52,7 @@ def doubts(study: Study) -> list[Finding]:
 
 
 def _of_further_cuts(study: Study) -> Iterator[Finding]:
-    """Question a further cut as the first, at the keys of its own."""
+    """Question a further cut as the first, at its own keys."""
     keys: dict[NodePath, NodePath] = {("loading", "speed"): ("speed",), ("loading", "duration"): ("stroke",)}
     for index, test in enumerate(study.tests):
         if not test.is_further_cut:
@@ -62,7 +62,7 @@ def _of_further_cuts(study: Study) -> Iterator[Finding]:
             own = finding.path[0] in ("loading", "blade", "supports")
             yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
         if late := sorted({"travel", "work"} & set(test.measured)):
-            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit the maximum force alone")
+            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -112,7 +112,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
             message = f"elements of {mesh.element_size} are more than {_RESOLVED:g} of {whole}"
-            remedy = f"take at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
+            remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
 
@@ -150,7 +150,7 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
-            yield Finding((*path, "sd"), message, "leave it out if it is not known")
+            yield Finding((*path, "sd"), message, "omit it if it is not known")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:
@@ -164,12 +164,12 @@ def _scatters(study: Study) -> Iterator[Finding]:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
             if mean and sd and not named.apart and not _LEAST_SCATTER <= sd / mean <= 1.0:
-                message = f"a scatter of {named.text(sd)} is not of the size of the mean, {named.text(mean)}"
+                message = f"a scatter of {named.text(sd)} is not plausible for the mean, {named.text(mean)}"
                 yield Finding(("targets", target.row, named.name), message, "check both numbers and their units")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
-    """Question a cutting force that is far from what the others suggest, whatever power of the diameter it has."""
+    """Question a cutting force that is far from the trend of the others for all plausible powers of the diameter."""
     targets = study.targets.means
     if len(targets) < 2 or not study.kind.parameters:
         return
@@ -237,7 +237,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or leave it out")
+        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or omit it")
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
@@ -245,5 +245,5 @@ def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> I
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
     shown = "" if unit == "1" else f" {unit}"
-    message = f"{value:.6g}{shown} is far from what stems and blades have ({low:g} to {high:g}{shown})"
+    message = f"{value:.6g}{shown} is far outside the usual range of stems and blades ({low:g} to {high:g}{shown})"
     yield Finding(path, message, "check the unit")

@@ -18,7 +18,7 @@ _TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
 
 
 def names_are_free(draft: Draft) -> Iterator[Finding]:
-    """Responses and conditions have names that stand for nothing else."""
+    """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
     clashes = dict(declared_once(draft.naming, draft.names))
@@ -53,7 +53,7 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
         return
     low, high = PARAMETERS["yield_stress"].plausible
     if not draft.kind.parameters or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
-        return  # a yield stress that no plant has is told of elsewhere
+        return  # a yield stress that no plant has is reported elsewhere
     hollow = 1.0 - draft.study.specimen.diameter_ratio**2
     areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.study.targets.means]
     # two cross-sections in shear bear 2 A σy/√3
@@ -77,7 +77,7 @@ def _yield_stresses(draft: Draft) -> list[float]:
     levels = [(level, factor.unit) for factor in varied for level in (factor.low, factor.high)]
     try:
         return [convert(level, unit, "stress") for level, unit in levels]
-    except UnitError:  # told of elsewhere
+    except UnitError:  # reported elsewhere
         return []
 
 
@@ -96,13 +96,13 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
-    """The specimen lies on both supports."""
+    """The specimen is on both supports."""
     if draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
             f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
             f"{draft.study.specimen.length:g} mm long"
         )
-        yield Finding(("supports", "clearance"), message, "move them closer or take a longer specimen")
+        yield Finding(("supports", "clearance"), message, "move them closer or use a longer specimen")
 
 
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
@@ -137,7 +137,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
             message = f"{section} of a program cannot be combined with the tests of the embedded solver"
-            yield Finding((section,), message, "leave out one of them", at_key=True)
+            yield Finding((section,), message, "remove one of them", at_key=True)
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -150,7 +150,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, *missing)
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
-            yield Finding(path, message, "give curves there too, or the force alone")
+            yield Finding(path, message, "add curves there, or use only the force")
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the section machine has no effect"
@@ -161,7 +161,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Each test has a name of its own, of which the names of its responses and of its folder of sheets are made.
+    """Each test has its own name, of which the names of its responses and of its folder of sheets are made.
 
     Case does not count, as in names of folders on Windows.
     """
@@ -213,7 +213,7 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
 
 
 def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
-    """What is measured in a test belongs to a diameter that is cut too, once each."""
+    """Each measurement in a test has a diameter that is also cut, once each."""
     cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
         seen: list[float] = []

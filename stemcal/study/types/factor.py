@@ -1,4 +1,4 @@
-"""Factors, the parameters that the embedded solver knows, and own responses."""
+"""Factors, the parameters of the embedded solver, and own responses."""
 
 from typing import Annotated, Literal, NamedTuple
 
@@ -80,11 +80,11 @@ class PriorKnowledge(Frozen):
     """What is known of a factor before anything is measured here; it enters the calibration as one more measurement."""
 
     kind: Literal["normal", "lognormal"] = "normal"
-    """`normal`, or `lognormal` for what cannot be below 0 and scatters by a factor."""
+    """`normal`, or `lognormal` for a positive value with a relative scatter."""
     mean: Number
     """Mean of its value, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]
-    """Standard deviation of its value: of what the stems of this study may have, not of a mean elsewhere."""
+    """Standard deviation of its value among the stems of this study, not of a mean elsewhere."""
     source: Annotated[Title, Field(min_length=3), Seen]
     """Source of the distribution: a publication or a test; the report shows it."""
 

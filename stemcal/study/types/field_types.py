@@ -157,14 +157,14 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 def _readable(text: str) -> str:
     """Refuse what would command a terminal, or turn a line of a table around."""
     if (found := unprintable(text)) is not None:
-        raise complain(f"has the control character {found} in it", "leave it out")
+        raise complain(f"contains the control character {found}", "remove it")
     return text
 
 
 def _seen(text: str) -> str:
     """Refuse a text that shows nothing, as one of spaces that do not break or have no width."""
     if not any(letter.isprintable() and not letter.isspace() for letter in text):
-        raise complain("is blank", "write a word, or leave the key out")
+        raise complain("is blank", "write a word, or omit the key")
     return text
 
 
@@ -181,7 +181,7 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and _, such as yield_stress"
-        raise complain(f"{name[:60]!r} cannot be the name of a column", remedy)
+        raise complain(f"{name[:60]!r} is not allowed as the name of a column", remedy)
     if len(name) > 40:
         raise complain(f"the name has {len(name)} characters", "use at most 40")
     return name
@@ -213,9 +213,9 @@ def _study_name(name: str) -> str:
         raise complain(f"the name has {len(name)} characters, too many for a folder", remedy)
     bad = next((letter for letter in name if letter in '<>:"/\\|?*' or not letter.isprintable()), None)
     if bad:
-        raise complain(f"{bad!r} cannot be in the name of a folder", remedy)
+        raise complain(f"{bad!r} is not allowed in a folder name", remedy)
     if name != name.strip():
-        raise complain(f"{name!r} has space around it", remedy)
+        raise complain(f"{name!r} begins or ends with a space", remedy)
     if name.startswith(".") or name.endswith("."):
         raise complain(f"{name!r} begins or ends with a point", remedy)
     if name.split(".")[0].rstrip().lower() in _DEVICES:
@@ -236,7 +236,7 @@ _SHARE_IN_SCHEMA = r"d */ *([0-9]+(\.[0-9]*)?|\.[0-9]+)"
 
 @dataclass(frozen=True)
 class Length:
-    """So many mm, or one part in `divisor` of the stem's outer diameter.
+    """A length in mm, or one part in `divisor` of the stem's outer diameter.
 
     >>> Length(0.5).at(8.0), Length(divisor=8.0).at(11.0)
     (0.5, 1.375)

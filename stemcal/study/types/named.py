@@ -31,7 +31,7 @@ def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Nam
 
 
 def _named(declared: Any, symbol: str) -> Named:
-    """Return what a spec declares; what it says of force and diameter as the shear test knows them is just these."""
+    """Return what a spec declares; redeclared force and diameter of the shear test are those themselves."""
     for own in (FORCE, DIAMETER):
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own
@@ -67,7 +67,7 @@ def _written(given: str, named: Named) -> float:
 
 
 def _in_own_unit(given: str, named: Named) -> float:
-    """Read a value in a unit that stemcal knows by name only."""
+    """Read a value in a unit of which stemcal has only the name."""
     text = given.strip().removesuffix(named.unit).strip()
     try:
         return float(text)
@@ -113,12 +113,12 @@ def _naming(info: core_schema.ValidationInfo) -> Naming:
 
 
 def declared_once(naming: Naming, factors: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield names that stand for two things, with what they clash with."""
+    """Yield names that represent two things, with what they clash with."""
     taken = {**dict.fromkeys(_OF_ROWS, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
     taken |= dict.fromkeys(factors, "a factor")
     condition = [] if naming.condition is None else [naming.condition]
     for named in (*naming.responses, *condition):
         if named.name in taken:
             yield named.name, taken[named.name]
-        first = {FIRST: "the first response in files"} if named == naming.response else {}
+        first = {FIRST: "the key of the first response"} if named == naming.response else {}
         taken |= {named.name: "another response or condition", **first}

@@ -49,7 +49,7 @@ class SolverOptions(Frozen):
 
     @property
     def version(self) -> str:
-        """Its version as far as the spec tells it."""
+        """Its version, as far as the spec has it."""
         return ""
 
     @property
@@ -69,7 +69,7 @@ class SolverOptions(Frozen):
 
     @property
     def mesh(self) -> Mesh | None:
-        """The mesh of the stem, None where the spec does not tell it."""
+        """The mesh of the stem, None if the spec does not have it."""
         return None
 
     @property
@@ -83,13 +83,13 @@ class SolverOptions(Frozen):
         return None
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return why a run tells no force over travel and what to do, None if it does."""
-        return f"solver {self.title} has no curve to compare", "give the force alone"
+        """Return why a run has no force over travel and what to do, None if it has."""
+        return f"solver {self.title} has no curve to compare", "give only the force"
 
     def chance_remedy(self) -> Remedy:
         """Return how to declare, or remove, the chance in its answers."""
         text = (
-            "Write replicates: 5 under solver, so that each point is simulated five times and its scatter counts, and "
+            "Write replicates: 5 under solver, to simulate each point five times and include its scatter, and "
             "{{seed}} where the program takes one"
         )
         return Remedy(text, "solver: {replicates: 5}")
@@ -137,7 +137,7 @@ class SolverKind:
         yield from ()
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
-        """Yield what `doctor` tells of it: a part, what was found, whether it is fine (None: not needed)."""
+        """Yield the lines for `doctor`: a part, its state, whether it is fine (None: not needed)."""
         yield from ()
 
 

@@ -42,7 +42,7 @@ NodePath = tuple[str | int, ...]
 
 
 class Position(NamedTuple):
-    """Where something stands in the file, both from 1."""
+    """A place in the file, both from 1."""
 
     line: int
     column: int
@@ -68,7 +68,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class Document:
-    """The tree of a file, where its keys and values stand, and what was wrong on the way.
+    """The tree of a file, the places of its keys and values, and the errors found.
 
     `complete` is false when reading stopped before the end, so that `data` lacks the rest.
     """
@@ -259,7 +259,7 @@ class _Builder:
 
     def _without_surrogates(self, text: str) -> str:
         if any("\ud800" <= letter <= "\udfff" for letter in text):
-            self._complain("half a surrogate pair is no character", "write the character itself")
+            self._complain("half a surrogate pair is not a character", "write the character itself")
             return "?"
         return text
 

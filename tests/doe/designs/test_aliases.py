@@ -54,4 +54,4 @@ def test_long_lists_of_aliases_are_cut():
     corners = np.array(list(product((-1.0, 1.0), repeat=4)))
     columns = [corners[:, list(some)].prod(axis=1) for n in range(1, 5) for some in combinations(range(4), n)]
     text = aliases_note(np.column_stack(columns), [f"X{i + 1}" for i in range(15)]).text
-    assert text.count(" and 4 more") == text.count(" with X") == 6 and text.endswith("; 9 more likewise.")
+    assert text.count(" and 4 more") == text.count(" with X") == 6 and text.endswith("; 9 more.")

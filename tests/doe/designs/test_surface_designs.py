@@ -109,5 +109,5 @@ def test_extra_runs_make_a_poor_design_estimate_the_quadratic():
 
     faces = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
     assert det(added) == pytest.approx(det(faces), rel=1e-9)
-    with pytest.raises(UsageError, match="leaves room for 4 runs, not 5"):
+    with pytest.raises(UsageError, match="has 4 free points, fewer than 5"):
         extra_runs(start, 5, grid)

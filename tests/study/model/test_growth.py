@@ -79,7 +79,7 @@ def test_levels_that_no_stem_of_this_diameter_can_have(study: Study) -> None:
 
 
 def test_a_screening_that_cannot_see_the_exponent_is_questioned(study: Study) -> None:
-    found = [text for text in study.with_(rsm={"factors": "significant"}).warnings if "cannot see growth" in text]
+    found = [text for text in study.with_(rsm={"factors": "significant"}).warnings if "cannot estimate growth" in text]
     assert len(found) == 1 and "material.yield_stress.at" in found[0] and "rsm.factors" in found[0]
     assert not any("cannot see" in text for text in study.warnings)
 
@@ -91,7 +91,7 @@ def test_without_grades_there_is_no_simulation_outside_them(study: Study) -> Non
 
 def test_what_no_exponent_can_be_is_refused(study: Study) -> None:
     assert list(wrong_levels(study, {**study.midlevels(), "growth": 1e9}, 8.0)) == [
-        "growth = 1e+09 is no exponent; take at most 20"
+        "growth = 1e+09 is not an exponent; use at most 20"
     ]
     for change, said in (({"unit": "MPa"}, "an exponent is a pure number"), ({"high": 30}, "stay within ±20")):
         with pytest.raises(SpecError, match=said):

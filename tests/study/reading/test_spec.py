@@ -177,7 +177,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     for coarse in (text.replace("element_size: d/16", "element_size: d/12"), with_lengths):
         said = study_of(coarse).warnings
         assert len(said) == 1
-        assert "d/12 are more than 0.6 of blade.edge_spread (d/9.5) at 7 mm; take at most 0.44 mm" in said[0]
+        assert "d/12 are more than 0.6 of blade.edge_spread (d/9.5) at 7 mm; use at most 0.44 mm" in said[0]
     assert not study_of(with_lengths.replace("d/12", "d/16")).warnings
     assert not study_of(with_lengths.replace(", nonlocal_failure: true", "")).warnings
 

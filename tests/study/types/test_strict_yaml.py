@@ -94,7 +94,7 @@ def test_equal_keys_in_different_mappings_are_fine() -> None:
         ("a: b: c", "not readable as YAML: mapping values are not allowed here"),
         ("a: \0", "character U+0000 is not allowed"),
         ("a: \x07", "character U+0007 is not allowed"),
-        ('a: "\\uD800"', "half a surrogate pair is no character"),
+        ('a: "\\uD800"', "half a surrogate pair is not a character"),
         ('a: "\\UFFFFFFFF"', "this is not readable as YAML"),
         ("%YAML 1." + "9" * 5000 + "\n--- a", "this is not readable as YAML"),
         ("%YAML 9.9\n--- a", "not readable as YAML: found incompatible YAML document (version 1.* is required)"),

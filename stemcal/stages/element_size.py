@@ -12,13 +12,14 @@ from statistics import stdev
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
+from stemcal.files.rows import Column, Rows, Table
+from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
 from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import calibrated_parameters
-from stemcal.stages.refine.loop import Loop, PathSteps
+from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
 from stemcal.study.model import Study
@@ -35,7 +36,7 @@ _FIRST_SLOPE = 0.5  # of force over failure strain, both as logarithms, before a
 
 @dataclass(frozen=True)
 class SizedStrain:
-    """The failure strain for one element size (mm), and the mean force over so many positions of the mesh.
+    """The failure strain for one element size (mm), and the mean force over positions of the mesh.
 
     `interval` covers the strain with 95 % by the scatter over the positions, `sd_percent`. The size is `valid` if the
     mean force and its standard error are both within 5 % of the aim.
@@ -83,7 +84,7 @@ def without_lengths(study: Study) -> Study:
     if not study.kind.any_element_size:
         raise UsageError(f"export material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
     if STRAIN not in study.names:
-        raise UsageError(f"export material adjusts {STRAIN}, which is no factor of this study. Add it as a factor.")
+        raise UsageError(f"export material adjusts {STRAIN}, which is not a factor of this study. Add it to factors.")
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -114,7 +115,7 @@ def strains_of(work: Work, sizes: Sequence[float]) -> SizedStrains:
 
 
 def _of_size(work: Work, there: Study, levels: Mapping[str, float], aim: float, size: float) -> SizedStrain:
-    """Search with a few positions of the mesh, then with as many as the scatter of the force requires."""
+    """Search with a few positions of the mesh, then with the number that the scatter of the force requires."""
     positions, runs = FEWEST_POSITIONS, 0
     while True:
         row = _searched(work, there, levels, aim, size, positions)
@@ -152,7 +153,7 @@ def _searched(
 
 
 def _simulating(work: Work, there: Study, size: float, positions: int) -> SimulateAt:
-    """Return what simulates failure strains as the mean over so many positions of a mesh."""
+    """Return a function that simulates a failure strain as the mean over positions of a mesh."""
     from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
 
     meshed = meshed_as(there, size)
@@ -170,7 +171,27 @@ def _simulating(work: Work, there: Study, size: float, positions: int) -> Simula
     return simulate
 
 
-# ---- comments of the exported files
+# ---- its table, and comments of the exported files
+
+
+def strain_table(found: SizedStrains) -> Table:
+    """Return the failure strain of every element size."""
+    columns = [
+        Column("element_size", "Element size", "mm", significant),
+        Column("failure_strain", "Failure strain", form=significant),
+        Column("interval", "95 % range", form=interval),
+        Column("force", "Mean force", "N", significant),
+        Column("sd_percent", "SD over positions", "%", fixed),
+        Column("positions", "Positions", form=format),
+        Column("runs", "Runs", form=format),
+        Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
+    ]
+    foot = (
+        f"The mean force over the positions of the mesh is {found.aim:.4g} N (stem of {found.condition:g} mm); the "
+        f"search ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: from the scatter over the "
+        f"positions. Valid: the mean and its standard error are within 5 %."
+    )
+    return Table.of(columns, found.rows, "Failure strain over element size", [foot])
 
 
 def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[str]:
@@ -184,7 +205,9 @@ def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[
     ]
     if row.interval is not None:
         low, high = row.interval
-        lines.append(f"95 % interval of the failure strain by the scatter over the positions: {low:.3g} to {high:.3g}.")
+        lines.append(
+            f"95 % interval of the failure strain from the scatter over the positions: {low:.3g} to {high:.3g}."
+        )
     if study.material.growing():
         grown = "Parameters of this study depend on the stem's diameter: all values here are for"
         lines.append(f"{grown} {found.condition:g} mm.")
@@ -202,11 +225,12 @@ def curve_lines(found: SizedStrains) -> list[str]:
 
 def not_valid(found: SizedStrains, row: SizedStrain) -> str:
     """Return why an element size is not valid, and what to do."""
-    where = f"--element-size: elements of {row.element_size:g} mm are not possible"
+    where = f"--element-size: {row.element_size:g} mm is not possible"
     if abs(row.force / found.aim - 1.0) > VALID:
         return (
-            f"{where}: the force nearest to {found.aim:.4g} N is {row.force:.4g} N, because it jumps between failure "
-            "strains. Choose larger elements."
+            f"{where}: the force jumps between failure strains and is {row.force:.4g} N at best (target "
+            f"{found.aim:.4g} "
+            "N). Choose larger elements."
         )
     return (
         f"{where}: the force scatters by {row.sd_percent or 0.0:.3g} % over the positions of the mesh, and "

@@ -1,33 +1,25 @@
-"""The evidence of a study, and rules about the data themselves: chance, units, failed runs, too few runs."""
+"""Reasons about the runs and the surface: chance, units, failed and few runs, reach, signs, roughness."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.regression.least_squares import Array
-from stemcal.folder.study_folder import StudyFolder
-from stemcal.naming import FIRST, Names
+from stemcal.doe.regression.surface import ROUGH_PERCENT
+from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.results import Results
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate.options import ValidateOptions
-from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.physics import Physics
-from stemcal.stages.verdict.result import Judged
+from stemcal.stages.verdict.evidence import Evidence
 from stemcal.stages.work import SAME
 from stemcal.study.model import Study
 from stemcal.words import counted, series
@@ -38,119 +30,13 @@ _FAR, _ROOM = 3.0, 0.25
 _MANY = 0.1  # share of failed runs that is a reservation by itself
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """What the rules look at."""
-
-    study: Study
-    results: Results
-    physics: Physics
-    folder: StudyFolder
-
-    @property
-    def screen(self) -> ScreenResult | None:
-        """The screening, if it is done."""
-        return self.results.of(ScreenResult)
-
-    @property
-    def surface(self) -> SurfaceResult | None:
-        """The response surface, if it is done."""
-        return self.results.of(SurfaceResult)
-
-    @property
-    def inversion(self) -> InvertResult | None:
-        """The calibration, if it is done."""
-        return self.results.of(InvertResult)
-
-    @property
-    def validation(self) -> ValidateResult | None:
-        """The validation, if it is done."""
-        return self.results.of(ValidateResult)
-
-    @property
-    def there(self) -> RefineResult | None:
-        """The refinement in another model, if it is done."""
-        found = self.results.of(RefineResult)
-        return found if found is not None and found.elsewhere else None
-
-    @property
-    def names(self) -> Names:
-        """Names and units of the study."""
-        return Names(self.study.naming)
-
-    @property
-    def equivalent_percent(self) -> float:
-        """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.of(ValidateOptions).tolerance_percent)
-
-    @property
-    def is_given(self) -> bool:
-        """Whether the validation compares values of a sheet that were simulated elsewhere, with other parameters."""
-        validation = self.validation
-        return validation is not None and any(note.kind == "from_table" for note in validation.notes)
-
-    @property
-    def judged(self) -> list[Judged]:
-        """Measured against simulated at every condition that was simulated with the parameters found here.
-
-        Beside the force that is every response that the study declares itself; one that was not fitted is a check.
-        """
-        validation = self.validation
-        if validation is None or self.is_given:
-            return []
-        found = []
-        for row in validation.rows:
-            at, fitted = row.compared, row.compared.role == "fitted"
-            found.append(Judged(self.study.naming.response.name, at.condition, at.error_percent, fitted))
-            for further in row.further:
-                if further.judged:
-                    own = fitted and further.response in self.study.fitted_responses
-                    found.append(Judged(further.response, at.condition, further.error_percent, own))
-        return found
-
-    @cached_property
-    def mostly_off(self) -> bool:
-        """Whether more than half of what was compared is off by more than the percentage, fitted or not.
-
-        It decides between a reservation and not calibrated, the same however many conditions were fitted.
-        """
-        found = self.inversion
-        sizes = [row.size for row in self.judged if row.error_percent is not None]
-        if not sizes and found is not None and found.joint is not None:
-            sizes = [abs(row.error_percent) for row in found.joint.rows]
-        return 2 * sum(size > self.equivalent_percent for size in sizes) > len(sizes)
-
-    @property
-    def records(self) -> Iterator[Mapping[str, Any]]:
-        """The records of the study folder, of all stages."""
-        found = map(self.folder.peek, self.folder.keys())
-        yield from (record for record in found if record is not None)
-
-    @cached_property
-    def reaches(self) -> dict[str, Sequence[tuple[float, float, float]]]:
-        """Each measured value that is fitted, with the least and greatest one that its surface takes, by response."""
-        surface, study = self.surface, self.study
-        if surface is None:
-            return {}
-        if study.joint_targets and surface.conditions:
-            pairs = zip(measured_means(study), joint_surfaces(study, surface), strict=True)
-            values = [(mean.response, mean.value, fitted) for mean, fitted in pairs]
-        else:
-            values = [(FIRST, study.calibration_target.response, surface.fitted)]
-        found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
-        for response, value, fitted in values:
-            low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region(study)))
-            found[response].append((value, low, high))
-        return dict(found)
-
-
 # ---- chance
 
 
 def chance(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
-    if study.replicates or evidence.surface is not None:
+    if study.replicates or evidence.of(SurfaceResult) is not None:
         return
     drawn = {stage.name for stage in stages_of(study) if stage.seen(study).replicates}
     found: dict[str, list[float]] = defaultdict(list)
@@ -161,9 +47,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = (
-                f"The program gave {ends} for the same levels: it contains randomness that the spec does not declare."
-            )
+            text = f"The program gave {ends} for the same levels: it is stochastic, which the spec does not declare."
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
@@ -173,7 +57,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
 
 def units(evidence: Evidence) -> Iterator[Note]:
     """Yield that measured values are out of reach by the ratio of two units."""
-    for response, values in evidence.reaches.items():
+    for response, values in _reaches(evidence).items():
         times = [_times(value, low, high) for value, low, high in values]
         ratio = times[0]
         if ratio is not None and all(one is not None and one[0] == ratio[0] for one in times):
@@ -181,15 +65,30 @@ def units(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"The measured {named.long} ({measured}) is about {max(size, 1.0 / size):.4g} times as "
-                f"{'large' if size > 1.0 else 'small'} as the program gives ({ends}): probably a wrong unit ({name})."
+                f"The measured {named.long} ({measured}) is about {size:.4g} times the result of the program ({ends}): "
+                f"probably a wrong unit ({name})."
             )
             kind = evidence.study.kind
             own = kind.starts_program and kind.own_responses
             place = "the target and of the program's result" if own else "the target"
-            yield Note(
-                "probable_unit", "error", text, Remedy(f"Check the unit of {place} before any range is changed.")
-            )
+            yield Note("probable_unit", "error", text, Remedy(f"Check the unit of {place} before you change a range."))
+
+
+def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float]]]:
+    """Return each measured value that is fitted, with the least and greatest that its surface takes, by response."""
+    surface, study = evidence.of(SurfaceResult), evidence.study
+    if surface is None:
+        return {}
+    if study.joint_targets and surface.conditions:
+        pairs = zip(measured_means(study), joint_surfaces(study, surface), strict=True)
+        values = [(mean.response, mean.value, fitted) for mean, fitted in pairs]
+    else:
+        values = [(FIRST, study.calibration_target.response, surface.fitted)]
+    found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
+    for response, value, fitted in values:
+        low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region(study)))
+        found[response].append((value, low, high))
+    return dict(found)
 
 
 def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
@@ -212,7 +111,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield how many runs failed, where, and what they leave undetermined; of a stage that could not end, too."""
-    surface = evidence.surface
+    surface = evidence.of(SurfaceResult)
     if surface is None:
         yield from _lost(evidence)
         return
@@ -223,30 +122,30 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     unknown = _error_unknown(evidence)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
-    left = "its error is unknown" if unknown else f"{counted(surface.fitted.df, 'degree')} of freedom show its error"
+    left = "its error is unknown" if unknown else f"its error has {counted(surface.fitted.df, 'degree')} of freedom"
     text = (
         f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}. With the others {left}."
+        f"{_where(surface, coded[failed])}. The surface is fitted to the others; {left}."
     )
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
 
 def few_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface has as many coefficients as runs, though none failed."""
-    surface = evidence.surface
+    surface = evidence.of(SurfaceResult)
     if surface is not None and _error_unknown(evidence) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so its error is "
-            "unknown; the intervals are wide for that reason."
+            "unknown and the intervals are wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(evidence.study, surface))
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    found = evidence.inversion
+    found, surface = evidence.of(InvertResult), evidence.of(SurfaceResult)
     if found is not None and found.certainty is not None:
         return not found.certainty.surface_error_known
-    return evidence.surface is not None and evidence.surface.fitted.df < 1
+    return surface is not None and surface.fitted.df < 1
 
 
 def _where(surface: SurfaceResult, coded: Array) -> str:
@@ -295,3 +194,60 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
         edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
         remedy = Remedy(f"{remedy.text} Until then fit the others: `{edit}`.", edit)
     yield Note("failed_runs", "error", text, remedy)
+
+
+# ---- what the surface reaches, and whether it can be believed
+
+
+def out_of_reach(evidence: Evidence) -> Iterator[Note]:
+    """Yield that the surface does not take the one target inside the ranges."""
+    surface, study = evidence.of(SurfaceResult), evidence.study
+    if surface is None or study.joint_targets or evidence.of(InvertResult) is not None:
+        return
+    target, (low, high), names = study.calibration_target.response, advice.reach(surface, study), evidence.names
+    if not low <= target <= high:
+        side = "above" if target > high else "below"
+        reached = f"{side} what the ranges reach ({names.quantities((low, high))})"
+        text = f"The measured {names.quantity(target, 'g')} is {reached}."
+        yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
+
+
+def signs(evidence: Evidence) -> Iterator[Note]:
+    """Yield which sure effects have another sign than the spec expects."""
+    against = tuple(
+        factor.name
+        for factor in evidence.study.factors
+        if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
+    )
+    if against:
+        text = f"The effect of {series(against)} has the opposite sign to the expected one."
+        remedy = Remedy(f"Check {series(against)} in the model: the law, the units and `expected_sign`.")
+        yield Note("sign_against_expectation", "warning", text, remedy)
+
+
+def _sign_found(evidence: Evidence, factor: str) -> str | None:
+    """Return the sign of an effect that is sure: by the interval of the surface's slope, else by the screening."""
+    surface, screen = evidence.of(SurfaceResult), evidence.of(ScreenResult)
+    slope = None if surface is None else surface.coefficient(factor)
+    if slope is not None and slope.low is not None and slope.high is not None and slope.low * slope.high > 0.0:
+        return "+" if slope.value > 0.0 else "-"
+    if screen is not None and factor in screen.significant:
+        return "+" if screen.effect(factor).effect > 0.0 else "-"
+    return None
+
+
+def rough(evidence: Evidence) -> Iterator[Note]:
+    """Yield that a surface without scatter misses its own runs."""
+    surface = evidence.of(SurfaceResult)
+    if surface is None or not surface.without_scatter:
+        return
+    if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
+        text = (
+            f"Repeated runs agree exactly, but the surface deviates from its runs by {abs(cv):.1f} %: the response is "
+            f"not smooth, or not quadratic."
+        )
+        levels = None if evidence.of(InvertResult) is None else evidence.results.parameters
+        yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))
+
+
+RULES = (chance, units, failed_runs, few_runs, out_of_reach, signs, rough)

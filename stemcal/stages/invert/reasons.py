@@ -1,0 +1,213 @@
+"""Reasons about the calibration: an error that follows the diameter, contradictions, misfit, edges, what is unknown."""
+
+from collections.abc import Iterator, Sequence
+
+from stemcal.doe.validation.comparison import ValidationRow
+from stemcal.naming import FORCE, Names
+from stemcal.note import Note, Remedy, Severity
+from stemcal.numbers import change, minus, signed_probability
+from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted, JointRow
+from stemcal.stages.refine.options import refined_here
+from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.validate.result import ValidateResult
+from stemcal.stages.verdict import advice, words
+from stemcal.stages.verdict.evidence import BEYOND_DOUBT, Evidence
+from stemcal.stages.verdict.trend import trend_of
+from stemcal.words import series
+
+MISSED_PERCENT = 2.0
+_NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+
+
+def trend(evidence: Evidence) -> Iterator[Note]:
+    """Yield that the error follows the diameter: no other change of the model or the data helps against that."""
+    study, surface, found = evidence.study, evidence.of(SurfaceResult), evidence.of(InvertResult)
+    if surface is None or found is None or not (study.naming.is_force_on_stems and study.naming.is_cutting):
+        return
+    joint, checked = found.joint, evidence.of(ValidateResult)
+    if joint is not None:
+        rows = [
+            (row.condition, row.measured, row.predicted, _standard_error(row))
+            for row in joint.rows
+            if row.response == FORCE.name
+        ]
+        worst = joint.max_abs_error_percent
+    elif checked is not None and not checked.is_given:
+        rows = [
+            (row.condition, row.measured, row.simulated, _standard_error(row))
+            for row in checked.compared
+            if row.simulated
+        ]
+        worst = checked.worst_percent or 0.0
+    else:
+        return
+    law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
+    if law is None or not study.kind.force_history:
+        return
+    how = "faster" if law.exponent > 0.0 else "more slowly"
+    text = (
+        f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
+        f"d^{abs(law.exponent):.2f} (largest error {worst:.1f} %)."
+    )
+    if joint is not None:
+        remedy = advice.for_trend(study, surface, found.point.solution)
+    else:
+        then = "With the surfaces of all of them, stemcal can compute what removes the trend."
+        remedy = advice.fit_all(study, "conditions", then)
+    yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
+
+
+def _standard_error(row: JointRow | ValidationRow) -> float | None:
+    """Return the standard error of a measured mean as a part of it, None where it is unknown."""
+    return None if row.sd is None or row.n is None else row.sd / row.n**0.5 / row.measured
+
+
+def conflict(evidence: Evidence) -> Iterator[Note]:
+    """Yield which measured mean the others contradict, or that the fit misses one where no scatter is known."""
+    found = evidence.of(InvertResult)
+    joint = found.joint if found is not None else None
+    if found is None or joint is None or found.priors:
+        return
+    apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
+    if apart is not None:
+        one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
+        beyond = evidence.mostly_off or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
+        text = _contradiction(apart, joint, evidence.names)
+        yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
+    elif missed and joint.p is None:
+        text = f"The joint fit misses a measured value by {joint.max_abs_error_percent:.0f} %."
+        yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
+
+
+def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
+    """Return which measured mean the others contradict, and how far it and they are from the joint fit."""
+    named = names.naming.named(found.response)
+    measured, low, high = (
+        names.beside_mean(named, value, found.measured) for value in (found.measured, found.low, found.high)
+    )
+    place = found.response, found.condition
+    errors = {(row.response, row.condition): row.error_percent for row in (*joint.rows, *joint.further)}
+    rest = [error for at, error in errors.items() if at != place]
+    others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
+    return minus(
+        f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
+        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). It differs from the joint fit by "
+        f"{errors[place]:+.0f} %, the others by {others} %."
+    )
+
+
+def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
+    """Widen a range where a mean is out of reach by itself; if each is reached, no range is changed."""
+    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    assert surface is not None and found is not None
+    coded = list(found.point.coded.values())
+    if joint.out_of_reach and _on_edge(evidence, coded):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return advice.to_reconcile(evidence.study, joint)
+
+
+def edge(evidence: Evidence) -> Iterator[Note]:
+    """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
+    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    if surface is None or found is None:
+        return
+    if found.joint is not None and any(conflict(evidence)):
+        return  # the rule on the conflict has the remedy
+    place = evidence.results.parameters
+    coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
+    if _on_edge(evidence, coded):
+        text = "The solution is on the edge of the search region."
+        yield Note("on_the_edge", "warning", text, _from_the_edge(evidence, coded))
+
+
+def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
+    """Widen a range, unless the joint fit is there because of scatter or a flat valley."""
+    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    assert surface is not None and found is not None
+    joint, known = found.joint, found.certainty
+    if joint is None or known is None or (joint.separated and joint.presses_outwards):
+        return advice.from_the_edge(evidence.study, surface, coded)
+    return advice.to_identify(evidence.study, known)
+
+
+def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
+    surface = evidence.of(SurfaceResult)
+    assert surface is not None
+    radius = sum(value**2 for value in coded) ** 0.5
+    region = surface.region(evidence.study)
+    ends = zip(coded, region.low.tolist(), region.high.tolist(), strict=True)
+    at_end = any(min(value - a, b - value) <= _NEAR_END * (b - a) for value, a, b in ends)
+    return at_end or radius >= _NEAR_RADIUS * surface.radius
+
+
+def misfit(evidence: Evidence) -> Iterator[Note]:
+    """Yield that the joint fit misses more than the scatter explains, where no single mean is the reason."""
+    found = evidence.of(InvertResult)
+    joint = found.joint if found is not None else None
+    if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
+        return
+    if joint.contradiction is not None and not found.priors:
+        return  # the conflict names it
+    beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
+    times, p = joint.misfit / joint.df, signed_probability(joint.p)
+    text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
+    remedy = _check_prior(found) or advice.to_reconcile(evidence.study, joint)
+    yield Note("misfit", "error" if beyond else "warning", text, remedy)
+
+
+def _check_prior(found: InvertResult) -> Remedy | None:
+    """Return the remedy for the prior that is farthest from the solution, in its standard deviations."""
+    solution = found.point.solution
+    worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
+    if worst is None:
+        return None
+    check = f"Check the prior of {worst.factor} against its source ({worst.source}), its unit and its test"
+    return Remedy(f"{check}; then check the model, or leave the prior out.")
+
+
+def identified(evidence: Evidence) -> Iterator[Note]:
+    """Yield which factors the measurements leave free."""
+    found = evidence.of(InvertResult)
+    known = None if found is None else found.certainty
+    if known is None or not known.not_identified:
+        return
+    text = _not_identified(known)
+    yield Note("not_identified", "warning", text, advice.to_identify(evidence.study, known))
+
+
+def _not_identified(known: Certainty) -> str:
+    """Return which factors the fit leaves free, and the combination along which it hardly changes."""
+    factors = series(known.not_identified)
+    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
+    if len(changes) > 1:
+        together = f"changing them together ({', '.join(changes)})"
+        return f"{factors} cannot be separated: {together} leaves the fit almost unchanged."
+    return f"{factors} cannot be determined: the fit hardly depends on it."
+
+
+def target(evidence: Evidence) -> Iterator[Note]:
+    """Yield that a simulation misses what was fitted."""
+    fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
+    if not fitted:
+        return
+    worst = max(fitted, key=lambda row: row.size)
+    options = refined_here(evidence.study)
+    tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
+    if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
+        return
+    far = [row for row in fitted if row.size > evidence.equivalent_percent]
+    severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
+    remedy = _refine_more(options.budget if options is not None else None)
+    if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
+        remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
+    yield Note("target_missed", severity, f"{words.miss(worst, evidence.names)}, although it was fitted.", remedy)
+
+
+def _refine_more(budget: int | None) -> Remedy:
+    if budget is None:
+        return Remedy("Add `refine: {}` to the spec: it simulates the solution and corrects it.", "refine: {}")
+    raised = f"Raise `budget` under `refine` to {2 * budget}, or check whether the response jumps between near points."
+    return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
+
+
+RULES = (trend, conflict, target, edge, misfit, identified)
