@@ -12,6 +12,7 @@ from stemcal.numbers import duration
 from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
+from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
 from stemcal.words import counted
 
@@ -88,7 +89,8 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
     """Return the intact records of the results' runs, by the label of the run."""
     found = {}
     for result in results.done if isinstance(results, Results) else [results]:
-        pictured = result.name == "validate" and result.naming.condition == DIAMETER
+        stage = stage_called(result.name)
+        pictured = stage.pictured and not stage.one_by_one and result.naming.condition == DIAMETER
         for label, outcome in result.runs():
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:

@@ -31,7 +31,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Moment:
-    """What is kept of one output: time in s, nodes (N, 3) in mm, of each element whether it stands and its strain."""
+    """The stored data of one output: time in s, nodes (N, 3) in mm, which elements remain and their strain."""
 
     time: float
     nodes: Array

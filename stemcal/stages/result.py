@@ -143,6 +143,11 @@ class StageResult(Spread):
         """By how many % it misses what it fits."""
         return ()
 
+    @property
+    def formula_percent(self) -> float | None:
+        """The largest held-out error of a formula through what was fitted; None where none was compared."""
+        return None
+
     def judged(self, study: Study) -> list[Judged]:
         """Return measured against simulated, of runs with the calibrated parameters in the study's own model."""
         return []

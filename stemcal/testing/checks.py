@@ -149,9 +149,9 @@ def points_are_within_reach(at: DesignAtWork) -> None:
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
-        require(np.abs(points).max() <= reach + _ROUNDING, f"with {k} factors a level is beyond reach, {reach:g}")
+        require(np.abs(points).max() <= reach + _ROUNDING, f"{k} factors: a level is outside `reach` ({reach:g})")
         far = np.linalg.norm(points, axis=1).max()
-        require(far <= radius + _ROUNDING, f"with {k} factors a point is beyond radius, {radius:g}")
+        require(far <= radius + _ROUNDING, f"{k} factors: a point is outside `radius` ({radius:g})")
 
 
 OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (

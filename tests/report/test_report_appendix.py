@@ -10,7 +10,7 @@ from stemcal.report.records import Checks, Details, Provenance, RunRecord
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.stages.screen.figures import half_normal, pareto
+from stemcal.stages.screen.showing import half_normal, pareto
 from stemcal.stages.surface.figures import diagnostics, studentised
 from stemcal.stages.surface.showing import canonical_table
 from stemcal.stages.validate.figures import growth

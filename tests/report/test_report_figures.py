@@ -9,7 +9,7 @@ from stemcal.report.figures.curves import force_travel
 from stemcal.report.figures.plot import Shared, inline
 from stemcal.report.figures.style import save, save_both, svg
 from stemcal.report.records import Curve
-from stemcal.stages.screen.figures import half_normal, pareto
+from stemcal.stages.screen.showing import half_normal, pareto
 from stemcal.stages.surface.contour import contours
 from stemcal.stages.surface.figures import observed_predicted, residuals
 from stemcal.stages.validate.figures import validation

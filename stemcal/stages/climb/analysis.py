@@ -28,18 +28,18 @@ _SHARE = 0.5
 @a_stage(ClimbResult)
 def climb(work: Work, head: Head) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
-    screening = work.result(ScreenResult)
-    names, chosen = surface_factors(work.study, work.solver, screening)
-    return _climbed(work.study, head, names, chosen, screening, work.simulating("climb"))
+    before = work.result(ScreenResult)
+    names, chosen = surface_factors(work.study, work.solver, before)
+    return _climbed(work.study, head, names, chosen, before, work.simulating("climb"))
 
 
 def _climbed(
-    study: Study, head: Head, names: list[str], chosen: list[Note], screening: ScreenResult, simulate: SimulateAt
+    study: Study, head: Head, names: list[str], chosen: list[Note], before: ScreenResult, simulate: SimulateAt
 ) -> ClimbResult:
     options, target = study.of(ClimbOptions), study.calibration_target.response
-    effects = [screening.effect(name).effect for name in names]
+    effects = [before.effect(name).effect for name in names]
     if options.at_once:
-        rows = _leap(study, names, effects, options, simulate, screening.design)
+        rows = _leap(study, names, effects, options, simulate, before.design)
     else:
         rows = _walk(study, names, effects, options, simulate)
     responses = [row.outcome.response for row in rows]
@@ -55,8 +55,8 @@ def _climbed(
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
-        effects=screening.effects,
-        significant=screening.active_factors,
+        effects=before.effects,
+        significant=before.active_factors,
         notes=(*_notes(rows, best, reached, Names(study.naming)), *chosen),
     )
 

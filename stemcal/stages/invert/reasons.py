@@ -107,12 +107,12 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
 
 
 def edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the solution is on the edge of the search region, unless a conflict says what to do elsewhere."""
+    """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
     if surface is None or found is None:
         return
     if found.joint is not None and any(conflict(evidence)):
-        return  # the conflict says what to do, at its own place
+        return  # the rule on the conflict has the remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
@@ -191,15 +191,15 @@ def target(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    refine = refined_here(evidence.study)
-    tolerance = MISSED_PERCENT if refine is None else max(refine.tolerance_percent, MISSED_PERCENT)
+    options = refined_here(evidence.study)
+    tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
     severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
-    remedy = _refine_more(refine.budget if refine is not None else None)
+    remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
-        remedy = next((conflict.remedy for conflict in conflict(evidence) if conflict.remedy), remedy)
+        remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
     yield Note("target_missed", severity, f"{words.miss(worst, evidence.names)}, although it was fitted.", remedy)
 
 

@@ -37,7 +37,7 @@ def certainty(stage: InvertResult, names: Names) -> list[str]:
     if len(stage.point.solution) > 1:
         said.append(
             f"One measured {names.response.long} cannot determine several parameters; other combinations fit equally "
-            f"well. The rule `{stage.rule}` chose this one."
+            f"well. This one is selected by the rule `{stage.rule}`."
         )
         said += [line for part in parts for lines in part for line in lines]
     return said

@@ -108,6 +108,11 @@ class ValidateResult(StageResult):
         return formula is not None and model is not None and formula.worst_held_out_percent <= model
 
     @property
+    def formula_percent(self) -> float | None:
+        """The largest held-out error of a formula through the fitted forces."""
+        return None if self.formula is None else self.formula.worst_held_out_percent
+
+    @property
     def is_given(self) -> bool:
         """Whether it compares values of a sheet that were simulated elsewhere, with other parameters."""
         return any(note.kind == "from_table" for note in self.notes)

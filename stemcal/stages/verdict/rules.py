@@ -13,7 +13,6 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Judged
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
-from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.evidence import Evidence
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
@@ -48,7 +47,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 
 
 def _place(reason: Note) -> int:
-    """Return where a reason stands among others; doubts about a few runs come after a trend, which they do not make."""
+    """Return the rank of a reason; doubts about a few runs come after a trend, which they do not cause."""
     known = ORDER.index(reason.kind) if reason.kind in ORDER else len(ORDER)
     doubtful = reason.kind.startswith("physics") and reason.severity == "error"
     return ORDER.index("unfinished") if doubtful else known
@@ -62,13 +61,12 @@ def _use(evidence: Evidence) -> Use | None:
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None
-    checked = evidence.of(ValidateResult)
-    formula = checked.formula if checked is not None else None
+    formulas = (result.formula_percent for result in evidence.results.done)
     return replace(
         _use_of(evidence, rows),
         held_out=max((row for row in rows if not row.fitted), key=lambda row: row.size, default=None),
         fitted=tuple(dict.fromkeys(row.condition for row in rows if row.fitted)),
-        formula_percent=None if formula is None else formula.worst_held_out_percent,
+        formula_percent=next((percent for percent in formulas if percent is not None), None),
     )
 
 

@@ -122,7 +122,7 @@ def exponents_in(growing: Iterable[Growth | Grades]) -> tuple[str, ...]:
 
 def _graded(rows: list[tuple[float, float]]) -> Grades:
     if len(rows) < 2 or any(d0 == d1 for (d0, _), (d1, _) in pairwise(rows)):
-        raise complain("a table by grade needs two diameters or more, each once", "write {7 mm: …, 9 mm: …}")
+        raise complain("a table by grade needs at least two different diameters", "write {7 mm: …, 9 mm: …}")
     return Grades(tuple(rows))
 
 

@@ -192,7 +192,7 @@ class Study(StudyForm):
 
     def _theirs(self) -> Any:
         if self._hands is None:
-            raise TypeError("ask and tell require a study from stemcal.load_study")
+            raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
         return self._hands
 
     def __repr__(self) -> str:

@@ -321,7 +321,7 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
             wrong = parameter.outside(value) if value <= MOST else "is outside the computable range"
             if wrong:
                 unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-                message = f"among the diameters of this study it becomes {value:.4g}{unit}, which {wrong}"
+                message = f"at a diameter of this study it is {value:.4g}{unit}, which {wrong}"
                 yield Finding(("material", name), message, "correct value, exponent or their ranges")
                 break
 
