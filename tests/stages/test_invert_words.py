@@ -58,7 +58,7 @@ def test_one_force_does_not_determine_two_factors(results: Any) -> None:
 
 
 def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
-    assert words.certainty(joint, LABELLED)[-1].endswith("predicts the diameters no better than a formula.")
+    assert words.certainty(joint, LABELLED)[-1].endswith("no better than a formula.")
     found = kinds(joint)
     assert found["without_mechanics"] == found["misfit_too_large"] == "warning" and "one_of_many" not in found
     better = replace(joint, joint=replace(JOINT, max_abs_left_out_error_percent=4.0))

@@ -1,11 +1,8 @@
-"""A stage from another package: the middle of the ranges at several positions of the mesh, and how far they scatter.
-
-The section ``repeatability: {positions: 3}`` in a spec adds it to the study.
-"""
+"""A stage from another package, ``repeatability: {positions: 3}`` in a spec: the scatter over positions of the mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from statistics import mean, stdev
@@ -22,12 +19,12 @@ from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, Figure, new_figure
 from stemcal.report.showing import Setting, Showing
-from stemcal.runs.outcome import Outcome, merged, repeated
+from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Request
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage
 from stemcal.stages.work import Work, a_stage
+from stemcal.study.model import Study
 from stemcal.study.types.field_types import Frozen
 
 
@@ -43,7 +40,6 @@ class RepeatResult(StageResult):
     """The force at each position of the mesh, and their coefficient of variation."""
 
     name: ClassVar[str] = "repeatability"
-    shown = ("cv_percent",)
     head: Head = inline()
     outcome: Outcome = inline()
     cv_percent: float
@@ -65,10 +61,9 @@ class RepeatResult(StageResult):
 @a_stage(RepeatResult)
 def repeat(work: Work, head: Head) -> RepeatResult:
     """Simulate the middle of the ranges at every position."""
-    study, positions = work.study, work.study.of(RepeatOptions).positions
-    study = study.model_copy(update={"solver": study.solver.model_copy(update={"replicates": positions})})
-    asked = repeated([Request("repeatability", 0, study.midlevels(), study.targets.calibrate_at)], positions)
-    (outcome,) = merged(replace(work, study=study, solver=make_solver(study)).outcomes(asked), positions)
+    study = Repeatability().seen(work.study)
+    there = replace(work, study=study, solver=make_solver(study))
+    (outcome,) = there.simulating("repeatability")(0, [study.midlevels()], [study.targets.calibrate_at])
     if len(forces := outcome.replicates.values if outcome.replicates else ()) < 2:
         raise RunsFailed(f"repeatability: {outcome.message}")
     cv = 100.0 * stdev(forces) / mean(forces)
@@ -103,9 +98,12 @@ def draw(result: RepeatResult) -> Figure:
 class Repeatability(Stage[RepeatResult]):
     """The scatter of the force over positions of the mesh."""
 
-    name, title = "repeatability", "Repeatability"
+    name, title, by_section = "repeatability", "Repeatability", True
     help = "Simulate the middle of the ranges at several positions of the mesh."
-    purpose, by_section = "Positions of the mesh.", True
+
+    def seen(self, study: Study) -> Study:
+        solver = study.solver.model_copy(update={"replicates": study.of(RepeatOptions).positions})
+        return study.model_copy(update={"solver": solver})
 
     def section(self) -> type[Frozen]:
         return RepeatOptions
@@ -113,7 +111,7 @@ class Repeatability(Stage[RepeatResult]):
     def result(self) -> type[RepeatResult]:
         return RepeatResult
 
-    def making(self):
+    def making(self) -> Callable[..., RepeatResult]:
         return repeat
 
     def showing(self) -> object:

@@ -161,8 +161,8 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
     fitted, out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     judged = {
         None: "Without values that were left out they cannot be compared.",
-        True: "The joint fit predicts the diameters better than a formula.",
-        False: "The joint fit predicts the diameters no better than a formula.",
+        True: "By the diameters left out in turn, the joint fit predicts better than a formula.",
+        False: "By the diameters left out in turn, the joint fit predicts no better than a formula.",
     }[null.beaten_by(out)]
     return (
         f"Largest errors for the same {null.conditions} forces (left out in turn): {series(each)}; joint fit "

@@ -16,6 +16,7 @@ from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.evidence import Evidence
@@ -34,18 +35,20 @@ _MANY = 0.1  # share of failed runs that is a reservation by itself
 
 def chance(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
-    if evidence.study.replicates or evidence.of(SurfaceResult) is not None:
+    study = evidence.study
+    if study.replicates or evidence.of(SurfaceResult) is not None:
         return
+    drawn = {stage.name for stage in stages_of(study) if stage.seen(study).replicates}
     found: dict[str, list[float]] = defaultdict(list)
     for record in evidence.records:
         request = record["request"]
-        if record["response"] is not None:
+        if record["response"] is not None and request["stage"] not in drawn:
             found[f"{request['levels']} {request.get('condition')}"].append(float(record["response"]))
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
             text = f"The program gave {ends} for the same levels: it is stochastic, which the spec does not declare."
-            yield Note("undeclared_scatter", "error", text, evidence.study.solver.chance_remedy())
+            yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
 

@@ -6,11 +6,9 @@ from hypothesis import strategies as st
 from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import (
-    SURFACES,
     SurfaceOptions,
     fold_over,
     plackett_burman,
-    surface_design,
     surface_runs,
 )
 from stemcal.doe.designs.composite import axial_distance, central_composite
@@ -81,18 +79,6 @@ def test_latin_hypercubes_are_seeded_and_have_a_point_in_each_slice():
     assert np.array_equal(slices, np.tile(np.arange(25)[:, None], 4))
     assert np.array_equal(points, latin_hypercube(4, 25, seed=7))
     assert not np.array_equal(points, latin_hypercube(4, 25, seed=8))
-
-
-@pytest.mark.parametrize("name", [design.name for design in SURFACES.built_in])
-def test_every_surface_design_carries_the_quadratic_of_three_factors(name):
-    options = SurfaceOptions(name)
-    design = surface_runs(3, options)
-    assert np.linalg.matrix_rank(term_columns(design)) == 10
-    assert np.abs(design).max() <= surface_design(name).reach(3, options) + 1e-12
-    assert (
-        np.linalg.norm(design, axis=1).max() <= surface_design(name).radius(3, options) + 1e-9
-        or name == "central-composite"
-    )
 
 
 def test_extra_runs_come_last_and_more_of_them_keep_the_first():
