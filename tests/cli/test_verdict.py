@@ -103,15 +103,14 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 4
     ending = " ".join(said.stdout.split())
-    assert "Not calibrated. The measured 200 N is above all values within the factor ranges" in ending
-    assert "Next: Raise `high` of yield_stress to about" in ending
+    assert "Not calibrated. The measured 200 N" in ending and "`high` of yield_stress to about" in ending
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert told["verdict"] == "not_calibrated"
     reason = told["reasons"][0]
     assert reason["kind"] == "out_of_reach" and reason["remedy"]["edit"].startswith(
         "factors: [{name: yield_stress, high: "
     )
-    assert reason["text"].startswith("The measured 200 N is above all values within the factor ranges (")
+    assert reason["text"].startswith("The measured 200 N")
 
 
 def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None:

@@ -89,7 +89,7 @@ class SurfaceDesign(Checked):
     def runs(self, k: int, options: SurfaceOptions) -> Array:
         """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not take."""
         least, most = self.factors
-        if not least <= k <= most:
+        if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
             raise UsageError(f"rsm.factors: {self.name} takes {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
