@@ -207,7 +207,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     target, (low, high), names = study.calibration_target.response, advice.reach(surface, study), evidence.names
     if not low <= target <= high:
         side = "above" if target > high else "below"
-        reached = f"{side} what the ranges reach ({names.quantities((low, high))})"
+        reached = f"{side} all values within the factor ranges ({names.quantities((low, high))})"
         text = f"The measured {names.quantity(target, 'g')} is {reached}."
         yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 
