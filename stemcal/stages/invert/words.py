@@ -255,7 +255,7 @@ def machine(of: str, stated: float, sd: float, ends: tuple[float | None, float |
     low, high = ends
     before = f"{stated:.4g} ± {sd:.3g} N/mm" if of == "stiffness" else f"0 ± {sd:.3g} mm"
     if of == "toe":
-        found = f"contact begins {interval((low or 0.0, high or 0.0), 3)} mm (95 %) later than the preload"
+        found = f"contact begins {interval((low or 0.0, high or 0.0), 3)} mm after the preload (95 %)"
     elif high is not None and low is not None:
         found = f"the stiffness of the testing machine is {interval((low, high), 3)} N/mm (95 %)"
     elif low is not None:

@@ -19,8 +19,8 @@ def plots(rsm: SurfaceResult, solved: InvertResult | None, labels: Mapping[str, 
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.noun} against the surface's prediction."
     checks = (
-        "Residuals against the normal distribution (on the line: normal) and in order of the runs (no trend: good), "
-        "and how strongly each run influences the surface (large above a Cook's distance of 1, dashed)."
+        "Normal plot of the residuals (normal if on the line), residuals in run order (no trend expected), and the "
+        "influence of each run (strong above a Cook's distance of 1, dashed)."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),

@@ -44,7 +44,7 @@ def checked_path(given: object, name: str) -> Path:
     if not isinstance(text, str):
         raise UsageError(f"{name}: {type(given).__name__} is no path; give it as text or as a pathlib.Path")
     if not text.strip() or "\0" in text:
-        raise UsageError(f"{name}: {text!r} names nothing; give a file or a folder")
+        raise UsageError(f"{name}: {text!r} is not a path; give a file or a folder")
     return Path(text)
 
 
