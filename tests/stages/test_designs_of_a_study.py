@@ -81,7 +81,7 @@ def test_choices_without_sense_are_found_by_check(tmp_path: Path, text: str, mes
 
 def test_a_size_that_does_not_exist_is_refused_with_the_next_one(tmp_path: Path) -> None:
     study = make_study(tmp_path, "screen: {runs: 10}\n")
-    with pytest.raises(UsageError, match="has 10 runs for 9 factors; take 12, 20, 24"):
+    with pytest.raises(UsageError, match="has 10 runs for 9 factors; use 12, 20, 24"):
         screening_design(study, FakeSolver())
 
 

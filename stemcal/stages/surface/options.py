@@ -247,7 +247,7 @@ def doubts(study: Study) -> Iterator[Finding]:
     for name, growth in study.material.growing().items():
         exponent, seen_at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
         if exponent in study.names and math.isclose(seen_at, at):
-            message = f"the screening, at {at:g} mm, cannot see {exponent}: there it changes nothing"
+            message = f"the screening, at {at:g} mm, cannot estimate {exponent}, which has no effect there"
             remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)
 
