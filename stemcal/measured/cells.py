@@ -41,7 +41,10 @@ def _cells_of(text: str, separator: str) -> list[str]:
     if separator == " ":
         cells = text.split()
     elif '"' in text:  # a quoted cell may hold the separator
-        cells = next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
+        try:
+            cells = next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
+        except csv.Error:  # a cell of more than 131,072 characters holds no number
+            cells = text.split(separator)
     else:
         cells = text.split(separator)
     return [cell.strip().strip('"').strip() for cell in cells]

@@ -80,3 +80,10 @@ def test_what_cannot_be_read_is_said(tmp_path: Path, content: bytes, form: Form,
 def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"none\.csv: No such file"):
         read_table(tmp_path / "none.csv")
+
+
+def test_a_cell_longer_than_a_reader_of_csv_takes_is_no_number(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text('Travel (mm),Force (N)\n"' + "x" * 200_000 + '",1\n1,2\n2,3\n3,4\n', "utf-8")
+    with pytest.raises(UsageError, match="data row 1, Travel"):
+        read_table(path).numbers(0)
