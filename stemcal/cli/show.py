@@ -11,13 +11,13 @@ import typer
 
 from stemcal.cli.console import note, say, say_json, say_tables, say_whole, warn
 from stemcal.naming import Names
-from stemcal.stages.verdict.result import Verdict
 from stemcal.words import counted
 
 if TYPE_CHECKING:
     from stemcal.folder.study_folder import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
+    from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
 
 SOME_RUNS_FAILED = 3
