@@ -87,7 +87,7 @@ def test_folder_in_use_is_refused(tmp_path: Path) -> None:
     with StudyFolder(tmp_path):
         result = command("screen", REPLAY, "--out", tmp_path)
     assert result.exit_code == 5
-    assert "works here" in result.stderr
+    assert "using this folder" in result.stderr
 
 
 def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
