@@ -316,7 +316,7 @@ def test_where_there_is_a_displacement_the_speed_is_not_needed(tmp_path: Path) -
         (("--time-column", "1"), "--time-column needs --speed"),
         (("--time-column", "1", "--displacement-column", "1", "--speed", "1 mm/s"), "--displacement-column"),
         (("--force-column", "1", "--displacement-column", "1"), "the same column"),
-        (("--force-column", "1,2", "--displacement-column", "1,2,2"), "as many"),
+        (("--force-column", "1,2", "--displacement-column", "1,2,2"), "the same number"),
         (("--force-column", "0", "--displacement-column", "1"), "no column '0'"),
         (("--force-column", "²", "--displacement-column", "1"), "no column '²'"),
         (("--force-column", "9" * 5000, "--displacement-column", "1"), "no column '9"),
