@@ -118,7 +118,7 @@ def line(results: StudyResults, fitted: list[int]) -> str:
     formula = formula_elsewhere(
         [pair for pair in pairs if pair[0] in fitted], [pair for pair in pairs if pair[0] not in fitted]
     )
-    worst = f"held out {max(out):.1f}, formula {formula:.1f}" if out else "none held out"
+    worst = f"held out {max(out):.1f}, formula {formula.worst_held_out_percent:.1f}" if formula else "none held out"
     values = ", ".join(f"{name} {value:.4g}" for name, value in results.of(InvertResult).point.solution.items())
     return f"fitted to {fitted}: {values}; {errors}; {worst}"
 

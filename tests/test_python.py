@@ -219,9 +219,9 @@ def test_what_names_no_file_is_refused(given: Any) -> None:
 def test_what_takes_too_much_is_refused(tmp_path: Path) -> None:
     """Elements of 0.02 mm: no machine has the memory, and no core the time."""
     study = stemcal.load_study(ROOT / "configs" / "smoke.yaml").with_(solver={"element_size": "0.02 mm"})
-    with pytest.raises(UsageError, match="of memory; this machine has"):
+    with pytest.raises(UsageError, match="this machine has"):
         stemcal.calibrate(study, out=tmp_path / "out")
-    with pytest.raises(UsageError, match="of memory; this machine has"):
+    with pytest.raises(UsageError, match="this machine has"):
         stemcal.simulate(study)
     assert not (tmp_path / "out" / "runs").exists()
 

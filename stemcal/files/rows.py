@@ -175,7 +175,7 @@ class Table:
         >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
         >>> short = table.shortened("`a.csv`", 4)
         >>> [row[0] for row in short.rows], short.foot
-        ([0, 1, 2, 8], ('4 of 9 rows: the first 2 and the 2 with the largest errors. `a.csv` has all.',))
+        ([0, 1, 2, 8], ('4 of 9 rows: the first 2 and the 2 with the largest errors. `a.csv` has all rows.',))
         """
         if len(self.rows) <= most:
             return self

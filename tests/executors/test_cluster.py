@@ -181,7 +181,7 @@ def test_a_lost_scheduler_ends_the_study_but_fails_no_run(tmp_path: Path) -> Non
         kill_group(cluster.scheduler)
 
     try:
-        with pytest.raises(ClusterLost, match="run again"), DaskExecutor(cluster.address) as executor:
+        with pytest.raises(ClusterLost, match="the Dask scheduler"), DaskExecutor(cluster.address) as executor:
             killer = threading.Thread(target=kill_scheduler)
             killer.start()
             workflow.calibrate(study, folder, executor, solver=FakeSolver(witness, seconds=0.1))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.errors import SpecError, StemcalError, UsageError
+from stemcal.errors import SpecError, UsageError
 from stemcal.solvers import make_solver
 from stemcal.solvers.command import Command
 from stemcal.solvers.protocol import Answer, Request
@@ -72,8 +72,7 @@ def kept(folder: Path) -> list[Path]:
 def test_what_a_program_says_is_written_through_no_link(tmp_path: Path) -> None:
     precious = tmp_path / "precious"
     precious.write_text("precious", encoding="utf-8")
-    with pytest.raises(StemcalError, match="is a link"):
-        solved(tmp_path, f"import os; os.symlink({str(precious)!r}, 'program-output.txt')")
+    solved(tmp_path, f"import os; os.symlink({str(precious)!r}, 'program-output.txt')")
     assert precious.read_text("utf-8") == "precious"
 
 

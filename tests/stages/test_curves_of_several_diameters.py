@@ -78,7 +78,7 @@ def found_in(folder: Path, late: float) -> list[Note]:
 
 def ends(note: Note) -> tuple[float, float]:
     """Return the interval that a note names."""
-    low, high = re.findall(r"([−\d.]+) to ([−\d.]+) (?:N/mm|mm) \(95 %\)", note.text)[0]
+    low, high = re.findall(r"([−\d.]+) to ([−\d.]+) (?:N/mm|mm)(?: after the preload)? \(95 %\)", note.text)[0]
     return float(low.replace("−", "-")), float(high.replace("−", "-"))
 
 
