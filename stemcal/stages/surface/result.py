@@ -255,6 +255,7 @@ class SurfaceResult(StageResult):
 
     def entries(self) -> Iterator[Entries]:
         """Yield what every run must have, and how every factor is coded."""
+        yield "design", ["runs"] if self.design.runs else [], ["runs"]
         yield from self.design.entries(self.names)
         yield "coding", self.coding, self.names
         yield "factors", [entry.factor for entry in self.factors], self.names
