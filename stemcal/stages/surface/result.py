@@ -259,7 +259,10 @@ class SurfaceResult(StageResult):
         yield from self.design.entries(self.names)
         yield "coding", self.coding, self.names
         yield "factors", [entry.factor for entry in self.factors], self.names
-        yield "coefficients", [row.term for row in self.coefficients], ("1",)
+        terms = [row.term for row in self.coefficients]
+        yield "coefficients", terms, ("1",)
+        parts = [part.removesuffix("^2") for term in terms for part in term.split(":")]
+        yield "names", self.names, [part for part in parts if part != "1"]
 
 
 def told_by(fit: Surface) -> dict[str, Any]:
