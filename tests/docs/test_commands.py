@@ -219,7 +219,7 @@ def test_examples_of_the_help(clone: Path) -> None:
     smoke = (clone / "configs" / "smoke.yaml").read_text("utf-8")
     (clone / "my-stems.yaml").write_text(smoke.replace("name: smoke", "name: my-stems"), encoding="utf-8")
     give(["stemcal run configs/smoke.yaml", "stemcal run my-stems.yaml"], clone)
-    # tests/by_hand enters sheets, tests/cli reads folders of tests, the study of init is there already
+    # tests/by_hand enters sheets, tests/overview reads folders of tests, the study of init is there already
     apart = ("stemcal enter ", "stemcal init ", "stemcal measure tests ")
     shown = [line for line in help_examples() if not line.startswith(apart)]
     assert len(shown) > 19
