@@ -250,6 +250,7 @@ class InvertResult(StageResult):
             "coded_ranges": self.coded_ranges,
         }
         for place, part in (("certainty", self.certainty), ("certainty_alone", self.certainty_alone)):
-            by_factor = ("intervals", "coded_intervals", "bounded", "share", "profiles") if part is not None else ()
-            mappings |= {f"{place}.{key}": getattr(part, key) for key in by_factor}
+            if part is not None:
+                by_factor = "intervals", "coded_intervals", "bounded", "share", "profiles"
+                mappings |= {f"{place}.{key}": getattr(part, key) for key in by_factor}
         yield from ((place, mapping, names) for place, mapping in (mappings | {"parameters": self.parameters}).items())

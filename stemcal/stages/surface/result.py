@@ -261,8 +261,7 @@ class SurfaceResult(StageResult):
         yield "factors", [entry.factor for entry in self.factors], self.names
         terms = [row.term for row in self.coefficients]
         yield "coefficients", terms, ("1",)
-        parts = [part.removesuffix("^2") for term in terms for part in term.split(":")]
-        yield "names", self.names, [part for part in parts if part != "1"]
+        yield "names", term_names(self.names), terms
 
 
 def told_by(fit: Surface) -> dict[str, Any]:
