@@ -10,9 +10,9 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
 from stemcal.runs.outcome import Outcome
