@@ -16,7 +16,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.climb.showing import ClimbShowing
 from stemcal.stages.refine.result import RefineResult

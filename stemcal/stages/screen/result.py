@@ -14,7 +14,7 @@ from stemcal.doe.screening.notes import LEAST_DF
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, StageResult
 
 

@@ -24,7 +24,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline, to_json
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
 from stemcal.stages.surface.runs import Answered, ConditionRun
 from stemcal.study.model import Study

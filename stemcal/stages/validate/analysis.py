@@ -15,7 +15,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder.study_folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome, lower_bound_notes, merged, repeated
+from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
 from stemcal.stages.fitting import measured_of
