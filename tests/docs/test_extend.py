@@ -14,7 +14,7 @@ from shown import DOCS
 
 from stemcal.doe.designs.catalogue import SurfaceOptions
 from stemcal.doe.regression.terms import term_columns
-from stemcal.laboratory.kind import Kind
+from stemcal.laboratory import Kind
 from stemcal.solvers.protocol import Request
 from stemcal.stages.stage import STAGES
 from stemcal.study.model import TESTS

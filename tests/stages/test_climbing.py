@@ -11,9 +11,9 @@ from fakes import FakeSolver, make_study
 
 from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
 from stemcal.runs.record import Outcome

@@ -9,7 +9,7 @@ from stemcal.doe.regression.reduction import ReductionStep, reduce_surface
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note
 from stemcal.runs.answer import reasons_given

@@ -12,7 +12,7 @@ from stemcal.doe.validation.comparison import Validation, ValidationRow, compare
 from stemcal.doe.validation.null_model import Formula, formula_elsewhere
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
