@@ -13,8 +13,8 @@ from itertools import islice
 from typing import Literal
 
 from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import not_estimable
-from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.executors import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder

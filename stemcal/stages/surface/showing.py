@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
-from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
