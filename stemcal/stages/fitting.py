@@ -20,7 +20,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import CUTTING, FIRST, Named, Names, Naming
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
 from stemcal.study.model import Study, Target
 

@@ -15,7 +15,7 @@ from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder import StudyFolder, is_key
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ from stemcal.errors import UsageError
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
+from stemcal.runs.record import Outcome, merged, outcome_of, repeated
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import head_of, require_fresh

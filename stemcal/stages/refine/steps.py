@@ -10,7 +10,7 @@ from stemcal.doe.comparison import error_percent
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, joint_surfaces, measured_means, measured_of, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import How, Judged, Point, Predicted, Stopped

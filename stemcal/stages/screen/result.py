@@ -12,7 +12,7 @@ from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, StageResult
 
 LEAST_DF = 3

@@ -13,7 +13,7 @@ from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.outcome import lower_bound_notes
+from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary

@@ -19,7 +19,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval
 

@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome, lower_bound_notes, merged, repeated
+from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
 from stemcal.stages.fitting import measured_of
