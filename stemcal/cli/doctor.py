@@ -115,7 +115,7 @@ def _machine() -> Iterator[Finding]:
 
 
 def _cache() -> Iterator[Finding]:
-    from stemcal.fem.kernels.cache import own_folder, unusable
+    from stemcal.fem.kernels.compile import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
     hint = f"not used, {reason}: kernels are kept among the temporary files; set STEMCAL_CACHE_DIR to a folder of yours"

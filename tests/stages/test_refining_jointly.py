@@ -12,8 +12,8 @@ from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.doe.calibration.approach import JointTrial, missed
 from stemcal.errors import RunsFailed
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult

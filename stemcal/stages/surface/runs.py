@@ -8,7 +8,7 @@ import numpy as np
 from stemcal.files.typed import Spread, inline
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import DesignRun, DesignRuns
 
 
