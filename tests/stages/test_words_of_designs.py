@@ -10,12 +10,13 @@ from stemcal.note import SEVERITIES
 from stemcal.report.showing import notes_of_all, read_first
 from stemcal.run_warnings import energy_drifts
 from stemcal.stages.result import DesignRuns, Head
-from stemcal.stages.screen import words as screen
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface import words as surface
+from stemcal.stages.screen.showing import ScreenShowing
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.showing import SurfaceShowing
 
+screen, surface = ScreenShowing(), SurfaceShowing()
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 

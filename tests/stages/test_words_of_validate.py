@@ -7,9 +7,11 @@ from stemcal.files.rows import Rows
 from stemcal.naming import Named, Names, Naming
 from stemcal.note import Note
 from stemcal.stages.fitting import Measured
+from stemcal.stages.validate.analysis import notes_of
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
-from stemcal.stages.validate.words import certainty, notes_of, outcome
+from stemcal.stages.validate.showing import ValidateShowing
 
+certainty, outcome = ValidateShowing().certainty, ValidateShowing().outcome
 ANGLE = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
 
 
