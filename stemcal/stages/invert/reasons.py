@@ -180,9 +180,8 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        together = f"changing them together ({', '.join(changes)})"
-        return f"{factors} cannot be separated: {together} leaves the fit almost unchanged."
-    return f"{factors} cannot be determined: the fit hardly depends on it."
+        return f"The fit does not determine {factors}: changing {series(changes)} together leaves it almost unchanged."
+    return f"The fit does not determine {factors}: it hardly depends on it."
 
 
 def target(evidence: Evidence) -> Iterator[Note]:

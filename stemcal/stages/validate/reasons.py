@@ -52,8 +52,8 @@ def formula(evidence: Evidence) -> Iterator[Note]:
         return
     joint, formula = found.joint if found is not None else None, checked.formula
     if formula is not None and checked.no_better_than_formula:
-        held_out = f"{formula.worst_held_out_percent:.1f} %, the model within {checked.worst_held_out_percent:.1f} %"
-        text = f"The formula F = a·d^{formula.exponent:.3g} predicts the held-out diameters within {held_out}."
+        held_out = f"{formula.worst_held_out_percent:.1f} %, the model to within {checked.worst_held_out_percent:.1f} %"
+        text = f"The formula F = a·d^{formula.exponent:.3g} predicts the held-out forces to within {held_out}."
     elif (
         not checked.held_out
         and joint is not None
@@ -83,8 +83,8 @@ def _left_out_by_formula(joint: JointFitted) -> str:
     ]
     error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
     return (
-        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others within {error:.1f} %, the model "
-        f"within {joint.max_abs_left_out_error_percent or 0.0:.1f} %."
+        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others to within {error:.1f} %, the model "
+        f"to within {joint.max_abs_left_out_error_percent or 0.0:.1f} %."
     )
 
 
