@@ -162,7 +162,8 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " to this response"
-        yield Note("fitted", "info", f"The parameters were fitted{where}, so its error is not an independent check.")
+        text = f"The parameters were fitted{where}, so the error there is not an independent check."
+        yield Note("fitted", "info", text)
 
 
 def _failed(stage: ValidateResult, names: Names) -> Iterator[Note]:

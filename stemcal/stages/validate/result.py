@@ -113,8 +113,9 @@ class ValidateResult(StageResult):
             return []
         only = "" if model < formula.worst_held_out_percent else "only "
         return [
-            f"The empirical formula F = a·d^{formula.exponent:.3g} through {names.conditions(self.fitted)} predicts "
-            f"the other diameters within {formula.worst_held_out_percent:.1f} %, the model {only}within {model:.1f} %."
+            f"The empirical formula F = a·d^{formula.exponent:.3g} fitted at {names.conditions(self.fitted)} predicts "
+            f"the force at the other diameters to within {formula.worst_held_out_percent:.1f} %, the model {only}to "
+            f"within {model:.1f} %."
         ]
 
     @property
