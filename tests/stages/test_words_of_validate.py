@@ -32,7 +32,7 @@ def test_outcome_and_certainty(results: Any) -> None:
     assert "5 values" in size and "7.8 %" in size and "6.7 %" in size
     checked, formula, table = certainty(results.of(ValidateResult), Names())
     assert checked.startswith("At 7, 9, 10 and 11 mm") and "7.8 %; 4 of 4 are within 10 %" in checked
-    assert "d^2.5 through 8 mm" in formula and "7.3 %" in formula and "only within 7.8 %" in formula
+    assert "d^2.5 fitted at 8 mm" in formula and "7.3 %" in formula and "only to within 7.8 %" in formula
     assert table in [note.text for note in results.of(ValidateResult).notes if note.kind == "from_table"]
     assert "1 of 4 are within 6 %" in certainty(replace(results.of(ValidateResult), tolerance_percent=6.0), Names())[0]
 
