@@ -101,6 +101,11 @@ class ScreenResult(StageResult):
         """Return the effect of a factor."""
         return next(effect for effect in self.effects if effect.factor == factor)
 
+    def sign_of(self, factor: str) -> Literal["+", "-"] | None:
+        """Return the sign of a significant effect."""
+        effect = self.effect(factor).effect if factor in self.significant else 0.0
+        return "+" if effect > 0.0 else "-" if effect < 0.0 else None
+
     def ranked(self) -> list[Effect]:
         """Return the effects by contribution, the largest first."""
         return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
