@@ -65,12 +65,11 @@ def export_deck(
     if not path.absolute().parent.is_dir():
         raise UsageError(f"{path}: the folder {path.parent} does not exist")
     form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
-    given = Deck.of(study, levels, at, form)
-    forces = None if no_force or (quiet and not as_json) else _forces(given, quiet)
-    deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
+    deck = Deck.of(study, levels, at, form)
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
         write_atomic(file, text)
+    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(file) for file in texts]

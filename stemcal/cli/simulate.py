@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +14,7 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.reading import csv_text
 from stemcal.files.typed import from_json, to_json
-from stemcal.words import nearest
+from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -119,8 +119,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
         if not equals:
             raise UsageError(f"--set {setting}: write it as factor=value")
         if name not in levels:
-            remedy = _suggestion(name, levels, "the study's factors")
-            raise UsageError(f"--set {setting}: no factor {name!r}; {remedy}")
+            raise UsageError(f"--set {setting}: no factor {name!r}; {did_you_mean(name, levels)}")
         levels[name] = typed_level(study.factor(name), text.strip())
     return levels
 
@@ -133,26 +132,16 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
         raise UsageError("\n".join(wrong))
 
 
-def _suggestion(name: str, known: Iterable[str], what: str) -> str:
-    meant = nearest(name, known)
-    return f"did you mean {meant}?" if meant else f"{what} are {', '.join(known)}"
-
-
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
-    if not study.kind.force_history:
-        _require_embedded({**others, "--figure": figure})
+    given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
+    if given and not study.kind.force_history:
+        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
-
-
-def _require_embedded(options: Mapping[str, object]) -> None:
-    """Refuse options that only the embedded solver supports."""
-    if given := [name for name, value in options.items() if value is not None]:
-        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:
@@ -163,8 +152,7 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
         if section.name == test:
             return section
     known = [CUTTING, *(section.name for section in study.tests)]
-    remedy = _suggestion(test, known, "the spec's tests")
-    raise UsageError(f"--test {test[:60]!r}: no test has this name; {remedy}")
+    raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
 
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:

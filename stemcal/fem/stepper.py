@@ -135,11 +135,6 @@ class Marching:
         return int(march(until, share, self._team, *state.parts()))
 
 
-def march_to(until: float, state: State) -> int:
-    """Advance the model to time `until` with this thread alone; returns why it stopped."""
-    return Marching(state, 1)(until, state)
-
-
 def team_of(count: int) -> Team:
     """Return a team of threads."""
     single = np.zeros(1, dtype=np.int64)

@@ -1,6 +1,5 @@
 """One force–displacement file of one specimen: read, sign set right, preload trimmed, maximum found."""
 
-import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,34 +10,13 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.measured.channels import Channels, CurveOptions, channels_of
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, as_number, is_missing, millimetres_in, shown
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, is_missing, millimetres_in, shown
 from stemcal.measured.tables import TextTable, read_tables, scale_of
 from stemcal.note import Note
 from stemcal.words import counted
 
 Array = NDArray[np.float64]
 RISE = 0.2  # share of the maximum that settling never reaches
-
-
-def speed_of(text: str) -> float:
-    """Return a speed in mm/s.
-
-    >>> speed_of("600 mm/min"), speed_of("0.5m/s")
-    (10.0, 500.0)
-
-    Raises
-    ------
-    UsageError
-        If it is not a number with a unit, or none above zero.
-    """
-    match = re.fullmatch(r"\s*([0-9.eE+-]{1,24})\s*([a-zµμ]{1,4})\s*/\s*([a-z]{1,3})\s*", text)
-    value = as_number(match[1]) if match else None
-    if match is None or value is None or match[2] not in MILLIMETRES or match[3] not in SECONDS:
-        raise UsageError(f"--speed {shown(text)[1:-1]}: give a number and its unit, as in 20mm/min or 0.5m/s")
-    speed = value * MILLIMETRES[match[2]] / SECONDS[match[3]]
-    if not 0.0 < speed < math.inf:
-        raise UsageError(f"--speed {shown(text)[1:-1]}: {speed:g} mm/s is not a blade speed")
-    return speed
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
-from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
@@ -146,11 +145,6 @@ class Embedded(Solver):
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
-
-    @property
-    def naming(self) -> Naming:
-        """What the study calls its responses, those of laboratory tests among them."""
-        return self.study.naming
 
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""

@@ -140,11 +140,6 @@ class Program(Solver, ABC):
         assert isinstance(self.study.solver, ProgramOptions)
         return self.study.solver
 
-    @property
-    def naming(self) -> Naming:
-        """What the study calls what is asked and answered."""
-        return self.study.naming
-
     def placed(self, place: Path) -> Self:
         """Return the same solver with its run folders below `place`."""
         return replace(self, place=place)

@@ -4,14 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stemcal.naming import CUTTING, FIRST, FORCE
-from stemcal.solvers.options import (
-    OF_LSDYNA,
-    OF_OPENRADIOSS,
-    CommandSolver,
-    DeckSolver,
-    EmbeddedSolver,
-    SheetSolver,
-)
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
 from stemcal.study.model import Study
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
@@ -171,10 +164,9 @@ def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
 
 def keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
-    foreign, other = (OF_OPENRADIOSS, "openradioss") if solver.program == "lsdyna" else (OF_LSDYNA, "lsdyna")
-    for key in foreign:
-        if key in solver.model_fields_set:
-            yield Finding(("solver", key), f"is a key of program: {other} (program is {solver.program})", "remove it")
+    key, other = ("programs", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
+    if key in solver.model_fields_set:
+        yield Finding(("solver", key), f"is a key of program: {other} (program is {solver.program})", "remove it")
 
 
 def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:

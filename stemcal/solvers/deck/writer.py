@@ -4,13 +4,12 @@ No keyword but those that OpenRadioss's reader of LS-DYNA decks lists, too: hm_c
 data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 """
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import SETTINGS, Card, DeckForm, fitted, keyword
+from stemcal.solvers.deck.cards import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
@@ -68,7 +67,6 @@ def _head(deck: Deck) -> Iterator[str]:
     yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
     for note in deck.notes:
         yield from wrap(f"Difference from the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
-    yield from wrap(json.dumps(deck.settings), 78, initial_indent=SETTINGS, subsequent_indent=SETTINGS)
 
 
 def _control(deck: Deck) -> Iterator[str]:

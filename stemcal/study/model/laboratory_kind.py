@@ -12,7 +12,7 @@ from stemcal.naming import Named, capital
 from stemcal.registry import Checked, OneOf, Registry
 from stemcal.study.model.measured_targets import Mean, Targets
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.types.field_types import ColumnName, Frozen, Length, Quantity, StemLength, complain
+from stemcal.study.types.field_types import ColumnName, Frozen, Length, Speed, StemLength, complain
 
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
@@ -48,7 +48,7 @@ class LaboratorySection(Frozen):
     """Name in tables, files and `simulate --test`."""
     kind: str
     """The kind of test."""
-    speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
+    speed: Speed = 10 / 60
     """Speed of the machine; in cutting by default that of the blade in the spec."""
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 

@@ -14,6 +14,7 @@ from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.registry import stages
 from stemcal.study.model import (
+    FIELDS,
     MOST_FACTORS,
     SOLVERS,
     TESTS,
@@ -25,7 +26,6 @@ from stemcal.study.model import (
 )
 from stemcal.study.model.laboratory_kind import AnyTest, named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
-from stemcal.study.model.whole_study import FIELDS
 from stemcal.study.reading.json_schema import made_anew, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
