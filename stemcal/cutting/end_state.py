@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.model import Model
 from stemcal.fem.stepper import History
-from stemcal.note import Note
-from stemcal.run_warnings import stroke_too_short
+from stemcal.note import Note, stroke_too_short
 
 Array = NDArray[np.float64]
 End = Literal["broken", "fallen", "rising", "regained", "falling"]

@@ -12,12 +12,12 @@ from stemcal.cutting.parts import Moved
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 from stemcal.fem.stepper import History
-from stemcal.note import Note
-from stemcal.run_warnings import (
+from stemcal.note import (
     MOST_DRIFT,
     MOST_HOURGLASS,
     MOST_INERTIA,
     NEGLIGIBLE_MASS,
+    Note,
     energy_drifts,
     force_after_break,
     hourglass_energy,

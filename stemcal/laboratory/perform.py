@@ -22,8 +22,7 @@ from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.build import LaboratoryTest, build, rounded
-from stemcal.note import Note
-from stemcal.run_warnings import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maximum_not_passed
+from stemcal.note import MOST_BUCKLING, STROKE_TOO_SHORT, Note, buckles, maximum_not_passed
 
 Array = NDArray[np.float64]
 

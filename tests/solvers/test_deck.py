@@ -15,9 +15,10 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
-from stemcal.solvers.deck.cards import fitted, keyword
-from stemcal.solvers.deck.equivalents import (
+from stemcal.solvers.deck.cards import (
     contact_scale,
+    fitted,
+    keyword,
     nonlocal_length,
     nose_radius,
     share_in_openradioss,

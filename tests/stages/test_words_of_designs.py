@@ -7,9 +7,8 @@ import pytest
 from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
-from stemcal.note import SEVERITIES
+from stemcal.note import SEVERITIES, energy_drifts
 from stemcal.report.showing import notes_of_all, read_first
-from stemcal.run_warnings import energy_drifts
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen import words as screen
 from stemcal.stages.screen.result import ScreenResult

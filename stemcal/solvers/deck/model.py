@@ -14,9 +14,12 @@ from stemcal.errors import UsageError
 from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import STANDARD, DeckForm, fitted, form_of
-from stemcal.solvers.deck.equivalents import (
+from stemcal.solvers.deck.cards import (
+    STANDARD,
+    DeckForm,
     density_factor,
+    fitted,
+    form_of,
     nonlocal_length,
     nose_radius,
     rate_constants,

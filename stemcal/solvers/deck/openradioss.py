@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import write_atomic
+from stemcal.note import nothing_deleted
 from stemcal.processes import Ended, run_program
-from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck.listing import (
     contact_force,
     deleted_elements,
