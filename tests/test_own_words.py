@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from workflow import calibrate
 
-from stemcal.doe.regression.terms import term_columns
+from stemcal.doe.regression.coding import term_columns
 from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST

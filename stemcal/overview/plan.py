@@ -13,15 +13,15 @@ from itertools import islice
 from typing import Literal
 
 from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import not_estimable
-from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.executors import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.runs.outcome import record_key, stands
+from stemcal.runs.record import record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design

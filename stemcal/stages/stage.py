@@ -35,6 +35,8 @@ class Stage(Checked, Generic[R]):
         Of its command and of its files.
     title, help : str
         For people; what its command does.
+    attribute : str
+        Of `StudyResults` in Python that holds its result; by default its name.
     purpose : str
         What its section of the spec is for.
     by_section : bool
@@ -52,6 +54,7 @@ class Stage(Checked, Generic[R]):
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     help: ClassVar[str] = ""
+    attribute: ClassVar[str] = ""
     purpose: ClassVar[str] = ""
     by_section: ClassVar[bool] = False
     reads: ClassVar[tuple[str, ...]] = ()

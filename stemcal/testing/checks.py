@@ -18,14 +18,14 @@ import numpy as np
 
 from stemcal import cutting
 from stemcal.doe.designs.catalogue import SurfaceDesign, SurfaceOptions
+from stemcal.doe.regression.coding import term_columns
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
 from stemcal.report.showing import Setting, Showing, names_of
 from stemcal.runs.answer import Progress, answer_all
-from stemcal.runs.outcome import record_key
+from stemcal.runs.record import record_key
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver

@@ -15,16 +15,15 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
-from stemcal.solvers.deck.cards import (
+from stemcal.solvers.deck.equivalents import (
     contact_scale,
-    fitted,
-    keyword,
     nonlocal_length,
     nose_radius,
     share_in_openradioss,
     shortest,
     wanted_step,
 )
+from stemcal.solvers.deck.keywords import fitted, keyword
 from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import engine_text, starter_text, stem_material

@@ -14,18 +14,15 @@ from stemcal.errors import UsageError
 from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import (
-    STANDARD,
-    DeckForm,
+from stemcal.solvers.deck.equivalents import (
     density_factor,
-    fitted,
-    form_of,
     nonlocal_length,
     nose_radius,
     rate_constants,
     share_in_openradioss,
     shortest,
 )
+from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_percent
-from stemcal.doe.validation.null_model import Formula
+from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome, Replicates
+from stemcal.runs.record import Outcome, Replicates
 from stemcal.stages.result import Head, Judged, StageResult
 
 if TYPE_CHECKING:

@@ -1,0 +1,83 @@
+"""Page and figures of a study, drawn where something they are made of has changed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stemcal.files.durable import MAX_BYTES, digest
+from stemcal.files.reading import open_plain, read_plain
+from stemcal.files.typed import to_json
+from stemcal.folder import StudyFolder
+from stemcal.registry import code_version
+from stemcal.report.records import spec_hash
+
+if TYPE_CHECKING:
+    from stemcal.report.figures.plot import Plot
+    from stemcal.stages.results import Results
+    from stemcal.stages.verdict.result import Verdict
+    from stemcal.study.model import Study
+
+_MOST = 200  # bytes of the last line
+
+
+def draw(
+    study: Study,
+    folder: StudyFolder,
+    results: Results,
+    verdict: Verdict,
+    figures: bool = True,
+    again: bool = False,
+) -> Path:
+    """Write page and figures unless both are there, made of the same by the same code; returns the page.
+
+    The last line of the page has the hashes of its inputs. With `again` it is written anyway.
+    """
+    page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
+    if figures:
+        made_of += ", with figures"
+    if not again and _last_line(page).startswith(made_of):
+        return page
+    from stemcal.report.gallery import write_figures
+    from stemcal.report.page import shown, write_page
+
+    what = shown(study, folder, results, verdict)
+    plots = [plot for plot in what.plots if plot.on_page]
+    if figures and plots:
+        write_figures(plots, folder.path / "figures")
+    return write_page(study, folder, what, f"{made_of} -->\n")
+
+
+def draw_early(
+    study: Study, folder: StudyFolder, results: Results, verdict: Verdict, known: Sequence[Plot] = ()
+) -> Sequence[Plot]:
+    """Write the page of the stages that are done, with the early figures alone, and return these.
+
+    Given again as `known`, they are not drawn again: the pages of a run cost little.
+    """
+    from stemcal.report.page import shown, write_page
+
+    what = shown(study, folder, results, verdict)
+    plots = known or [plot for plot in what.plots if plot.early and plot.on_page]
+    write_page(study, folder, replace(what, plots=list(plots)))
+    return plots
+
+
+def _last_line(page: Path) -> str:
+    try:
+        with open_plain(page) as file:
+            file.seek(-min(page.stat().st_size, _MOST), os.SEEK_END)
+            return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+    except OSError:
+        return ""
+
+
+def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
+    """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
+    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
+    records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
+    spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
+    return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])
