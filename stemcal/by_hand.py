@@ -104,7 +104,9 @@ def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path,
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
         sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
     write_atomic(sheet, text)
-    _write_inputs(study.by_hand, folder, runs)
+    solver = make_solver(study.by_hand)
+    for name, request in _named(study.by_hand, runs):
+        solver.write_inputs(folder.path / INPUTS, name, request)
     return sheet, len(runs)
 
 
@@ -125,12 +127,6 @@ def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
     if record["status"] != "ok":
         return said | {REMARK: f"{FAILED}: {record['message']}"}
     return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
-
-
-def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> None:
-    solver = make_solver(study)
-    for name, request in _named(study, runs):
-        solver.write_inputs(folder.path / INPUTS, name, request)
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:

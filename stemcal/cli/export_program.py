@@ -225,7 +225,10 @@ def export_material(
     sizes = [typed_size(text, "--element-size") for text in element_size]
     with opened(spec, out, workers, executor, quiet) as session:
         study = session.study
-        _require_small(study, sizes)
+        at = study.targets.calibrate_at
+        if wrong := [size for size in sizes if size > _COARSEST * at]:
+            most = f"Use at most {_COARSEST * at:g} mm."
+            raise UsageError(f"--element-size: {wrong[0]:g} mm is too large for a {at:g} mm stem. {most}")
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
         found = strains_of(work, list(dict.fromkeys(sizes)))
     if not as_json:
@@ -236,14 +239,6 @@ def export_material(
     elif not quiet:
         for name in written["files"]:
             note(f"wrote {folder / name}")
-
-
-def _require_small(study: Study, sizes: list[float]) -> None:
-    """Raise `UsageError` for an element size that does not fit the stem."""
-    at = study.targets.calibrate_at
-    if wrong := [size for size in sizes if size > _COARSEST * at]:
-        most = f"Use at most {_COARSEST * at:g} mm."
-        raise UsageError(f"--element-size: {wrong[0]:g} mm is too large for a {at:g} mm stem. {most}")
 
 
 def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, folder: Path) -> dict[str, Any]:

@@ -91,7 +91,9 @@ def simulate(
         else:
             result = simulate_test(study, test, levels, at, frames=frames)
     if csv_file:
-        write_history(result, csv_file)
+        columns = vars(result.history)  # s, mm, N, mJ
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        write_atomic(csv_file, csv_text([columns, *rows], newline="\r\n"))
     if figure:
         _write_figure(result, figure, of_blade=cuts)
     if as_json:
@@ -171,13 +173,6 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
     return {**head, **numbers, "warnings": warnings}
 
 
-def write_history(result: CuttingResult, path: Path) -> None:
-    """Write the history, a column per quantity (s, mm, N, mJ)."""
-    columns = vars(result.history)
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    write_atomic(path, csv_text([columns, *rows], newline="\r\n"))
-
-
 def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
     from stemcal.report.figures.curves import force_travel
     from stemcal.report.figures.style import save
@@ -216,7 +211,10 @@ def one_run(
     for warning in answer.details.get("warnings", []):
         warn(str(from_json(Note, warning)))
     if csv_file:
-        _write_curve(answer, csv_file)
+        if (curve := answer.details.get("curve")) is None:
+            raise UsageError("--csv: this program returns a number, not a curve")
+        rows = zip(curve["travel"], curve["force"], strict=True)
+        write_atomic(csv_file, csv_text([["travel", "force"], *rows], newline="\r\n"))
         if not quiet:
             note(f"wrote {csv_file}")
 
@@ -233,11 +231,3 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     if "deleted_in_all" in details:
         lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
     return lines
-
-
-def _write_curve(answer: Answer, path: Path) -> None:
-    """Write force over travel if the run has a curve."""
-    if (curve := answer.details.get("curve")) is None:
-        raise UsageError("--csv: this program returns a number, not a curve")
-    rows = zip(curve["travel"], curve["force"], strict=True)
-    write_atomic(path, csv_text([["travel", "force"], *rows], newline="\r\n"))

@@ -92,7 +92,9 @@ class LocalExecutor(RunExecutor):
         try:
             result, error = self._child().call(blob, limit)
         except (ChildDied, ChildLate) as problem:
-            self._lose_child()
+            self._own.child.kill()
+            self._children.discard(self._own.child)
+            self._own.child = None
             if self._stopping.is_set():
                 raise WorkerDied("stopped before it finished") from None
             if isinstance(problem, ChildLate):
@@ -110,8 +112,3 @@ class LocalExecutor(RunExecutor):
         if self._stopping.is_set():  # which may have come while it started
             raise ChildDied("stopped")
         return self._own.child  # type: ignore[no-any-return]
-
-    def _lose_child(self) -> None:
-        self._own.child.kill()
-        self._children.discard(self._own.child)
-        self._own.child = None

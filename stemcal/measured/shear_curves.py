@@ -99,7 +99,9 @@ def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[Shear
 def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
     """Return the curve of one specimen."""
     for column in (channels.across, channels.up):
-        _refuse_words(table, column)
+        if all(table.number(row, column) is None for row in range(len(table.rows))):
+            held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
+            raise UsageError(f"{table.source}: {shown(table.columns[column])} has no numbers but {shown(held)}")
     rows, notes = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
         raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a specimen needs more.")
@@ -123,12 +125,6 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
         label=label,
         over=channels.diameter if channels.diameter is not None else millimetres_in(label),
     )
-
-
-def _refuse_words(table: TextTable, column: int) -> None:
-    if all(table.number(row, column) is None for row in range(len(table.rows))):
-        held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
-        raise UsageError(f"{table.source}: {shown(table.columns[column])} has no numbers but {shown(held)}")
 
 
 def _travel(table: TextTable, channels: Channels, how: CurveOptions, notes: list[Note]) -> Array:

@@ -27,16 +27,7 @@ from stemcal.numbers import short
 from stemcal.registry import code_version
 from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery, write_figures
-from stemcal.report.page.headline import (
-    failures,
-    folded,
-    headline,
-    kind_of,
-    lead,
-    made_with,
-    next_step,
-    question,
-)
+from stemcal.report.page.headline import failures, folded, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
@@ -129,6 +120,8 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     cards = headline(results, study, verdict.holds)
     valid = [line for result in done for line in showing_of(result).beside(result, verdict.holds)]
     setting = Setting(study, results, verdict.holds)
+    has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
+    grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
     shared, script, templates = Shared(), part("page.js"), environment()
     templates.filters["coded"] = coded
@@ -155,7 +148,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
-        setting=part_of([*setting_tables(study), *_grown(study, results, verdict.holds)], (), shared),
+        setting=part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
         runs=part_of(run_tables(study, results, records), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
@@ -171,13 +164,6 @@ def coded(text: str) -> Markup:
     """Return text for the page: what is between backticks as code, a CSV file of the folder as a link."""
     linked = re.sub(r"`(\w+\.csv)`", r'<a href="\1">\1</a>', str(escape(text)))
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", linked))
-
-
-def _grown(study: Study, results: Results, holds: bool) -> list[Table]:
-    """Return the growing parameters of each stem, once they are calibrated."""
-    if not results.calibrated or not study.material.growing():
-        return []
-    return visible([grown_table(study, results.parameters)], holds)
 
 
 def section(

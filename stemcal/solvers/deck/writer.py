@@ -48,7 +48,10 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _output(deck)
     yield from stem_material(deck.material, deck.form)
     if deck.form.for_ls_dyna and deck.nonlocal_length > 0.0:
-        yield from _nonlocal(deck.nonlocal_length)
+        # the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents
+        length = float(fitted(deck.nonlocal_length, 10))
+        weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": length, "nfreq": 100, "nhv": 1, "nhvt": 0}
+        yield from keyword("MAT_NONLOCAL", weight, {"nl1": 1})
     # OpenRadioss decides by the first group of elements whether failure is nonlocal (``sforc3.F``), and sorts
     # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
     held = deck.form.by_density
@@ -106,12 +109,6 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve)
 
 
-def _nonlocal(length: float) -> Iterator[str]:
-    """Yield *MAT_NONLOCAL: the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents."""
-    weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": float(fitted(length, 10)), "nfreq": 100}
-    yield from keyword("MAT_NONLOCAL", {**weight, "nhv": 1, "nhvt": 0}, {"nl1": 1})
-
-
 def _tool_materials(law: Material) -> Iterator[str]:
     """Yield blade and supports: rigid, so that their moduli only enter the contact, where the stem's own agree."""
     moduli = {"e": law.elastic_modulus, "pr": law.poisson_ratio}
@@ -166,23 +163,21 @@ def _contacts(deck: Deck) -> Iterator[str]:
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
+    kinds = {"sstyp": _BY_PART, "mstyp": _BY_PART, "sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
     for number, name, tool, title, cards in (
         (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
         (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
     ):
         heading = f"{number:10d}{title}"
-        yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", _pair(tool), *cards, title=heading)
+        yield from keyword(
+            f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", {"ssid": STEM, "msid": tool, **kinds}, *cards, title=heading
+        )
 
 
 def _scales(deck: Deck, share: float, place: tuple[float, float, float]) -> dict[str, float]:
     factor = float(f"{contact_scale(deck.solver, deck.parts.stem, deck.law, share, place):.4g}")
     unused = {"sst": 0.0, "mst": 0.0, "sfst": 1.0, "sfmt": 1.0, "fsf": 1.0, "vsf": 1.0}
     return {"sfs": factor, "sfm": factor, **unused}
-
-
-def _pair(tool: int) -> dict[str, int]:
-    kinds = {"sstyp": _BY_PART, "mstyp": _BY_PART, "sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
-    return {"ssid": STEM, "msid": tool, **kinds}
 
 
 def _mesh(parts: Parts) -> Iterator[str]:

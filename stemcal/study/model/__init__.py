@@ -275,7 +275,7 @@ class Study(StudyForm):
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
         for name, growth in self.material.growing().items():
             varied[name] = growth.given_at(diameter, varied.get(name), chosen)
-        return {**self.material.given(), **varied, **(_NO_RATE if self.without_rate else {})}
+        return {**self.material.given(), **varied, **(_NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
         """Return the study whose specimen and contact are what the levels of such factors say.
@@ -323,11 +323,6 @@ class Study(StudyForm):
     def runs(self) -> RunsOptions:
         """How long a run may take, and how many must succeed."""
         return RunsOptions(time_limit=self.solver.run_limit)
-
-    @property
-    def without_rate(self) -> bool:
-        """Whether the speed of straining is to leave the yield stress as it is."""
-        return self.solver.rate == "none"
 
     @property
     def replicates(self) -> int:

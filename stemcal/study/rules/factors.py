@@ -2,17 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from stemcal.study.model import (
-    AROUND,
-    EMBEDDED,
-    MOST_EXPONENT,
-    PARAMETERS,
-    Factor,
-    Grades,
-    Growth,
-    Study,
-    exponents_in,
-)
+from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Grades, Growth, Study, exponents_in
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
