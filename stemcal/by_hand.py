@@ -43,6 +43,7 @@ from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run,
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
+from stemcal.words import counted
 
 _SAME = 1e-9  # of a value: what writing and reading may change
 OLD, INPUTS = "sheets", "inputs"
@@ -163,7 +164,7 @@ class Entered:
 
     def summary(self) -> str:
         """Return how many results were accepted."""
-        said = [f"{_results(len(self.taken))} accepted."]
+        said = [f"{counted(len(self.taken), 'result')} accepted."]
         if self.known:
             said.append(f"{len(self.known)} already known.")
         if self.replaced:
@@ -174,14 +175,9 @@ class Entered:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
         if self.refused:
             count = len(self.refused)
-            head = (
-                f"{count} {'row is' if count == 1 else 'rows are'} not accepted; correct the sheet and enter it again."
-            )
+            are = "row is" if count == 1 else "rows are"
+            head = f"{count} {are} not accepted; correct the sheet and enter it again."
             raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
-
-
-def _results(count: int) -> str:
-    return f"{count} result{'' if count == 1 else 's'}"
 
 
 @dataclass(frozen=True)

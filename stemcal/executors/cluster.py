@@ -125,7 +125,7 @@ class DaskExecutor(RunExecutor):
 
     def _check_versions(self) -> None:
         try:
-            found: dict[str, str] = self._client.run(_version)
+            found: dict[str, str] = self._client.run(code_version)
         except Exception as error:
             raise UsageError(
                 f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); install stemcal "
@@ -165,10 +165,6 @@ def end_session(session: str) -> None:
         crew = _sessions.pop(session, None)
     if crew is not None:
         threading.Thread(target=crew.stop, name="end of session", daemon=True).start()
-
-
-def _version() -> str:
-    return code_version()
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:

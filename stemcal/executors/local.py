@@ -19,8 +19,6 @@ from stemcal.processes import Child, ChildDied, ChildLate
 P = ParamSpec("P")
 T = TypeVar("T")
 
-__all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
-
 # The runs share the cores.
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
