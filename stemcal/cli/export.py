@@ -59,8 +59,8 @@ def tables(
 ) -> None:
     """Write the tables of a study for a publication.
 
-    They are written to the folder tables of the study folder: factors, screening, response surface, ANOVA,
-    calibration, parameters and validation. A Word file also contains the figures.
+    They are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
+    parameters and validation. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
@@ -89,9 +89,9 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    They are written to the folder figures of the study folder. NAME selects all figures whose names begin with it:
-    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm
-    that at 7 mm.
+    They are saved in figures/ inside the study folder. NAME selects every figure whose name starts with it: contour
+    draws all contour plots. animation writes a GIF of the cut at the calibration diameter; animation-7mm does so at
+    7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
     """

@@ -31,7 +31,7 @@ Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help=
 Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
 Separator = Annotated[str | None, typer.Option(metavar="NAME", help="tab, semicolon …", show_default="detected")]
 Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="point or comma.", show_default="detected")]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Sheet of a workbook.")]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
 Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which a curve starts.")]
 ForceColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
 DisplacementColumn = Annotated[
@@ -89,9 +89,13 @@ def shear(
         str | None,
         typer.Option(metavar="GLOB", help="Pattern of file names.", show_default="all readable"),
     ] = None,
-    index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table with the diameter of each file.")] = None,
+    index: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Table that gives the diameter of the specimen of each file.")
+    ] = None,
     preload: Preload = 5.0,
-    exclude: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; repeatable.")] = None,
+    exclude: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; may be given more than once.")
+    ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
         bool, typer.Option("--travel-and-work", help="Add travel and work to the targets.")
@@ -136,7 +140,7 @@ def tests(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with a subfolder of files for each test.")],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; repeatable.")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; may be given more than once.")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
     force_column: ForceColumn = None,

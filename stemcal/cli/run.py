@@ -196,7 +196,7 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with results, .csv or .xlsx.")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
 ]
@@ -212,7 +212,7 @@ def enter(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Enter results of runs done by hand, then continue the study.
+    """Enter the results of runs done by hand, then continue the study.
 
     Correct rows are recorded, the others are listed with their errors. For a run that was not possible write
     [bold]failed: why[/bold]; with --replace this also removes an earlier result.

@@ -34,7 +34,14 @@ Out = Annotated[
 
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", "-j", metavar="N", min=1, help="Parallel simulations.", show_default="all cores"),
+    typer.Option(
+        "--workers",
+        "-j",
+        metavar="N",
+        min=1,
+        help="Number of simulations to run in parallel.",
+        show_default="all cores",
+    ),
 ]
 
 ExecutorName = Annotated[

@@ -27,7 +27,7 @@ CUTTING = "cutting"  # the test that the sections of a spec describe
 Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; repeatable."),
+    typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; may be given more than once."),
 ]
 CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="File for the history over time.")]
 FigureFile = Annotated[
@@ -52,7 +52,7 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate one virtual shear test, or another test of the spec.
+    """Simulate one virtual shear test, or another test defined in the spec.
 
     If the spec names a program, it makes one run of that program. Factors without --set have mid-range values.
 

@@ -34,7 +34,7 @@ def status(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show progress, failures and the verdict of a study.
+    """Show the progress, failures and verdict of a study.
 
     It can be used while the study runs. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records are
     repeated in any case.

@@ -79,7 +79,7 @@ def test_json(calls: list[Any]) -> None:
     ("setting", "words"),
     [
         ("yeild_stress=18", "did you mean yield_stress?"),
-        ("mass=3", "the study's factors are elastic_modulus"),
+        ("mass=3", "use elastic_modulus"),
         ("yield_stress", "factor=value"),
         ("yield_stress=18 mm", "yield_stress"),
         ("yield_stress=nan", "yield_stress"),

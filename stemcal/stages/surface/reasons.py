@@ -140,7 +140,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    """Whether the fit says so, and before it the surface: no run is left over."""
+    """Whether all runs are used up, according to the fit or, before it, the surface."""
     told = (result.surface_error_known for result in reversed(evidence.results.done))
     return next((not known for known in told if known is not None), False)
 
@@ -217,8 +217,9 @@ def signs(evidence: Evidence) -> Iterator[Note]:
         if factor.expected_sign and _sign_found(evidence, factor.name) not in (None, factor.expected_sign)
     )
     if against:
-        text = f"The effect of {series(against)} has the opposite sign to the expected one."
-        remedy = Remedy(f"Check {series(against)} in the model: the law, the units and `expected_sign`.")
+        names = series(against)
+        text = f"The effect of {names} has the opposite sign to the expected one."
+        remedy = Remedy(f"Check the law and the units of {names} in the model, and `expected_sign` in the spec.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 
