@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal
 
 from rich import table as rich
@@ -54,14 +55,22 @@ def drawn(table: Table) -> list[RenderableType]:
         pad_edge=False,
         show_edge=False,
     )
-    for column, (head, *cells) in zip(table.columns, zip(table.heads, *table.cells, strict=True), strict=True):
-        longest = max((cell_len(word) for text in (head, *cells) for word in text.split()), default=1)
+    texts = list(zip(table.heads, *table.cells, strict=True))
+    words = [_widest(word for text in each for word in text.split()) for each in texts]
+    whole = [max(word, _widest(cells)) for word, (_, *cells) in zip(words, texts, strict=True)]
+    least = whole if sum(whole) + (2 if len(texts) < CROWDED else 1) * len(texts) <= WIDTH else words
+    for column, each, narrowest in zip(table.columns, texts, least, strict=True):  # headings are broken before cells
         justify: Literal["left", "right"] = "left" if column.left else "right"
-        shown.add_column(Text(head), justify=justify, overflow="fold", min_width=min(longest, WIDTH // 3))
+        whole_line = _widest(each) == narrowest
+        shown.add_column(Text(each[0]), justify=justify, overflow="fold", min_width=narrowest, no_wrap=whole_line)
     for index, row in enumerate(table.cells):
         shown.add_row(*(Text(cell, style="bold" if index in table.strong else "") for cell in row))
     foot = [Padding(Text(line, style="dim"), (0, 0, 0, 2), expand=False) for line in (*table.foot, *table.claimed)]
     return [shown, *foot, Text("")]
+
+
+def _widest(texts: Iterable[str]) -> int:
+    return max(map(cell_len, texts), default=1)
 
 
 def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
