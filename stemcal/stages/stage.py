@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
@@ -27,6 +28,19 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="StageResult")
 
 
+class Parts(NamedTuple):
+    """What the folder of a stage calls its parts, in the files `options`, `result`, `analysis` and `showing`.
+
+    `reasons` is the file with its `RULES` of the verdict.
+    """
+
+    options: str
+    result: str
+    making: str
+    showing: str
+    reasons: str = ""
+
+
 class Stage(Checked, Generic[R]):
     """One stage of a study.
 
@@ -34,6 +48,8 @@ class Stage(Checked, Generic[R]):
     ----------
     name : str
         Of its command and of its files.
+    parts : Parts, optional
+        Of a stage with a folder of its own; another one has the methods that return them.
     title, help : str
         For people; what its command does.
     attribute : str
@@ -53,6 +69,7 @@ class Stage(Checked, Generic[R]):
     """
 
     name: ClassVar[str] = ""
+    parts: ClassVar[Parts | None] = None
     title: ClassVar[str] = ""
     help: ClassVar[str] = ""
     attribute: ClassVar[str] = ""
@@ -82,7 +99,7 @@ class Stage(Checked, Generic[R]):
 
     def section(self) -> type[Frozen] | None:
         """Return the model of the section of the spec with the stage's name."""
-        return None
+        return self._part("options", self.parts.options) if self.parts else None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
         """Return what must hold for its section, functions of a draft that yield what is wrong: `RULES` beside it."""
@@ -112,11 +129,13 @@ class Stage(Checked, Generic[R]):
 
     def result(self) -> type[R]:
         """Return the class of its result."""
-        raise NotImplementedError
+        kind: type[R] = self._part("result", self._named.result)
+        return kind
 
     def making(self) -> Callable[..., R]:
         """Return the function that makes it (`stages.work.a_stage`)."""
-        raise NotImplementedError
+        made: Callable[..., R] = self._part("analysis", self._named.making)
+        return made
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         """Return the runs that it asks for, as far as they are known now; None where each follows from the last."""
@@ -127,8 +146,8 @@ class Stage(Checked, Generic[R]):
         return None
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        """Return what it adds to the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
-        return ()
+        """Return what it adds to the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
+        return self._part(self.parts.reasons, "RULES") if self.parts and self.parts.reasons else ()
 
     def most_there(self, study: Study) -> int:
         """Return how many runs it makes at most in the other model that it has `seen`."""
@@ -136,7 +155,17 @@ class Stage(Checked, Generic[R]):
 
     def showing(self) -> object:
         """Return its words, tables and figures (`report.showing.Showing`)."""
-        raise NotImplementedError
+        return self._part("showing", self._named.showing)()
+
+    @property
+    def _named(self) -> Parts:
+        if self.parts is None:
+            raise NotImplementedError(f"{type(self).__name__} has neither parts nor this method")
+        return self.parts
+
+    def _part(self, file: str, name: str) -> Any:
+        """Return a part from a file of its folder, imported when it is asked for."""
+        return getattr(import_module(f"{type(self).__module__}.{file}"), name)
 
 
 STAGES: Registry[Stage[Any]] = Registry(
