@@ -29,14 +29,15 @@ R = TypeVar("R", bound="StageResult")
 
 
 class Parts(NamedTuple):
-    """What the folder of a stage calls its parts, in the files `options`, `result`, `analysis` and `showing`.
+    """What a folder calls the parts of its stage, in the files `options`, `result`, `analysis` and `showing`.
 
     `reasons` is the file with its `RULES` of the verdict.
     """
 
+    folder: str
     options: str
     result: str
-    making: str
+    analysis: str
     showing: str
     reasons: str = ""
 
@@ -99,7 +100,7 @@ class Stage(Checked, Generic[R]):
 
     def section(self) -> type[Frozen] | None:
         """Return the model of the section of the spec with the stage's name."""
-        return self._part("options", self.parts.options) if self.parts else None
+        return self._part("options") if self.parts else None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
         """Return what must hold for its section, functions of a draft that yield what is wrong: `RULES` beside it."""
@@ -129,12 +130,12 @@ class Stage(Checked, Generic[R]):
 
     def result(self) -> type[R]:
         """Return the class of its result."""
-        kind: type[R] = self._part("result", self._named.result)
+        kind: type[R] = self._part("result")
         return kind
 
     def making(self) -> Callable[..., R]:
         """Return the function that makes it (`stages.work.a_stage`)."""
-        made: Callable[..., R] = self._part("analysis", self._named.making)
+        made: Callable[..., R] = self._part("analysis")
         return made
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
@@ -147,7 +148,11 @@ class Stage(Checked, Generic[R]):
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         """Return what it adds to the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
-        return self._part(self.parts.reasons, "RULES") if self.parts and self.parts.reasons else ()
+        if self.parts is None or not self.parts.reasons:
+            return ()
+        found: Sequence[Callable[[Any], Iterator[Note]]]
+        found = import_module(f"{self.parts.folder}.{self.parts.reasons}").RULES
+        return found
 
     def most_there(self, study: Study) -> int:
         """Return how many runs it makes at most in the other model that it has `seen`."""
@@ -155,17 +160,13 @@ class Stage(Checked, Generic[R]):
 
     def showing(self) -> object:
         """Return its words, tables and figures (`report.showing.Showing`)."""
-        return self._part("showing", self._named.showing)()
+        return self._part("showing")()
 
-    @property
-    def _named(self) -> Parts:
+    def _part(self, file: str) -> Any:
+        """Return a part of its folder, imported when it is asked for."""
         if self.parts is None:
-            raise NotImplementedError(f"{type(self).__name__} has neither parts nor this method")
-        return self.parts
-
-    def _part(self, file: str, name: str) -> Any:
-        """Return a part from a file of its folder, imported when it is asked for."""
-        return getattr(import_module(f"{type(self).__module__}.{file}"), name)
+            raise NotImplementedError(f"{type(self).__name__} has no parts: it needs its own method for {file}")
+        return getattr(import_module(f"{self.parts.folder}.{file}"), getattr(self.parts, file))
 
 
 STAGES: Registry[Stage[Any]] = Registry(

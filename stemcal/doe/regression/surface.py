@@ -83,7 +83,7 @@ class Surface:
 
     @property
     def covariance(self) -> tuple[tuple[float, ...], ...] | None:
-        """Covariance of the coefficients, s²(XᵀX)⁻¹, in their order, rounding as 0; None without a degree of freedom."""
+        """Covariance of the coefficients, s²(XᵀX)⁻¹, in their order; None without a degree of freedom."""
         if self.mean_square is None:
             return None
         kept = [term_names(self.names).index(term) for term in self.terms]

@@ -15,7 +15,7 @@ class Climbing(Stage[Any]):
     """Steps along the slope that the screening found; the best one centres the design of the surface."""
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
-    parts = Parts("ClimbOptions", "ClimbResult", "climb", "ClimbShowing")
+    parts = Parts(__name__, "ClimbOptions", "ClimbResult", "climb", "ClimbShowing")
     one_by_one = True
     help = """Move the centre of the surface's design towards the measured value.
 

@@ -14,7 +14,7 @@ class Calibration(Stage[Any]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
-    parts = Parts("InvertOptions", "InvertResult", "invert", "InvertShowing", reasons="reasons")
+    parts = Parts(__name__, "InvertOptions", "InvertResult", "invert", "InvertShowing", reasons="reasons")
     simulates = False
     help = "Solve the surface for the calibrated parameters and their intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."

@@ -16,7 +16,7 @@ class Refinement(Stage[Any]):
     """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
-    parts = Parts("RefineOptions", "RefineResult", "refine", "RefineShowing", reasons="showing")
+    parts = Parts(__name__, "RefineOptions", "RefineResult", "refine", "RefineShowing", reasons="showing")
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation meets the measured value.
 

@@ -17,7 +17,7 @@ class Screening(Stage[Any]):
     """A design with two levels of every factor, and the effects found in it."""
 
     name, title, reads = "screen", "Screening", ("screen",)
-    parts = Parts("ScreenOptions", "ScreenResult", "screen", "ScreenShowing")
+    parts = Parts(__name__, "ScreenOptions", "ScreenResult", "screen", "ScreenShowing")
     help = "Screen the factors for those that affect the response."
     purpose = "Stage 1: screening of the factors."
 

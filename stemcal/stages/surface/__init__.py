@@ -21,7 +21,7 @@ class ResponseSurface(Stage[Any]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    parts = Parts("RsmOptions", "SurfaceResult", "fit_response_surface", "SurfaceShowing", reasons="reasons")
+    parts = Parts(__name__, "RsmOptions", "SurfaceResult", "fit_response_surface", "SurfaceShowing", reasons="reasons")
     help = "Simulate the response surface design and fit the surface."
     purpose = "Stage 2: the response surface."
 

@@ -17,7 +17,7 @@ class Validating(Stage[Any]):
     """The comparison with what was measured, at every condition."""
 
     name, title, attribute, reads = "validate", "Validation", "validation", ("targets", "validate")
-    parts = Parts("ValidateOptions", "ValidateResult", "validate", "ValidateShowing", reasons="reasons")
+    parts = Parts(__name__, "ValidateOptions", "ValidateResult", "validate", "ValidateShowing", reasons="reasons")
     pictured = True
     help = "Simulate all measured conditions with the calibrated parameters."
     purpose = "Stage 5: the comparison at every measured diameter."
