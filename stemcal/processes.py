@@ -137,7 +137,7 @@ def _ending(code: int | None) -> str:
     if code < 0:
         with suppress(ValueError):
             name = signal.Signals(-code).name
-            return f"signal {name}, usually for lack of memory" if name == "SIGKILL" else f"signal {name}"
+            return f"signal {name}, usually because memory ran out" if name == "SIGKILL" else f"signal {name}"
     return f"exit code {code}"
 
 

@@ -136,7 +136,7 @@ class Registry(Generic[T]):
                 if isinstance(one, self.kind) and one.name == name:
                     self._loaded[name] = one
                 else:
-                    self._leave_out(entry, f"{entry.value} is no {self.kind.__name__} with the name {name}")
+                    self._leave_out(entry, f"{entry.value} is not a {self.kind.__name__} named {name}")
         return self._loaded.get(name)
 
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:

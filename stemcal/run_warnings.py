@@ -44,10 +44,12 @@ def maximum_not_passed(stroke: float) -> Note:
 def buckles(percent: float) -> Note:
     """Return the warning that a pressed piece bends or wrinkles, by a share of how far it has widened."""
     text = (
-        f"The pressed piece bends or wrinkles before it breaks: it is out of shape by {percent:.0f} % of its "
+        f"The compressed piece buckles before it breaks: its deviation from a round shape is {percent:.0f} % of its "
         "widening. Travel, work and, to a lesser degree, maximum force then depend on the mesh; the slope does not."
     )
-    return Note("buckles", "warning", text, Remedy("Use a shorter piece; where the wall wrinkles, fit only the slope."))
+    return Note(
+        "buckles", "warning", text, Remedy("Use a shorter piece; if the wall still buckles, fit only the slope.")
+    )
 
 
 def energy_drifts(percent: float) -> Note:

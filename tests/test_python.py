@@ -79,7 +79,7 @@ def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
 def test_predictions_take_levels_that_a_spec_could_have(results: stemcal.StudyResults, changed: dict[str, Any]) -> None:
     with pytest.raises(UsageError, match="yield_stress: "):
         results.surface.predict({**AT_SOLUTION, **changed})
-    with pytest.raises(UsageError, match="no level of failure_strain, strain_rate_c; pass one by name"):
+    with pytest.raises(UsageError, match="the level of failure_strain, strain_rate_c is missing; pass it by name"):
         results.surface.predict({"yield_stress": 18.0})
 
 
@@ -155,7 +155,7 @@ def test_the_likelihood_is_that_of_the_fit(results: stemcal.StudyResults) -> Non
     levels = {name: np.array([value, value]) for name, value in found.point.solution.items()}
     several = found.log_likelihood(levels | {"yield_stress": np.array([16.0, 99.0])})
     assert several.shape == (2,) and np.isfinite(several[0]) and several[1] == -np.inf
-    with pytest.raises(UsageError, match="log_likelihood: no level of failure_strain, strain_rate_c"):
+    with pytest.raises(UsageError, match="log_likelihood: the level of failure_strain, strain_rate_c is missing"):
         found.log_likelihood({"yield_stress": 18.0})
 
 

@@ -102,9 +102,9 @@ def _beginning(typed: str) -> list[str]:
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term, or a key of a spec.", autocompletion=_beginning),
+    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec.", autocompletion=_beginning),
 ]
-Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of a spec for editors.")]
+Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:

@@ -25,11 +25,11 @@ RADIOSS = ".rad"
 _NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="File of the deck, .k or .rad (OpenRadioss).", show_default=False)
+    Path, typer.Argument(metavar="PATH", help="Deck file: .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="Program that reads the deck.", show_default="of the study or file name"),
+    typer.Option("--for", help="Target program of the deck.", show_default="from study or file name"),
 ]
 NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the expected force of the deck.")]
 
@@ -88,14 +88,15 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
     own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:
-        raise UsageError(f"{path}: LS-DYNA reads no {RADIOSS} file; name the deck {path.stem}.k")
+        raise UsageError(f"{path}: LS-DYNA cannot read {RADIOSS} files; name the deck {path.stem}.k")
     if own is not None and found != own:
         raise UsageError(
-            f"--for {found}: the study is calibrated in {own}, and its values do not apply to another program. Write "
-            f"--for {own}, or calibrate there: solver: {{kind: deck, program: {found}}} and `stemcal run SPEC`"
+            f"--for {found}: the study is calibrated for {own}, and its values do not apply to {found}. Use --for "
+            f"{own}, or calibrate for {found}: write solver: {{kind: deck, program: {found}}} and run `stemcal run "
+            "SPEC`"
         )
     if found is None:
-        raise UsageError(f"{path}: the program that reads the deck is not named; add --for lsdyna or --for openradioss")
+        raise UsageError(f"{path}: the target program is unknown; add --for lsdyna or --for openradioss")
     return "lsdyna" if found == "lsdyna" else "openradioss"
 
 
@@ -115,7 +116,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
             return there, {**study.midlevels(), **refined.parameters}
         if results.calibrated:
             return study, {**study.midlevels(), **results.parameters}
-    warn("The study has no calibrated values: factors without --set have the middle of their ranges.")
+    warn("The study is not calibrated yet: factors without --set are at the middle of their ranges.")
     return study, dict(study.midlevels())
 
 
@@ -183,10 +184,10 @@ def _told(of_deck: float, of_study: float | None) -> list[str]:
 
 _COARSEST = 0.5  # of the diameter
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Program: *MAT_003 (lsdyna) or *MAT_024.", show_default=False),
+    typer.Option("--for", help="lsdyna writes *MAT_003, openradioss *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],

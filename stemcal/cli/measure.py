@@ -28,34 +28,52 @@ app = typer.Typer(
 )
 
 Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
-Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
-Separator = Annotated[str | None, typer.Option(metavar="NAME", help="tab, semicolon …", show_default="detected")]
-Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="point or comma.", show_default="detected")]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Sheet of a workbook.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which a curve starts.")]
-ForceColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
-DisplacementColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")
+Encoding = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Text encoding, such as gbk.", show_default="detected")
 ]
-TimeColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
+Separator = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Column separator: tab, semicolon …", show_default="detected")
+]
+Decimal = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Decimal mark: point or comma.", show_default="detected")
+]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which the curves start.")]
+ForceColumn = Annotated[
+    str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
+]
+DisplacementColumn = Annotated[
+    str | None,
+    typer.Option(metavar="COLUMN,...", help="Name or number of the displacement column.", show_default="by name"),
+]
+TimeColumn = Annotated[
+    str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the time column.", show_default="by name")
+]
 Speed = Annotated[
     str | None,
-    typer.Option(metavar="SPEED", help="Blade speed, for files without displacement."),
+    typer.Option(metavar="SPEED", help="Blade speed, needed if the files have no displacement."),
 ]
-ForceUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="N, kN, kgf …", show_default="heading, else N")]
-DisplacementUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="mm, cm …", show_default="heading, else mm")]
-TimeUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="s, ms or min.", show_default="heading, else s")]
+ForceUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Unit of the force: N, kN, kgf …", show_default="heading, else N")
+]
+DisplacementUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Unit of the displacement: mm, cm …", show_default="heading, else mm")
+]
+TimeUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Unit of the time: s, ms or min.", show_default="heading, else s")
+]
 
 
 @app.command()
 def diameters(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table with one row per stem, or per reading.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table with one row per stem or per reading.")],
     grades: Annotated[
-        str | None, typer.Option(metavar="MM,...", help="Diameters of the grades.", show_default="proposed")
+        str | None, typer.Option(metavar="MM,...", help="Nominal diameters of the grades.", show_default="proposed")
     ] = None,
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
     diameter_column: Annotated[
-        str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")
+        str | None,
+        typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
     ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
@@ -87,14 +105,14 @@ def shear(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of force–displacement files, or one file.")],
     pattern: Annotated[
         str | None,
-        typer.Option(metavar="GLOB", help="Pattern of file names.", show_default="all readable"),
+        typer.Option(metavar="GLOB", help="Pattern of the file names, such as *.csv.", show_default="all readable"),
     ] = None,
     index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table with the diameter of each file.")] = None,
     preload: Preload = 5.0,
     exclude: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; repeatable.")] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Add travel and work to the targets.")
+        bool, typer.Option("--travel-and-work", help="Add travel and work at the peak to the targets.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -134,8 +152,8 @@ def shear(
 
 @app.command()
 def tests(
-    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study with these tests.")],
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with a subfolder of files for each test.")],
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec with a section for each test.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of files per test.")],
     preload: Preload = 5.0,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; repeatable.")
@@ -218,7 +236,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
-        raise UsageError(f"{spec} is not text; save it in UTF-8")
+        raise UsageError(f"{spec} is not a text file; save it in UTF-8")
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)

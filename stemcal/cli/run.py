@@ -54,7 +54,7 @@ def run(
     with opened(spec, out, workers, executor, quiet) as work:
         require_stage(work.study, until)
         if not quiet:
-            note(f"Report: {work.folder.path / 'report.html'}, written after each stage")
+            note(f"Report: {work.folder.path / 'report.html'}, updated after each stage")
         if retry:
             compute_again(work)
         work.foresee()
@@ -171,7 +171,7 @@ def _run(stage: Stage[Any], spec: Spec, out: Out, workers: Workers, executor: st
 def report(
     spec: Spec,
     out: Out = None,
-    show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    show: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -189,17 +189,19 @@ def report(
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
     if show and not webbrowser.open(page.resolve().as_uri()):
-        warn(f"No browser was found; open {page} by hand.")
+        warn(f"No browser was found; open {page} yourself.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with results, .csv or .xlsx.")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results, .csv or .xlsx.")]
 _REPLACE = "Reason for replacing earlier results."
 Replace = Annotated[str, typer.Option("--replace", metavar="WHY", help=_REPLACE, show_default=False)]
-Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Operator of rows without a name.", show_default="you")]
+Who = Annotated[
+    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name none.", show_default="you")
+]
 
 
 def enter(
@@ -243,4 +245,4 @@ def _content(file: Path) -> bytes:
     try:
         return read_plain(file, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{file}: {error.strerror}; name the sheet with the results") from None
+        raise UsageError(f"{file}: {error.strerror}; give the path of the sheet with the results") from None

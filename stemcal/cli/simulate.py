@@ -27,14 +27,14 @@ CUTTING = "cutting"  # the test that the sections of a spec describe
 Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; repeatable."),
+    typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit of the spec; repeatable."),
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="File for the history over time.")]
+CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
 FigureFile = Annotated[
-    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force over travel (.png, .svg, .pdf).")
+    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force versus travel (.png, .svg, .pdf).")
 ]
 FramesFolder = Annotated[
-    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames (ParaView).")
+    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames for ParaView.")
 ]
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
@@ -152,7 +152,7 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
 def _require_embedded(options: Mapping[str, object]) -> None:
     """Refuse options that only the embedded solver supports."""
     if given := [name for name, value in options.items() if value is not None]:
-        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
+        raise UsageError(f"{', '.join(given)}: requires `solver: {{kind: embedded}}`; omit it")
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:
@@ -213,7 +213,7 @@ def one_run(
 
     if study.kind.answers != "computes":
         raise UsageError(
-            f"simulate needs `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
+            f"simulate requires `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
         )
     solver = make_solver(study)
     solver.prepare()
@@ -250,6 +250,6 @@ def _lines(study: Study, answer: Answer) -> list[str]:
 def _write_curve(answer: Answer, path: Path) -> None:
     """Write force over travel if the run has a curve."""
     if (curve := answer.details.get("curve")) is None:
-        raise UsageError("--csv: this program returns a number, not a curve")
+        raise UsageError("--csv: this program returns no curve; omit the option")
     rows = zip(curve["travel"], curve["force"], strict=True)
     write_atomic(path, csv_text([["travel", "force"], *rows], newline="\r\n"))

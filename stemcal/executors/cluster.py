@@ -120,7 +120,8 @@ class DaskExecutor(RunExecutor):
 
     def _lost(self) -> ClusterLost:
         return ClusterLost(
-            f"the Dask scheduler at {self.address} is gone; finished runs are kept, repeat the command to continue"
+            f"the connection to the Dask scheduler at {self.address} was lost; repeat the command to continue with the "
+            "finished runs"
         )
 
     def _check_versions(self) -> None:
@@ -128,7 +129,7 @@ class DaskExecutor(RunExecutor):
             found: dict[str, str] = self._client.run(_version)
         except Exception as error:
             raise UsageError(
-                f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); install stemcal "
+                f"--executor dask://{self.address}: a worker cannot import stemcal ({error}); install stemcal "
                 f"{__version__} on its machine"
             ) from None
         if not found:
@@ -144,7 +145,7 @@ def supervised(blob: bytes, time_limit: float | None, version: str, session: str
         raise WorkerDied(_mismatch("this worker", code_version(), version))
     with _making:
         if session in _ended:
-            raise WorkerDied("the command that asked for it has ended")
+            raise WorkerDied("the command that requested it has ended")
         crew = _sessions.get(session) or _sessions.setdefault(session, _started_processes())
     return crew.submit_pickled(blob, time_limit).result()
 
@@ -174,7 +175,7 @@ def _version() -> str:
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    return f"{worker} has stemcal {version}, the study stemcal {wanted}; install the same version and code on both"
+    return f"{worker} has stemcal {version}, the study {wanted}; install the same version and code on both"
 
 
 def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
@@ -220,8 +221,8 @@ def _connected(address: str) -> Any:
         return Client(f"{_scheme()}://{address}", timeout=left, set_as_default=False)
     except Exception as error:  # what speaks another protocol makes Dask raise all kinds
         raise UsageError(
-            f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); start "
-            "one with `dask scheduler`, whose usual port is 8786"
+            f"--executor dask://{address}: no Dask scheduler responds at this address "
+            f"({error or type(error).__name__}); start one with `dask scheduler` (default port 8786)"
         ) from None
 
 

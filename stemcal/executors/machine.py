@@ -37,8 +37,8 @@ def require_address_space() -> None:
     if limit != resource.RLIM_INFINITY and limit < LEAST_SPACE:
         had, needed = (bound / 2**20 for bound in (limit, LEAST_SPACE))
         raise UsageError(
-            f"this process may use {had:.0f} MiB of address space, but {needed:.0f} MiB are needed: raise the limit "
-            f"(ulimit -v unlimited)"
+            f"this process may use {had:.0f} MiB of address space, but {needed:.0f} MiB are needed; raise the limit "
+            "(ulimit -v unlimited)"
         )
 
 

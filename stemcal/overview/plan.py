@@ -191,15 +191,15 @@ def total(found: Plan) -> list[str]:
     if found.seconds is not None:
         source = {
             "guess": " (a rough estimate)",
-            "tried": ", measured on half a second of a run on this machine",
-            "recorded": f", measured on {counted(found.recorded_runs, 'recorded run')} on this machine",
+            "tried": ", estimated from half a second of a run on this machine",
+            "recorded": f", estimated from {counted(found.recorded_runs, 'recorded run')} on this machine",
         }.get(found.source, "")
         lines.append(f"On one core this takes {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
     if found.memory:
-        lines.append(f"A run takes about {in_bytes(found.memory)} of memory.")
+        lines.append(f"A run needs about {in_bytes(found.memory)} of memory.")
     return lines
 
 

@@ -53,7 +53,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: no level of {', '.join(missing)}; pass one by name, as in {{{missing[0]!r}: …}}"
+                f"predict: the level of {', '.join(missing)} is missing; pass it by name, as in {{{missing[0]!r}: …}}"
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -83,7 +83,7 @@ class Inversion(InvertResult):
         """
         names = self._surface.names
         if missing := [name for name in names if name not in levels]:
-            raise UsageError(f"log_likelihood: no level of {', '.join(missing)}")
+            raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
         inside = self._surface.region(self._study).contains(points)

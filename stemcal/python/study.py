@@ -92,7 +92,7 @@ def _study(given: Study | str | Path) -> Study:
         return given
     if isinstance(given, str | Path):
         return load_study(given)
-    raise UsageError(f"study: {type(given).__name__} is not a study; give one that `stemcal.load_study` returns")
+    raise UsageError(f"study: {type(given).__name__} is not a study; pass one that `stemcal.load_study` returned")
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
@@ -144,7 +144,7 @@ class Curve:
         return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
 
     def __repr__(self) -> str:
-        return f"Curve of {len(self.travel)} points, {self.force.max():.4g} N at most"
+        return f"Curve of {len(self.travel)} points, maximum {self.force.max():.4g} N"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -198,7 +198,7 @@ def simulate(
     """
     study = _study(study)
     if not study.kind.force_history:
-        raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+        raise UsageError(f"simulate requires `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
     for name in levels:
         if name not in study.names:
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")

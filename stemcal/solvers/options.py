@@ -48,7 +48,7 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     try:
         groups = re.compile(given).groups
     except (re.error, OverflowError, RecursionError) as error:
-        raise complain(f"is no regular expression: {error}", "correct it") from None
+        raise complain(f"is not a valid regular expression: {error}", "correct it") from None
     if groups == 0:
         raise complain("has no group around the number", f"write it like '{_first(info)} = (\\S+)'")
     return given
@@ -96,10 +96,10 @@ class ResultReader(Frozen):
     def _names_numbers_once(self) -> Self:
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = f"has {' and '.join(given)}" if given else "does not say which numbers to read"
-            raise complain(found, "write one of column: … (CSV), path: … (JSON) and pattern: … (text)")
+            found = f"has {' and '.join(given)}" if given else "specifies no numbers to read"
+            raise complain(found, "write one of column: … (CSV), path: … (JSON) or pattern: … (text)")
         if self.pattern is not None and self.along is not None:
-            raise complain("has along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
+            raise complain("has both along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
         return self
 
 
@@ -232,7 +232,7 @@ MOST_FILES = 100
 
 def _argument(given: object) -> object:
     if isinstance(given, str) and ("\0" in given or len(given) > 4000):
-        raise complain("is not usable as an argument", "shorten it")
+        raise complain("cannot be passed as an argument", "shorten it")
     return given
 
 
@@ -244,7 +244,7 @@ Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run; then all its processes are terminated."),
+    Field(description="Time limit of one run, after which all its processes are terminated."),
 ]
 
 
@@ -300,7 +300,7 @@ class CommandSolver(ProgramOptions):
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "needs a result with the peak of the force over travel in mm"
+        message = "requires a result with the peak of a force–travel curve (travel in mm)"
         return message, "add along: TRAVEL and reduction: max to result, or give only the force"
 
 
@@ -381,7 +381,7 @@ class DeckSolver(ProgramOptions):
             how = "a negative number of processors (ncpu=-4) in its command"
         else:
             how = "/PARITH/ON in the starter's deck"
-        return Remedy(f"Set a fixed order of sums: {how}")
+        return Remedy(f"Fix the order of summation: {how}")
 
 
 OF_LSDYNA = ("command",)

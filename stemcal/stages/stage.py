@@ -162,7 +162,7 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
         waiting = {stage.name for stage in left}
         ready = next((stage for stage in left if stage.needs(study) not in waiting), None)
         if ready is None:
-            raise UsageError(f"the stages {series(waiting)} need each other")
+            raise UsageError(f"the stages {series(waiting)} depend on each other")
         ordered.append(ready)
         left.remove(ready)
     return tuple(ordered)

@@ -74,7 +74,9 @@ def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
         if isinstance(thing, kind):
             subject, of = at_work(thing, study), str(getattr(thing, "name", ""))
             return [Check(one.__name__, of, one, subject) for one in functions]
-    raise UsageError(f"{thing!r:.60} is no {', '.join(kind.__name__ for kind in KINDS)}; give an object, not its class")
+    raise UsageError(
+        f"{thing!r:.60} is not a {', '.join(kind.__name__ for kind in KINDS)}; pass an object, not its class"
+    )
 
 
 def _check(thing: object, study: AnyStudy | None = None) -> None:

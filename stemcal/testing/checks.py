@@ -78,7 +78,7 @@ class AtWork:
     def study(self) -> Study:
         """The study."""
         if self._study is None:
-            raise UsageError(f"{type(self.thing).__name__}: give a study that uses it")
+            raise UsageError(f"{type(self.thing).__name__}: pass a study that uses it")
         return self._study if isinstance(self._study, Study) else load_study(self._study)
 
 
@@ -118,7 +118,7 @@ def points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
 def same_points_again(at: DesignAtWork) -> None:
     """Points do not depend on chance."""
     for k, points in at.few.items():
-        require(np.array_equal(points, at.points(k)), f"the points of {k} factors are others the second time")
+        require(np.array_equal(points, at.points(k)), f"the points of {k} factors differ the second time")
 
 
 def every_term_can_be_estimated(at: DesignAtWork) -> None:
@@ -244,7 +244,7 @@ def nan_is_a_failed_run(at: SolverAtWork) -> None:
         with apart(at.study) as place:
             wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
             (answer,) = at.answers(place, [wrong])
-        require(not answer.ok and bool(answer.reason), f"levels of NaN give {answer.status!r}, {answer.response}")
+        require(not answer.ok and bool(answer.reason), f"levels of NaN return {answer.status!r}, {answer.response}")
 
 
 OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
@@ -290,14 +290,14 @@ def stage_is_declared(at: StageAtWork) -> None:
     require(bool(at.thing.name and at.thing.title and at.thing.help), "name, title or help is missing")
     name = at.thing.result().name
     require(name == at.thing.name, f"the name is {at.thing.name!r}, that of the result {name!r}")
-    require(isinstance(at.thing.showing(), Showing), "showing returns no Showing")
+    require(isinstance(at.thing.showing(), Showing), "showing does not return a Showing")
 
 
 def result_is_its_file(at: StageAtWork) -> None:
     """Result → file → result → file gives the same bytes, and a result is picklable."""
     _, folder, result = at.made
     file = json.dumps(folder.read_stage(at.thing.name))
-    require(json.dumps(result.to_json()) == file, "a result that was read is written otherwise")
+    require(json.dumps(result.to_json()) == file, "a result changes when it is read and written again")
     require(pickle.loads(pickle.dumps(result)) == result, "a pickled result differs")
 
 
@@ -328,8 +328,8 @@ def stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
             changed = own.model_copy(update={name: value + 1})
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
     now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
-    require(now[0] == [], f"stale at once: {', '.join(now[0])} changed")
-    require(all(now[1:]), "fresh although an input has changed")
+    require(now[0] == [], f"out of date immediately: {', '.join(now[0])} changed")
+    require(all(now[1:]), "still up to date although an input has changed")
 
 
 def tables_have_titles_and_units(at: StageAtWork) -> None:
@@ -344,7 +344,7 @@ def tables_have_titles_and_units(at: StageAtWork) -> None:
             named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
             require(bool(counts or has_units or named), f"{table.title}: {column.name} has no unit")
     for name, table in result.tables().items():
-        require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of another length")
+        require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of different lengths")
 
 
 def sentences_and_figures_are_whole(at: StageAtWork) -> None:
@@ -403,11 +403,11 @@ def model_is_sound(at: LaboratoryAtWork) -> None:
     """Elements have positive volumes, the start is finite, and a tool or the driven nodes move."""
     test = at.test()
     model = cutting.build(test) if isinstance(test, cutting.ShearTest) else build(rounded(test))
-    require(bool((model.mesh.volumes() > 0.0).all()), "an element has no volume")
+    require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
     require(bool(np.isfinite(velocity).all()), "velocities at the start are not finite")
     moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
-    require(moved, "neither a tool nor a driven node moves")
+    require(moved, "no tool and no driven node moves")
 
 
 def responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
@@ -425,7 +425,10 @@ def forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
     elastic = replace(test.material, yield_stress=math.inf, failure_strain=math.inf)
     stiffer = replace(elastic, elastic_modulus=2.0 * elastic.elastic_modulus)
     forces = [perform(replace(test, material=one)).responses["force"] for one in (elastic, stiffer)]
-    require(abs(forces[1] / forces[0] - 2.0) < _STIFFER, f"twice the modulus has {forces[1] / forces[0]:.4f} the force")
+    require(
+        abs(forces[1] / forces[0] - 2.0) < _STIFFER,
+        f"doubling the modulus multiplies the force by {forces[1] / forces[0]:.4f}",
+    )
 
 
 OF_TESTS: tuple[Callable[[LaboratoryAtWork], None], ...] = (

@@ -162,7 +162,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     smoke = Path(__file__).parents[2] / "configs" / "smoke.yaml"
     (tmp_path / "sheet.csv").write_text("run,angle\nrsm 1,3\n", encoding="utf-8")
     for words, said in (
-        (("enter", spec, tmp_path / "none.csv"), "name the sheet"),
+        (("enter", spec, tmp_path / "none.csv"), "give the path of the sheet"),
         (("enter", spec, spec), "no line has the heading `run`"),
         (("enter", spec, tmp_path / "sheet.csv"), "no column is headed sliding, rolling or wall"),
     ):

@@ -193,7 +193,7 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
     path.write_bytes(path.read_bytes().replace(b'"stage": "screen"', b'"stage": "scream"'))
     found = failed.json("status", "--verify")["verify"]
     assert found["ok"] is False and found["records"] == 12
-    assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not agree with its SHA-256"}]
+    assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not match its SHA-256 checksum"}]
     result = failed("status", "--verify")
     assert result.exit_code == 1
     assert f"runs/{first}.json does not agree" in result.stderr

@@ -39,8 +39,8 @@ def test_what_is_wrong_with_a_stage() -> None:
     said = state(reasons={"inverted": 2, "timeout": 1}, censored=1, damaged=2, changed=("rsm", "solver version"))
     assert said[1:-1] == [
         "screen: failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists them.",
-        "screen: 1 response not clearly past the maximum at the end of the stroke.",
-        "screen: 2 damaged records: the next command repeats the run.",
+        "screen: 1 response may be too low: the stroke ended before the maximum was clearly passed.",
+        "screen: 2 damaged records; the next command repeats the run.",
         "screen.json is stale: rsm, solver version changed since.",
     ]
 
@@ -72,7 +72,7 @@ def test_a_joint_fit_asks_for_all_that_it_fits(tmp_path: Path) -> None:
         f"Which parameters reproduce the measured maximum cutting forces of stems of {NAMES.conditions(at)} diameter?"
     )
     measured = setting_tables(whole)[1]
-    assert measured.foot == ("The parameters are fitted to all of them together.",) and not measured.strong
+    assert measured.foot == ("The parameters are fitted to all measurements together.",) and not measured.strong
     some = make_study(tmp_path, f"invert: {{diameters: [{at[0]:g} mm, {at[1]:g} mm]}}\n")
     assert question(some).endswith("Are they valid at 1 other value of the stem diameter?")
     measured = setting_tables(some)[1]

@@ -39,7 +39,7 @@ def test_what_a_link_leads_to_stays_as_it_is(tmp_path: Path, target: str) -> Non
     elif target == "folder":
         mine.mkdir()
     link.symlink_to(mine)
-    with pytest.raises(StemcalError, match=r"is a link, .*; remove it"):
+    with pytest.raises(StemcalError, match=r"is a symbolic link, .*; remove it"):
         make_folder(link)
     write_atomic(link, b"new")
     assert link.read_bytes() == b"new" and not link.is_symlink()

@@ -300,10 +300,10 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
     ("result", "said"),
     [
         ("{file: out.json, path: a, column: b}", "solver.result: has column and path; write one of"),
-        ("{file: out.json}", "solver.result: does not say which numbers to read; write one of column: …"),
+        ("{file: out.json}", "solver.result: specifies no numbers to read; write one of column: …"),
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
-        ("{file: out.txt, pattern: '(1'}", "is no regular expression"),
-        ("{file: out.txt, pattern: '(1{4294967295})'}", "is no regular expression: the repetition number"),
+        ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
+        ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
         ("{file: out.txt, pattern: 'F=1'}", "has no group around the number"),
         ("{file: out.json, path: out, reduction: mean}", "is not one of the choices"),
     ],

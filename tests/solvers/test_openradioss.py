@@ -177,12 +177,14 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "openradioss" / "hm_cfg_files").mkdir()
     bare = study.model_copy(update={"solver": study.solver.model_copy(update={"programs": {}})})
     monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
-    with pytest.raises(UsageError, match=r"solver\.programs: there is no starter on PATH, and OPENRADIOSS_PATH is not"):
+    with pytest.raises(
+        UsageError, match=r"solver\.programs: no starter was found on PATH, and OPENRADIOSS_PATH is not"
+    ):
         make_solver(bare).prepare()
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
     make_solver(bare).prepare()
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "elsewhere"))
-    with pytest.raises(UsageError, match=r"there is no folder .*elsewhere"):
+    with pytest.raises(UsageError, match=r"the folder .*elsewhere.* does not exist"):
         make_solver(bare).prepare()
 
 

@@ -119,7 +119,7 @@ CLIMB = ClimbResult(
 def test_a_climb_that_passed_the_target() -> None:
     assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
         "4 runs changed Stress and b together towards the target.",
-        "The target was passed; step 2 is nearest, 1.3 % from it.",
+        "The target was passed; step 2 is nearest to it (error 1.3 %).",
     ]
 
 

@@ -59,8 +59,8 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
     assert [note.kind for note in said] == ["strongest_asked"]
-    assert said[0].text.endswith("a, b and c. Not significant among them: b and c.")
-    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith("a, b and c. Significant, but left out: d.")
+    assert said[0].text.endswith("a, b and c. Of these, b and c are not significant.")
+    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith("a, b and c. Significant but not used: d.")
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_own_steps_walk_as_far_as_the_ranges():
 def test_steps_out_of_the_ranges_are_refused(tmp_path):
     with pytest.raises(UsageError, match="first step is outside the ranges"):
         own_path([1.0, 8.0], [0.5, None], 5, rise=True)
-    with pytest.raises(SpecError, match=r"a step of 0\.6 from the middle, 0\.5, leaves 0 to 1; use at most 0\.5"):
+    with pytest.raises(SpecError, match=r"a step of 0\.6 from 0\.5 leaves the range 0 to 1; use at most 0\.5"):
         study_of(tmp_path, "climb: {step_sizes: {a: 0.6}}")
     with pytest.raises(SpecError, match="'z' is not a factor"):
         study_of(tmp_path, "climb: {step_sizes: {z: 0.1}}")

@@ -55,9 +55,9 @@ def test_the_outcome_there() -> None:
 
 
 def test_the_outcome_here_counts_the_runs() -> None:
-    assert outcome(HERE, STEM) == ["2 runs corrected the solution: the error is 0.13 %, within the tolerance of 2 %."]
+    assert outcome(HERE, STEM) == ["Solution corrected in 2 runs: the error is 0.13 %, within the tolerance of 2 %."]
     first = replace(HERE, made=Rows(HERE.made[:1]), converged=False, error_percent=6.2)
-    assert outcome(first, STEM) == ["1 run at the solution: the error is 6.20 %, not within the tolerance of 2 %."]
+    assert outcome(first, STEM) == ["Solution checked in 1 run: the error is 6.20 %, not within the tolerance of 2 %."]
     assert shortfall(first) == "refine: 6.20 % from the target after 1 run"
 
 

@@ -58,6 +58,6 @@ def test_a_time_step_that_collapses() -> None:
 
 
 def test_a_failure_survives_the_way_between_processes() -> None:
-    failure = SimulationFailed("nan", "a velocity is no longer a finite number")
+    failure = SimulationFailed("nan", "a velocity became infinite or NaN")
     again = pickle.loads(pickle.dumps(failure))
     assert (again.reason, str(again)) == (failure.reason, str(failure))

@@ -29,7 +29,7 @@ def _full(k: int, runs: int | None) -> Array:
     design = full_factorial(k)
     if runs not in (None, len(design)):
         raise UsageError(
-            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; leave it out"
+            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; omit the key"
         )
     return design
 
@@ -44,7 +44,7 @@ SCREENING: dict[str, Callable[[int, int | None], Array]] = {
 def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = False) -> Array:
     """Build a screening design for k factors, folded over if asked; `runs` overrides its usual size."""
     if name not in SCREENING:
-        raise UsageError(f"screen.design: no design {name!r}; choose one of {', '.join(SCREENING)}")
+        raise UsageError(f"screen.design: unknown design {name!r}; choose one of {', '.join(SCREENING)}")
     design = SCREENING[name](k, runs)
     return fold_over(design) if folded else design
 
@@ -90,7 +90,7 @@ class SurfaceDesign(Checked):
         """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not take."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
-            raise UsageError(f"rsm.factors: {self.name} takes {least} to {most} factors, not {k}")
+            raise UsageError(f"rsm.factors: {self.name} requires {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
@@ -162,7 +162,7 @@ def surface_design(name: str) -> SurfaceDesign:
     """Return a design by its name; raise `UsageError` if there is none."""
     if (found := SURFACES.named(name)) is None:
         known = ", ".join(one.name for one in SURFACES.built_in)
-        raise UsageError(f"rsm.design: no design {name!r}; choose one of {known}")
+        raise UsageError(f"rsm.design: unknown design {name!r}; choose one of {known}")
     return found
 
 

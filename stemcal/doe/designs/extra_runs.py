@@ -28,7 +28,7 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
     if len(points) < count:
         raise UsageError(
-            f"rsm.extra_runs: the design has {len(points)} free points, fewer than {count}; use fewer runs"
+            f"rsm.extra_runs: the design has only {len(points)} free points for {count} runs; use fewer runs"
         )
     phi, base = term_columns(points), term_columns(design)
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])

@@ -50,7 +50,7 @@ def surface_notes(
         yield Note("exact_surface", "caution", "The surface passes through every run exactly: F cannot be computed.")
     if copies:
         text = (
-            f"{counted(copies, 'run')} exactly repeat others: the solver is deterministic. Each point counts once, "
+            f"{counted(copies, 'run')} exactly repeat others, so the solver is deterministic. Each point counts once, "
             f"which leaves {fit.df} residual df."
         )
         yield Note("copies_only", "info", text)
@@ -82,7 +82,7 @@ def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], wr
         p, without = split.p, run.lack_of_fit_p_without
         if p is not None and without is not None and (p < 0.05) != (without < 0.05):
             text = (
-                f"Without {called(run)} lack of fit has p {signed_probability(without)}, with it "
-                f"p {signed_probability(p)}: whether the surface fits depends on this run."
+                f"The test for lack of fit depends on {called(run)}: p is {signed_probability(p)} with it and "
+                f"{signed_probability(without)} without it."
             )
             yield Note("verdict_on_one_run", "warning", text)

@@ -81,8 +81,8 @@ def analyse_screening(
     fit = fit_least_squares(matrix, y[present])
     if n_failed and fit.df < 1:
         raise RunsFailed(
-            f"screening: {n_failed} of {len(y)} runs failed and no residual degree of freedom is left to test the "
-            f"effects; correct those runs and repeat the stage"
+            f"screening: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom to test the "
+            "effects; correct the failed runs and repeat the stage"
         )
     residual, mean_square = _residual(fit, centre)
     changes = _changes(fit)

@@ -55,8 +55,8 @@ def screening_notes(
 
 def _curvature(found: Curvature, written: Names) -> Note:
     means = (
-        f"Curvature: the corners give {written.quantity(found.corners)} on average, the centre "
-        f"{written.quantity(found.centre)} ({counted(found.runs, 'run')})."
+        f"Curvature: the mean response is {written.quantity(found.corners)} at the corners and "
+        f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:
         return Note("curvature", "caution", f"{means} Without an estimate of error the difference cannot be tested.")
@@ -90,6 +90,6 @@ def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note
     if touched:
         pair = f"{effects[a].factor}:{effects[b].factor}"
         text = (
-            f"An interaction {pair} of the two strongest factors would also appear in the effects of {series(touched)}."
+            f"An interaction {pair} of the two strongest factors would bias the estimated effects of {series(touched)}."
         )
         yield Note("interaction_of_strongest", "caution", text)

@@ -166,16 +166,16 @@ def contact_force(text: str) -> ContactForce:
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
-        raise SimulationFailed("no_result", f"the time histories have no contact {BLADE_CONTACT}, only {there}")
+        raise SimulationFailed("no_result", f"the time histories contain no contact {BLADE_CONTACT}, only {there}")
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
         raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
     if len(values) < 2 or not np.isfinite(values).all():
-        raise SimulationFailed("nan", "the force of the blade has no numbers")
+        raise SimulationFailed("nan", "the force of the blade is not numeric")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
     if not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", "the times of the time histories do not rise")
+        raise SimulationFailed("bad_result", "the times of the time histories do not increase")
     found = ContactForce.turned(time, force)
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(

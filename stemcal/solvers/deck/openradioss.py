@@ -76,7 +76,9 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
     named = options.programs.get("home") or options.environment.get(HOME) or os.environ.get(HOME)
     home = None if named is None else folder / named
     if home is not None and not home.is_dir():
-        raise UsageError(f"solver.programs.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
+        raise UsageError(
+            f"solver.programs.home: the folder {home} does not exist; give the folder of OpenRadioss, or set {HOME}"
+        )
     given: Mapping[str, str] = {str(name): program for name, program in options.programs.items()}
     programs = {name: _program(name, given.get(name), home, folder) for name in _BEGINNINGS}
     environment = {**_variables(home or _home_of(programs["starter"])), **options.environment}
@@ -105,7 +107,7 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
     named = environment.get(DEFINITIONS) or os.environ.get(DEFINITIONS)
     if named and Path(named).is_dir():
         return
-    where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
+    where = f"the folder {named} does not exist" if named else f"{DEFINITIONS} is not set"
     raise UsageError(
         f"solver.programs.home: {where}, so the starter ends every run with 'Check "
         f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
@@ -124,7 +126,9 @@ def _program(name: str, given: str | None, home: Path | None, folder: Path) -> s
         except UsageError:
             continue
     where = f"in {home / 'exec'} nor on PATH" if home is not None else f"on PATH, and {HOME} is not set"
-    raise UsageError(f"solver.programs: there is no {name} {where}; install OpenRadioss, or name it in solver.programs")
+    raise UsageError(
+        f"solver.programs: no {name} was found {where}; install OpenRadioss, or give its path in solver.programs"
+    )
 
 
 def _in_home(name: str, home: Path | None) -> list[Path]:
@@ -223,7 +227,7 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
     wrong = differences(starter_accepted(folder, ended), STEM, deck.material, deck.nonlocal_length)
     if wrong:
         raise SimulationFailed(
-            "not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}"
+            "not_as_written", f"the starter read a material that differs from the deck: {'; '.join(wrong)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
 
@@ -242,7 +246,9 @@ def starter_accepted(folder: Path, ended: Ended) -> str:
 def leave_engine_input(folder: Path, text: str | None) -> None:
     """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
     if (folder / ENGINE_INPUT).is_symlink():
-        raise SimulationFailed("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
+        raise SimulationFailed(
+            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal does not write through links"
+        )
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text
     except SimulationFailed as missing:
@@ -259,7 +265,7 @@ def _engine_ran(folder: Path, ended: Ended) -> None:
     said = f"{_text_left(folder, ENGINE_LISTING)}\n{ended.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
         raise SimulationFailed(
-            "no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there"
+            "no_restart", f"the engine did not find {missing[1]}: the restart file of the starter is missing"
         )
     if ended.code == 0 and is_normal_end(said):
         return
@@ -276,7 +282,7 @@ def _table_made(folder: Path, ended: Ended) -> None:
     """Raise `SimulationFailed` unless there is a table of the time histories."""
     if ended.code != 0 or not (folder / TABLE).is_file():
         because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
-        raise SimulationFailed("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
+        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
 
 
 def _text_left(folder: Path, name: str) -> str:

@@ -55,7 +55,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
     """Return the run that a row means: of the same name, and of the same levels as far as it has them."""
     named = runs.get(" ".join(row.run.split()).casefold(), ())
     if not named:
-        message = f"the study has no run {row.run!r}; write its name as in the sheet, such as rsm 3"
+        message = f"the study has no run {row.run!r}; write the name as in the sheet, such as rsm 3"
         raise RowRefused(row, "unknown_run", message)
     wrong = [other_level(study, run, row) for run in named]
     meant = [run for run, other in zip(named, wrong, strict=True) if other is None]
@@ -79,7 +79,7 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
         if not _is_level(row, name, level, near, unit):
             message = (
                 f"{row.run} was requested at {name} = {level:.6g}{Named('', '', '', unit).unit_suffix}, but the row "
-                f"has {row.levels[name]!r}; copy the row from the sheet, or do the run at the requested levels"
+                f"has {row.levels[name]!r}; copy the row from the sheet, or repeat the run at the requested levels"
             )
             return RowRefused(row, "other_levels", message)
     return None
@@ -131,7 +131,7 @@ def unreadable(found: Unread, text: str, unit: str) -> str:
         return f"{text!r} may be {low:.6g} or {high:.6g}; write it without a comma"
     return {
         "no_number": f"{text!r} is not a number; write a number",
-        "too_large": f"{text!r} is beyond 1e30; correct it",
+        "too_large": f"{text!r} exceeds 1e30; correct it",
         "other_unit": f"{text!r} is in {found.unit}, not in {unit}; convert it",
     }[found.why]
 

@@ -27,7 +27,7 @@ class Climbing(Stage["ClimbResult"]):
         response passes the target; the best step is the new centre. `stemcal run` includes it if the spec has a section
         climb.
         """
-    purpose = "Between stages 1 and 2: steps towards the target; omitted without this section."
+    purpose = "Between stages 1 and 2: steps towards the target; skipped without this section."
     by_section = True
 
     def needs(self, study: Study) -> str | None:

@@ -33,7 +33,7 @@ class ClimbOptions(Frozen):
 def follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
     if draft.study.of(ScreenOptions).design == "none" and draft.study.given(ClimbOptions) is not None:
-        yield Finding(("climb",), "a climb follows the slope that a screening finds", "remove screen.design: none")
+        yield Finding(("climb",), "climb requires a screening, whose slope it follows", "remove screen.design: none")
 
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
@@ -45,7 +45,7 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
             yield draft.unknown_factor(path, name)
         elif name in known and size > known[name].half_range * (1.0 + 1e-9):
             factor = known[name]
-            message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
+            message = f"a step of {size:g} from {factor.centre:g} leaves the range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, f"use at most {factor.half_range:g}")
 
 

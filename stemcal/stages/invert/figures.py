@@ -26,8 +26,8 @@ def plots(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str
     """Return the figures of a calibration."""
     known, plots = invert.certainty, []
     likelihoods = (
-        "Profile of each factor, the others fitted. The 95 % interval is where the curve is below the dashed line "
-        "(shaded); vertical line: the calibrated value."
+        "Profile likelihood of each factor, with the others refitted. Shaded: 95 % interval, where the curve is below "
+        "the dashed line; vertical line: calibrated value."
     )
     exact = (
         "Exact solutions of the surface: range of each factor in coded units. Star: selected solution; dashed: ±1; "
@@ -59,7 +59,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
             axes.set_xlabel((labels or {}).get(name, name))
             if row == 1 and invert.certainty_alone is not None:
                 legend_above(axes)
-        figure.supylabel("rise of the misfit (1: the 95 % limit)", fontsize=9)
+        figure.supylabel("increase in misfit (1: 95 % limit)", fontsize=9)
     return figure
 
 

@@ -76,7 +76,7 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
     if names == (FIRST,):
         return
     if named.is_cutting and not draft.kind.travel_and_work:
-        yield Finding(path, f"solver {draft.study.solver.kind} returns a force only", "remove it")
+        yield Finding(path, f"solver {draft.study.solver.kind} returns only a force", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"{listed}: list the {named.response.noun}, and each response once"
@@ -102,7 +102,7 @@ def rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
-        remedy = "leave it out: with priors the solution is the best fit to forces and priors"
+        remedy = "omit it: with priors the solution is the best fit to forces and priors"
         yield Finding(("invert", "rule"), f"{draft.study.of(InvertOptions).rule} ignores the priors", remedy)
 
 
@@ -114,7 +114,7 @@ def doubts(study: Study) -> Iterator[Finding]:
     if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
-        yield Finding(("invert", "responses"), message, "fit only the force, or add this error to their sd")
+        yield Finding(("invert", "responses"), message, "fit only the force, or include this error in their sd")
 
 
 def growth_is_seen(draft: Draft) -> Iterator[Finding]:
@@ -126,7 +126,7 @@ def growth_is_seen(draft: Draft) -> Iterator[Finding]:
     for name, growth in draft.growing.items():
         exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
         if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
-            message = f"at {at:g} mm, the only diameter that is fitted, {exponent} changes nothing"
+            message = f"at {at:g} mm, the only fitted diameter, {exponent} has no effect"
             remedy = "write diameters: all under invert, or another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)
 

@@ -52,7 +52,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     if joint is not None:
         remedy = advice.for_trend(study, surface, found.point.solution)
     else:
-        then = "With the surfaces of all of them, stemcal can compute what removes the trend."
+        then = "With surfaces at all diameters, stemcal can suggest how to remove the trend."
         remedy = advice.fit_all(study, "conditions", then)
     yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
 

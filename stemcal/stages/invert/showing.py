@@ -168,7 +168,7 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     if tests:
         columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
     largest = f"Largest error {fixed(error)} % if fitted, {fixed(left_out)} % if left out."
-    others = "other tests. Others predict: 95 % interval of the mean, predicted by the others." if tests else "others."
+    others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "others."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
 
@@ -191,7 +191,7 @@ def _published(
         Column("known", titled(head), of=known),
     ]
     fixed = any(factor.name not in found for factor in study.factors)
-    note = "fixed: not calibrated, in the middle of its range." if fixed else ""
+    note = "fixed: not calibrated, set to the middle of its range." if fixed else ""
     of = (
         "Finite element simulation parameters of the stem."
         if study.naming.is_cutting

@@ -22,7 +22,7 @@ class Refinement(Stage["RefineResult"]):
 
     name, title, reads = "refine", "Refinement", ("refine", "targets")
     pictured = one_by_one = True
-    help = """Correct the parameters until the simulation meets the measured value.
+    help = """Correct the parameters until the simulation matches the measured value.
 
         It stops within refine.tolerance_percent of the measured value, or after refine.budget simulations. A joint fit
         (invert.diameters) is simulated at each of its diameters; it also stops when the fit no longer changes.

@@ -105,10 +105,10 @@ def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
             yield Finding(("refine", "adjust", name), message, "widen the range")
     if not refine.elsewhere and (refine.adjust or refine.changes):
         key = "adjust" if refine.adjust else next(iter(next(iter(refine.changes.values()))))
-        message = "it applies to another model only, and there is no key `in`"
+        message = "it applies only to another model, but the key `in` is missing"
         yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
     if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
-        message = "the study's runs are entered by hand already, and a sheet asks for one program only"
+        message = "the runs of the study are already entered by hand, and a sheet can serve only one program"
         yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
 
 

@@ -38,7 +38,7 @@ class RefineShowing(Showing[RefineResult]):
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
         response = result.naming.response.capital
-        text = f"{response}: measured, and simulated before and after the refinement; the target is ringed."
+        text = f"{response}: measured, and simulated before and after the refinement. The target is circled."
         return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
     def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
@@ -69,7 +69,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
         "others may fit equally well."
     ]
-    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
+    foot += ["95 % range: from the scatter of the measured mean, other parameters fixed."] if known else []
     foot += [f"They depend on {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 

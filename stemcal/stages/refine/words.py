@@ -15,7 +15,7 @@ def outcome(stage: RefineResult, names: Names) -> list[str]:
     if stage.elsewhere:
         return _there(stage, names)
     count = len(stage.made)
-    runs = "1 run at the solution" if count == 1 else f"{count} runs corrected the solution"
+    runs = "Solution checked in 1 run" if count == 1 else f"Solution corrected in {count} runs"
     error = f"{abs(stage.error_percent):.2f} %, {'' if stage.converged else 'not '}within the tolerance of"
     return [f"{runs}: the error is {error} {stage.tolerance_percent:g} %."]
 
@@ -78,13 +78,14 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
         ),
         (True, "budget"): (still, f"Raise refine.budget, or give {factors} a wider range under refine.adjust."),
         (True, "out_of_reach"): (
-            f"The {response} is {missed:.1f} % from the target at the end of the range of {factors}.",
+            f"The {response} is {missed:.1f} % from the target at the limit of the range of {factors}.",
             "Give it a wider range, or add another factor, under refine.adjust.",
         ),
         (True, "settled"): (
             f"The {response} is {missed:.1f} % from the target, and smaller steps do not help: it jumps, or does not "
             f"depend on {factors}.",
-            "Average over several positions of the mesh (replicates of the embedded solver), or adjust another factor.",
+            "Average over several positions of the mesh (`replicates` of the embedded solver), or adjust another "
+            "factor.",
         ),
     }[stage.elsewhere, stage.stopped]
     yield Note("not_reached", "warning", text, Remedy(remedy) if remedy else None)
@@ -124,7 +125,7 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
         yield Note("still_rose", "warning", text, Remedy("Increase refine.duration."))
     after = {run.condition: run.outcome for run in stage.made if run.levels == stage.parameters}
     if left := [row.condition for row in stage.rows if row.condition not in after]:
-        why = "the budget is spent" if stage.converged else "the target at the calibration was not reached"
+        why = "the budget is used up" if stage.converged else "the target at the calibration was not reached"
         remedy = Remedy("Raise refine.budget.") if stage.converged else None
         text = f"The result was not simulated at {names.conditions(left)}, because {why}."
         yield Note("not_run_there", "warning", text, remedy)

@@ -206,7 +206,7 @@ def _summary(
         place = f"{study.naming.place(condition)}: ".removeprefix(": ")
         name = study.naming.named(response).name
         raise RunsFailed(
-            f"{place}the record of run {silent[0]} has no {name}: it was made by another version or "
-            "solver; use another study folder (--out), or remove the response from invert.responses"
+            f"{place}the record of run {silent[0]} has no {name}because another version or solver wrote it; use "
+            "another study folder (--out), or remove the response from invert.responses"
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)

@@ -49,7 +49,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 
 def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
-    needs = f"rsm.design {design} needs {least} to {most} factors"
+    needs = f"rsm.design {design} requires {least} to {most} factors"
     if factors < least:
         text = f"{needs}, but this study has {factors}: it will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
@@ -70,8 +70,8 @@ def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
         screened = study.of(ScreenOptions).design != "none" and factor.name not in unseen
         if not screened and factor.name not in chosen:
             text = (
-                f"No run varies {factor.name}, which is neither screened nor listed in rsm.factors; it stays at "
-                f"{factor.centre:g}."
+                f"{factor.name} is neither screened nor listed in rsm.factors, so it stays at {factor.centre:g} in all "
+                "runs."
             )
-            remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")
+            remedy = Remedy("List it in rsm.factors, or set a fixed value instead of the range.")
             yield Note("not_varied", "caution", text, remedy)

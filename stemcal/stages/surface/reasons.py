@@ -47,7 +47,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = f"The program gave {ends} for the same levels: it is stochastic, which the spec does not declare."
+            text = f"The program returned {ends} for the same levels: it is stochastic, but not declared as such."
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 

@@ -23,7 +23,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         return
     if checked.is_given:
         text = "The validation is read from a sheet, not simulated with these parameters."
-        yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that simulates."))
+        yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that runs simulations."))
         return
     held_out = [row for row in evidence.judged if not row.fitted]
     failed = tuple(row.condition for row in held_out if row.error_percent is None)

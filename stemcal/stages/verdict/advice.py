@@ -54,8 +54,8 @@ def to_reach(study: Study, surface: SurfaceResult, target: float) -> Remedy:
     ]
     if found:
         return min(found, key=lambda entry: entry[0])[1]
-    fixed = "loading and specimen" if study.naming.is_cutting else "the values that the simulation holds fixed"
-    return Remedy(f"No range of {series(surface.names)} alone includes it; check the units, and {fixed}.")
+    fixed = "loading and specimen" if study.naming.is_cutting else "the fixed values of the simulation"
+    return Remedy(f"Widening only one range ({series(surface.names)}) cannot include it; check the units and {fixed}.")
 
 
 def _widened(factor: Factor, up: bool, width: float) -> Remedy:
@@ -157,8 +157,8 @@ def for_trend(study: Study, surface: SurfaceResult, solution: Mapping[str, float
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "No parameter of the surface removes it inside its range. Check wall thickness, gap and stroke; then vary "
-            "a further parameter."
+            "No parameter of the surface can remove it within its range. Check wall thickness, gap and stroke; then "
+            "vary another parameter."
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
@@ -238,14 +238,14 @@ def to_follow(study: Study, surface: SurfaceResult, levels: Mapping[str, float] 
         quarter = 0.25 * (factor.high - factor.low)
         middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
         edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
-    return Remedy("Halve the ranges about the solution, or add `refine: {}`.", f"factors: [{', '.join(edits)}]")
+    return Remedy("Halve the ranges around the solution, or add `refine: {}`.", f"factors: [{', '.join(edits)}]")
 
 
 def measure_more(study: Study) -> Remedy:
     """Return the remedy for a result that nothing checks."""
     naming = study.naming
     if naming.condition is None:
-        return Remedy("Measure under another condition, or a further response that `invert.responses` leaves out.")
+        return Remedy("Measure under another condition, or measure a response that is not in `invert.responses`.")
     other = f"Measure at another {naming.condition.long}"
     fewer = ", or leave one out of `invert.diameters`" if len(study.joint_targets) > 1 else ""
     return Remedy(f"{other}{fewer}.")
@@ -263,7 +263,7 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver.explicit
     if solver is None:
-        return Remedy(f"Correct it in the input of the solver: use {_INPUT[doubt.kind]}.")
+        return Remedy(f"Correct the input of the solver: use {_INPUT[doubt.kind]}.")
     match doubt.kind:
         case "inertia":
             return _inertia(solver, doubt.worst or 0.0)
@@ -302,7 +302,9 @@ def _inertia(solver: Explicit, worst: float) -> Remedy:
     scaling = _outwards(max(solver.mass_scaling * swing**2, 1.0), False)
     values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
     times = _outwards(1.0 / swing, True)
-    return _in_solver(values, f"reduces inertia below {limit:g} % in most runs, at about {times:g} times the time.")
+    return _in_solver(
+        values, f"reduces inertia below {limit:g} % in most runs, but takes about {times:g} times as long."
+    )
 
 
 def to_smooth(study: Study, surface: SurfaceResult, levels: Mapping[str, float] | None) -> Remedy:
@@ -344,5 +346,5 @@ def _hourglass(solver: Explicit, worst: float) -> Remedy:
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{_outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
     return _in_solver(
-        values, f"may reduce it below {limit:g} %, at about {_outwards(finer**4, True):g} times the time."
+        values, f"may reduce it below {limit:g} %, but takes about {_outwards(finer**4, True):g} times as long."
     )

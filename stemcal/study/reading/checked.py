@@ -42,7 +42,7 @@ def checked_path(given: object, name: str) -> Path:
     """Return a path that Python gives; raise `UsageError` for what names no file or folder."""
     text = fspath(given) if isinstance(given, str | PathLike) else None
     if not isinstance(text, str):
-        raise UsageError(f"{name}: {type(given).__name__} is no path; give it as text or as a pathlib.Path")
+        raise UsageError(f"{name}: {type(given).__name__} is not a path; pass a string or a pathlib.Path")
     if not text.strip() or "\0" in text:
         raise UsageError(f"{name}: {text!r} is not a path; give a file or a folder")
     return Path(text)

@@ -10,7 +10,7 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import listed, nearest
 
 _KINDS = {
-    "string_type": ("a text", "put it between quotes"),
+    "string_type": ("text", "put it between quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
     "int_type": ("a whole number", "write it without a point or unit"),
     "int_from_float": ("a whole number", "write it without a point or unit"),
@@ -74,7 +74,7 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     near = nearest(key, known)
     section = section_with(key)
     if key[:1].isdecimal():
-        remedy = "use a decimal point instead of the comma, as in 37.5"
+        remedy = "use a decimal point instead of a comma, as in 37.5"
     elif near:
         remedy = f"did you mean {near}?"
     elif section:

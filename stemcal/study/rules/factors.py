@@ -108,7 +108,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
-        yield f"diameter: {diameter:g} mm is not the diameter of a stem; use at most {_WIDEST:g} mm, or check its unit"
+        yield f"diameter: {diameter:g} mm is not a plausible stem diameter; use at most {_WIDEST:g} mm"
         return
     steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
     if steep:
@@ -150,7 +150,7 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
     """A parameter is a factor or fixed, not both."""
     for name in draft.study.material.given():
         if name in draft.names:
-            remedy = "remove it here, or there if it is not to be calibrated"
+            remedy = "remove it here, or remove the factor if its value is known"
             yield Finding(("material", name), f"{name} is a factor too", remedy, at_key=True)
 
 
@@ -281,7 +281,7 @@ def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
             low, high = PARAMETERS[name].plausible
             unit = "" if PARAMETERS[name].unit == "1" else f" {PARAMETERS[name].unit}"
             remedy = f"add value: … ({low:g} to {high:g}{unit}), or make {name} a factor"
-            yield Finding(path, f"{name} has no value at its diameter", remedy, at_key=True)
+            yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
 
 
 def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
@@ -331,5 +331,5 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     if factor.unit != "1":
         return "an exponent is a pure number", "remove its unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
-        return f"{factor.low:g} to {factor.high:g} are not exponents", f"stay within ±{MOST_EXPONENT:g}"
+        return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"stay within ±{MOST_EXPONENT:g}"
     return None

@@ -38,7 +38,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
-FALL = "with elements two thirds as long they are up to 10 % smaller"
+FALL = "with elements two thirds as long, they are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
@@ -111,7 +111,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
-            message = f"elements of {mesh.element_size} are more than {_RESOLVED:g} of {whole}"
+            message = f"elements of {mesh.element_size} are longer than {_RESOLVED:g} times {whole}"
             remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
@@ -130,7 +130,8 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
+                f"{count} elements through a wall of {wall:.3g} mm: its bending, and therefore the force, depends on "
+                "their number"
             )
             remedy = f"write elements_through_wall: {_THROUGH_THIN} under solver"
             yield Finding(("solver", "element_size"), message, remedy)
@@ -149,7 +150,7 @@ def _targets(study: Study) -> Iterator[Finding]:
         if study.naming.response == FORCE:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
-            message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
+            message = "a standard deviation of 0 gives this mean almost all the weight in a joint fit"
             yield Finding((*path, "sd"), message, "omit it if it is not known")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)

@@ -99,7 +99,7 @@ def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     """The specimen is on both supports."""
     if draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
-            f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
+            f"the supports are {draft.study.supports.clearance:g} mm apart, but the specimen is only "
             f"{draft.study.specimen.length:g} mm long"
         )
         yield Finding(("supports", "clearance"), message, "move them closer or use a longer specimen")
@@ -169,7 +169,7 @@ def tests_differ(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
-            taken = "the test of the sections above" if key == _CUTTING else "another test"
+            taken = "the cutting test of the spec" if key == _CUTTING else "another test"
             yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
         seen.add(key)
         for response in test.measured:

@@ -181,7 +181,7 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and _, such as yield_stress"
-        raise complain(f"{name[:60]!r} is not allowed as the name of a column", remedy)
+        raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
     if len(name) > 40:
         raise complain(f"the name has {len(name)} characters", "use at most 40")
     return name
@@ -217,7 +217,7 @@ def _study_name(name: str) -> str:
     if name != name.strip():
         raise complain(f"{name!r} begins or ends with a space", remedy)
     if name.startswith(".") or name.endswith("."):
-        raise complain(f"{name!r} begins or ends with a point", remedy)
+        raise complain(f"{name!r} begins or ends with a dot", remedy)
     if name.split(".")[0].rstrip().lower() in _DEVICES:
         raise complain(f"{name!r} is a device on Windows, not a folder", "choose another name")
     return name

@@ -90,7 +90,7 @@ class SolverOptions(Frozen):
         """Return how to declare, or remove, the chance in its answers."""
         text = (
             "Write replicates: 5 under solver, to simulate each point five times and include its scatter, and "
-            "{{seed}} where the program takes one"
+            "{{seed}} where the program expects a seed"
         )
         return Remedy(text, "solver: {replicates: 5}")
 

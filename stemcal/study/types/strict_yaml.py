@@ -119,7 +119,7 @@ def _feed(builder: _Builder, text: str) -> None:
     for count, event in enumerate(yaml.parse(text, Loader=yaml.SafeLoader)):
         builder.here = _place(event.start_mark)
         if count >= MAX_EVENTS:
-            builder.stop(f"the file has more than {MAX_EVENTS} parts", "is this the right file?")
+            builder.stop(f"the file has more than {MAX_EVENTS} elements", "is this the right file?")
         builder.take(event)
     builder.document.complete = True
 

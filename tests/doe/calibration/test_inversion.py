@@ -188,7 +188,7 @@ def test_senseless_requests_are_refused(ccd, box):
         solve_target(ccd, TARGET, *box, rule="best")
     with pytest.raises(UsageError, match="lower end"):
         solve_target(ccd, TARGET, [1.0] * 3, [0.0] * 3)
-    with pytest.raises(UsageError, match="no common point"):
+    with pytest.raises(UsageError, match="do not intersect"):
         solve_target(ccd, TARGET, [3.0] * 3, [4.0] * 3, radius=ALPHA)
     with pytest.raises(UsageError, match="other factors at their centres"):
         solve_target(ccd, 190.0, *box, rule="others_at_centre")
