@@ -28,20 +28,20 @@ from stemcal import cutting
 from stemcal.executors.local import LocalExecutor
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
+from stemcal.fem.kernels.compile import ONE, ZERO
 from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
-from stemcal.fem.kernels.precision import ONE, ZERO
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import march_to
 from stemcal.fem.warm import warm
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.report.gallery import write_figures
-from stemcal.report.page.render import shown, write_page
+from stemcal.report.page import shown, write_page
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import make_all
 from stemcal.study.reading import load_study
 
 Rows = list[tuple[str, float]]
-IMPORTS = "import stemcal.cli.app, stemcal.stages.fresh, stemcal.solvers.embedded, stemcal.report.page.render"
+IMPORTS = "import stemcal.cli.app, stemcal.stages.fresh, stemcal.solvers.embedded, stemcal.report.page"
 
 
 def table(title: str, unit: str, rows: Rows) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import stemcal
-from stemcal.doe.validation.null_model import formula_elsewhere
+from stemcal.doe.comparison import formula_elsewhere
 from stemcal.python.results import StudyResults
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.validate.result import ValidateResult

@@ -39,9 +39,9 @@ from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import central_composite
+from stemcal.doe.regression.coding import term_columns
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import StemcalError
 
 SEED, STUDIES = 31_415, 200

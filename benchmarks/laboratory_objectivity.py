@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from several_tests import TRUTH, spec_text
 
-from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import perform
 from stemcal.solvers.embedded import shear_test
 from stemcal.solvers.laboratory_runs import laboratory_test

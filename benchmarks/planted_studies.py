@@ -28,8 +28,8 @@ from typing import Any
 import numpy as np
 
 from stemcal.errors import StemcalError
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import make_all

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stemcal.doe.designs.plackett_burman import plackett_burman
+from stemcal.doe.designs.factorial import plackett_burman
+from stemcal.doe.effects import stands_out
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.screening.analysis import analyse_screening
-from stemcal.doe.screening.effects import stands_out
+from stemcal.stages.screen.analysis import analyse_screening
 
 SEED, STUDIES, SIZE = 2_718, 400, 4.0
 NAMES = [f"x{i}" for i in range(24)]

@@ -35,8 +35,8 @@ from numba import njit
 from stemcal import cutting
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import LANES, states_of
+from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.element import add_internal_forces, element, follow_rates
-from stemcal.fem.kernels.precision import RUN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.runs.answer import answer_all
 from stemcal.solvers.protocol import Answer, Request, Solver
 

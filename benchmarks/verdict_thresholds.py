@@ -24,7 +24,7 @@ from stemcal.cutting import CuttingResult, ShearTest
 from stemcal.doe.calibration.fit import fit
 from stemcal.doe.calibration.intervals import profiles_of
 from stemcal.doe.designs.catalogue import central_composite
-from stemcal.doe.regression.copies import same_points
+from stemcal.doe.regression.least_squares import same_points
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.stages.verdict.physics import LIMITS
 

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import StemcalError, UsageError, Waiting
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.durable import make_folder, write_atomic
-from stemcal.folder.study_folder import StudyFolder, now, provenance
+from stemcal.folder import StudyFolder, now, provenance
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
@@ -26,18 +26,19 @@ from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.solvers.sheet.columns import (
+from stemcal.solvers.sheet.reading import (
     FAILED,
     REMARK,
     STUDY,
     WHEN,
     WHO,
+    Filled,
     SheetRow,
     entered_responses,
+    narrow,
     run_name,
     sheet_text,
 )
-from stemcal.solvers.sheet.reading import Filled, narrow
 from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of

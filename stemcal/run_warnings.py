@@ -18,7 +18,7 @@ _LONGER = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
 def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float, end: float, stroke: float) -> Note:
     """Return the warning that the peak force may lie beyond the stroke.
 
-    The curve is ``rising``, ``regained`` or ``falling`` (`cutting.stroke`). Forces in N at the peak, at the lowest
+    The curve is ``rising``, ``regained`` or ``falling`` (`cutting.end_state`). Forces in N at the peak, at the lowest
     point after it and at the end; travels in mm.
     """
     passed = f"The force passed a peak of {peak:.1f} N at {peak_travel:.3g} mm"

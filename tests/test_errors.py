@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from stemcal import errors
-from stemcal.executors.base import ClusterLost, RunTimedOut, WorkerDied
+from stemcal.executors import ClusterLost, RunTimedOut, WorkerDied
 from stemcal.study.types.units import UnitError
 
 RAISED = [

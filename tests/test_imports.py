@@ -63,7 +63,7 @@ PLACES = {
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.processes", "stemcal.executors.machine"),
+    "psutil": ("stemcal.processes", "stemcal.executors"),
 }
 INSIDE_FUNCTIONS = (
     "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",

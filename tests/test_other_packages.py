@@ -16,7 +16,7 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal.doe.designs.catalogue import SURFACES
-from stemcal.doe.regression.terms import term_columns
+from stemcal.doe.regression.coding import term_columns
 from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of

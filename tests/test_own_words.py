@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from workflow import calibrate
 
-from stemcal.doe.regression.terms import term_columns
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.doe.regression.coding import term_columns
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results

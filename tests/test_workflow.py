@@ -11,10 +11,10 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 
 from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress
 from stemcal.stages.fresh import CODE, changes_since

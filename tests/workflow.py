@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from stemcal.executors.base import RunExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import RunExecutor
+from stemcal.folder import StudyFolder
 from stemcal.runs.answer import Watch, ignore
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.fresh import make_all

@@ -15,7 +15,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from stemcal.files.showing import visible
+from stemcal.files.reading import visible
 
 if TYPE_CHECKING:
     from stemcal.files.rows import Table

@@ -115,7 +115,7 @@ def _machine() -> Iterator[Finding]:
 
 
 def _cache() -> Iterator[Finding]:
-    from stemcal.fem.kernels.cache import own_folder, unusable
+    from stemcal.fem.kernels.compile import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
     hint = f"{reason}, so kernels are cached in the temporary folder; set STEMCAL_CACHE_DIR to a private folder"

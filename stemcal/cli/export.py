@@ -14,7 +14,7 @@ from stemcal.errors import UsageError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.report.figures.plot import Plot
     from stemcal.report.records import Records
     from stemcal.study.model import Study
@@ -172,7 +172,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.cutting.end_state import Shape
     from stemcal.files.durable import make_folder
     from stemcal.numbers import short
-    from stemcal.report.figures.frames import write_animation
+    from stemcal.report.figures.fracture import write_animation
     from stemcal.solvers.film import frames_of
 
     if not study.naming.is_cutting:

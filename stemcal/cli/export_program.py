@@ -102,7 +102,7 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
     """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
 
@@ -122,7 +122,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
 
 def _diameter(study: Study, given: str | None) -> float:
     """Return the diameter of the stem, mm."""
-    from stemcal.study.reading.checked import typed_size
+    from stemcal.study.reading.messages import typed_size
 
     chosen = study.specimen.outer_diameter if given is None else typed_size(given, "--diameter")
     mesh = study.solver.mesh
@@ -153,7 +153,7 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
 
     None, with a warning, if they need too much memory or time.
     """
-    from stemcal.executors.machine import machine_memory
+    from stemcal.executors import machine_memory
     from stemcal.overview.foresight import demand_of_one, excess
     from stemcal.solvers.deck.model import as_embedded
     from stemcal.solvers.embedded import simulate
@@ -222,7 +222,7 @@ def export_material(
     from stemcal.solvers import make_solver
     from stemcal.stages.element_size import strain_table, strains_of
     from stemcal.stages.work import Work
-    from stemcal.study.reading.checked import typed_size
+    from stemcal.study.reading.messages import typed_size
 
     sizes = [typed_size(text, "--element-size") for text in element_size]
     with opened(spec, out, workers, executor, quiet) as session:

@@ -185,7 +185,7 @@ def tests(
     from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
-    from stemcal.study.reading.amend import with_rows
+    from stemcal.study.reading.read import with_rows
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     known = speed_of(speed) if speed is not None else None
@@ -208,7 +208,7 @@ def _finish_shear(
     from stemcal.measured.shear import SpecimenRow, section_of
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
-    from stemcal.study.reading.amend import with_rows
+    from stemcal.study.reading.read import with_rows
 
     rows, section = Rows(map(SpecimenRow.of, tests.specimens)), section_of(targets)
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}

@@ -58,8 +58,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress an
 
 
 if TYPE_CHECKING:
-    from stemcal.executors.base import RunExecutor
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.executors import RunExecutor
+    from stemcal.folder import StudyFolder
     from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
     from stemcal.stages.results import Results
@@ -107,7 +107,7 @@ def read_study(spec: Path) -> Study:
 
 def folder_of(study: Study, out: Path | None) -> Path:
     """Return where the study's results lie."""
-    from stemcal.folder.study_folder import default_place
+    from stemcal.folder import default_place
 
     return out if out is not None else default_place(study.name)
 
@@ -138,13 +138,13 @@ def opened(
 
     Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
     """
-    from stemcal.executors.machine import require_address_space
+    from stemcal.executors import require_address_space
 
     make_executor = executor_called(executor, workers)
     require_address_space()
     study = read_study(spec)
 
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
@@ -187,7 +187,7 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
 
 def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
     """Refuse what needs more than this machine's memory (if it is computed `here`); warn of what takes days."""
-    from stemcal.executors.machine import machine_memory
+    from stemcal.executors import machine_memory
     from stemcal.overview.foresight import warnings_before
 
     for sentence in warnings_before(demand, workers, machine_memory() if here else None):
@@ -196,7 +196,7 @@ def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     """Return the folder of a study that has been worked on; nothing is made."""
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
 
     path = folder_of(study, out)
     if not path.is_dir():

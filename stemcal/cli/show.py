@@ -14,7 +14,7 @@ from stemcal.naming import Names
 from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
@@ -35,7 +35,7 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
-        from stemcal.report.notes import KNOWN, shown_notes
+        from stemcal.report.showing import KNOWN, shown_notes
         from stemcal.stages.verdict.words import opening
 
         for found in shown_notes(result, verdict.may_hold):
@@ -86,9 +86,8 @@ def show_run(
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print the identifiability and the most important notes, without those that the verdict repeats below."""
-    from stemcal.report.notes import KNOWN, MOST, notes_of_all, read_first
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.showing import names_of, shortened, showing_of
+    from stemcal.report.showing import KNOWN, MOST, names_of, notes_of_all, read_first, shortened, showing_of
     from stemcal.report.terminal import spoken
 
     for result in results.done:

@@ -12,7 +12,7 @@ from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.cli.session import AsJson, Quiet, Spec, read_study, require_sense
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
-from stemcal.files.showing import csv_text
+from stemcal.files.reading import csv_text
 from stemcal.files.typed import from_json, to_json
 from stemcal.words import nearest
 
@@ -58,8 +58,8 @@ def simulate(
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
-    from stemcal.executors.machine import require_address_space
-    from stemcal.study.reading.checked import typed_size
+    from stemcal.executors import require_address_space
+    from stemcal.study.reading.messages import typed_size
 
     require_address_space()
     study = read_study(spec)
@@ -110,7 +110,7 @@ def simulate(
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
     """Return every factor's value: those to start from, with the settings laid over them."""
-    from stemcal.study.reading.checked import typed_level
+    from stemcal.study.reading.messages import typed_level
 
     levels = dict(start)
     for setting in settings:
@@ -169,7 +169,7 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
-    from stemcal.laboratory.result import LaboratoryResult
+    from stemcal.laboratory.perform import LaboratoryResult
     from stemcal.solvers.measures import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}

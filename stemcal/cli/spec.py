@@ -81,8 +81,8 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
-    from stemcal.executors.machine import machine_memory
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.executors import machine_memory
+    from stemcal.folder import StudyFolder
     from stemcal.overview.foresight import Demand, beforehand, demand_of_one, excess
     from stemcal.overview.plan import plan
     from stemcal.study.reading import load_study

@@ -14,7 +14,7 @@ from stemcal.files.typed import to_json
 from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.folder.study_folder import Holder, StudyFolder
+    from stemcal.folder import Holder, StudyFolder
     from stemcal.naming import Names
     from stemcal.overview.status import Inspection, StageStatus, Status
     from stemcal.study.model import Study

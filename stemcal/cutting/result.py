@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.end_state import Shape
+from stemcal.cutting.end_state import End, Shape, StrokeEnd, stroke_end
 from stemcal.cutting.parts import Moved
-from stemcal.cutting.stroke import End, StrokeEnd, stroke_end
 from stemcal.errors import SimulationFailed
-from stemcal.fem.history import History
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
+from stemcal.fem.stepper import History
 from stemcal.note import Note
 from stemcal.run_warnings import (
     MOST_DRIFT,
@@ -71,7 +70,7 @@ class CuttingResult:
     stroke_was_enough : bool
         Whether the stem has broken, or the force has fallen clearly below its peak by the end of the stroke.
     stroke_end : str
-        How the curve ends (`cutting.stroke`).
+        How the curve ends (`cutting.end_state`).
     energy_drift_percent : float
         Largest error of the energy balance against the largest work done.
     kinetic_ratio_percent : float

@@ -1,1 +1,116 @@
-"""Where runs are computed: behind the interface of `concurrent.futures.Executor`."""
+"""What an executor of runs must offer beyond `concurrent.futures.Executor`, what may go wrong, and the simplest one."""
+
+import os
+import sys
+from abc import abstractmethod
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from math import inf
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+from stemcal.errors import StemcalError, UsageError
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class RunExecutor(Executor):
+    """Computes runs; `ahead` is how many it may be given before one of them is done."""
+
+    ahead: float = inf
+
+    @property
+    @abstractmethod
+    def workers(self) -> int:
+        """How many runs it computes at a time."""
+
+
+class WorkerDied(StemcalError):
+    """The process that computed a run ended without an answer."""
+
+
+class RunTimedOut(StemcalError):
+    """A run took longer than its time limit and was ended."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit = limit
+        super().__init__(f"it exceeded its time limit of {limit:g} s and was terminated")
+
+
+class ClusterLost(StemcalError):
+    """The connection to the cluster broke: no run failed, but none can be computed now."""
+
+
+class InlineExecutor(RunExecutor):
+    """Computes in the calling thread while `submit` runs; for tables, tests and debuggers.
+
+    >>> with InlineExecutor() as executor:
+    ...     executor.submit(pow, 2, 10).result()
+    1024
+    """
+
+    ahead = 1
+
+    @property
+    def workers(self) -> int:
+        """The caller alone."""
+        return 1
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Call `fn` now and return its finished future."""
+        future: Future[T] = Future()
+        future.set_running_or_notify_cancel()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+# ---- the machine that this process runs on
+
+
+LEAST_SPACE = 3 * 2**29  # bytes: with 1 GiB a study breaks off; most is reserved by LLVM and OpenBLAS, never touched
+_LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def machine_memory() -> float:
+    """Return how many bytes of memory this process may use at most: those of the machine, or of its container."""
+    import psutil
+
+    return min([float(psutil.virtual_memory().total), *(limit for place in _LIMITS if (limit := _limit(place)))])
+
+
+def require_address_space() -> None:
+    """Refuse to begin under a limit of address space (``ulimit -v``) that the libraries cannot live with.
+
+    OpenBLAS asks for memory for ever where it gets none, and hears no signal meanwhile.
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_SPACE:
+        had, needed = (bound / 2**20 for bound in (limit, LEAST_SPACE))
+        raise UsageError(
+            f"this process may use {had:.0f} MiB of address space, but {needed:.0f} MiB are needed; raise the limit "
+            "(ulimit -v unlimited)"
+        )
+
+
+def _limit(place: str) -> float | None:
+    """Return the limit of a container, None where there is none."""
+    try:
+        text = Path(place).read_text(encoding="ascii").strip()
+    except (OSError, ValueError):
+        return None
+    return float(text) if text.isdigit() else None

@@ -22,7 +22,7 @@ from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import ClusterLost, RunExecutor, WorkerDied
+from stemcal.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.executors.local import LocalExecutor
 from stemcal.registry import code_version
 from stemcal.version import __version__

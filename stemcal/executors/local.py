@@ -13,8 +13,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
-from stemcal.executors.base import RunExecutor, RunTimedOut, WorkerDied
-from stemcal.executors.machine import available_cores
+from stemcal.executors import RunExecutor, RunTimedOut, WorkerDied, available_cores
 from stemcal.processes import Child, ChildDied, ChildLate
 
 P = ParamSpec("P")

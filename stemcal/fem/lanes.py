@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import LANES, RUNS
-from stemcal.fem.kernels.precision import RUN
+from stemcal.fem.kernels.compile import RUN
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]

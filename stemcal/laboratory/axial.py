@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.laboratory.kind import Array, Kind
+from stemcal.laboratory import Array, Kind
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Axial(Kind):
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return the mesh of any stem, in tension with a waist: r (1 − w cos² πx/L)."""
         from stemcal.cutting.build import stem_mesh
-        from stemcal.laboratory.parts import layered
+        from stemcal.laboratory.build import layered
 
         if self.sense == "compression":
             return stem_mesh(stem, layered(stem, how))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from stemcal.laboratory.kind import Array, Kind
+from stemcal.laboratory import Array, Kind
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 from stemcal.study.types.field_types import Length
 
@@ -72,7 +72,7 @@ class RadialCompression(Kind):
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
         """Return the upper plate and the lower one."""
-        from stemcal.laboratory.parts import plate
+        from stemcal.laboratory.build import plate
 
         outer, half = 0.5 * stem.outer_diameter, stem.length
         return (

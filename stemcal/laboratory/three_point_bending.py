@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from stemcal.laboratory.kind import Array, Kind
+from stemcal.laboratory import Array, Kind
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 from stemcal.study.types.field_types import Length, Size, StemLength
 
@@ -78,7 +78,7 @@ class ThreePointBending(Kind):
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
         """Return nose and supports."""
-        from stemcal.laboratory.parts import roller
+        from stemcal.laboratory.build import roller
 
         outer, half = 0.5 * stem.outer_diameter, 0.5 * self.span
         nose = roller(0.0, self.nose_radius, -loading.speed, outer + self.nose_radius + loading.gap)

@@ -11,7 +11,7 @@ from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
-from stemcal.laboratory.result import curve_responses, secant
+from stemcal.laboratory.perform import curve_responses, secant
 from stemcal.measured.channels import CurveOptions
 from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of

@@ -13,11 +13,11 @@ from itertools import islice
 from typing import Literal
 
 from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import not_estimable
-from stemcal.doe.regression.terms import term_columns, term_names
-from stemcal.executors.machine import available_cores
+from stemcal.executors import available_cores
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import RunExecutor
+from stemcal.executors import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.folder.study_folder import SCHEMA_VERSION as FILE_VERSION
-from stemcal.folder.study_folder import Holder, StudyFolder
+from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
+from stemcal.folder import Holder, StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import counted, is_censored, record_key, stands

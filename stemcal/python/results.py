@@ -12,12 +12,11 @@ import numpy as np
 from stemcal.doe.calibration.fit import Fit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.gallery import gallery
-from stemcal.report.page.profiler import for_notebook
-from stemcal.report.page.render import coded
+from stemcal.report.page import coded, for_notebook
 from stemcal.report.records import Records, read_records
 from stemcal.report.showing import Setting, showing_of
 from stemcal.stages.climb.result import ClimbResult
@@ -34,7 +33,7 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines
 from stemcal.study.model import Study
-from stemcal.study.reading.checked import checked_number
+from stemcal.study.reading.messages import checked_number
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ from pydantic import Field
 from stemcal.by_hand import Correction, awaited_runs, enter, gone_on, require_sheet, user_name
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
+from stemcal.executors import machine_memory
 from stemcal.executors.local import LocalExecutor
-from stemcal.executors.machine import machine_memory
 from stemcal.files.rows import Column, Table
-from stemcal.folder.study_folder import StudyFolder, default_place
+from stemcal.folder import StudyFolder, default_place
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
@@ -24,12 +24,11 @@ from stemcal.report.progress import notebook_watch
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
-from stemcal.solvers.sheet.columns import fields_of
-from stemcal.solvers.sheet.reading import told
+from stemcal.solvers.sheet.reading import fields_of, told
 from stemcal.stages.fresh import make_all
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study as read_spec
-from stemcal.study.reading.checked import checked, checked_path, level_of
+from stemcal.study.reading.messages import checked, checked_path, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Size, Whole
 from stemcal.words import did_you_mean

@@ -11,8 +11,7 @@ from typing import Any
 
 from stemcal.files.durable import write_atomic
 from stemcal.report.figures.plot import Plot
-from stemcal.report.tables.columns import starred
-from stemcal.report.tables.printed import PaperTable
+from stemcal.report.tables.columns import PaperTable, starred
 
 WIDTH, HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 PER_CHARACTER = 0.19  # cm, of letters of 9 points

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from stemcal.files.durable import MAX_BYTES, digest
 from stemcal.files.reading import open_plain, read_plain
 from stemcal.files.typed import to_json
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
 from stemcal.report.records import spec_hash
 
@@ -42,7 +42,7 @@ def draw(
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures
-    from stemcal.report.page.render import shown, write_page
+    from stemcal.report.page import shown, write_page
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
@@ -58,7 +58,7 @@ def draw_early(
 
     Given again as `known`, they are not drawn again: the pages of a run cost little.
     """
-    from stemcal.report.page.render import shown, write_page
+    from stemcal.report.page import shown, write_page
 
     what = shown(study, folder, results, verdict)
     plots = known or [plot for plot in what.plots if plot.section == "screen" and plot.on_page]

@@ -7,15 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from stemcal.files.durable import make_folder, write_atomic
+from stemcal.files.reading import csv_text, in_a_line
 from stemcal.files.rows import Column, Table
-from stemcal.files.showing import csv_text, in_a_line
 from stemcal.naming import Names
 from stemcal.numbers import short
 from stemcal.report.docx import write_word
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, showing_of
-from stemcal.report.tables.columns import starred
-from stemcal.report.tables.printed import NUMBERS, PaperTable
+from stemcal.report.tables.columns import NUMBERS, PaperTable, starred
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
 

@@ -8,8 +8,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.files.durable import make_folder
 from stemcal.numbers import short
 from stemcal.report.figures.curves import energies, force_travel, measured_band
-from stemcal.report.figures.fracture import fracture
-from stemcal.report.figures.frames import fracture_frames, mesh
+from stemcal.report.figures.fracture import fracture, fracture_frames, mesh
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import Figure, resize, save, write_both
 from stemcal.report.records import Details, Records, curves_of

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stemcal.files.typed import from_json
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
 from stemcal.numbers import duration

@@ -140,7 +140,7 @@ def response_text(value: float | None, unit: str, measured: Mean | None, at_leas
 
 
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
-    from stemcal.laboratory.result import LaboratoryResult
+    from stemcal.laboratory.perform import LaboratoryResult
 
     found = result.responses if isinstance(result, LaboratoryResult) else {}
     measured = section.means_at(diameter)

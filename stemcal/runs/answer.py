@@ -12,8 +12,8 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
-from stemcal.executors.base import InlineExecutor, RunExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor, RunExecutor
+from stemcal.folder import StudyFolder
 from stemcal.runs.outcome import TRIES, counted, identity_of, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, Request, Solver

@@ -11,7 +11,7 @@ from statistics import fmean
 from typing import Any
 
 from stemcal.files.typed import absent
-from stemcal.folder.study_folder import key_of
+from stemcal.folder import key_of
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.registry import package_hash

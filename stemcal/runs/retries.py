@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stemcal.errors import SimulationFailed
-from stemcal.executors.base import ClusterLost, RunExecutor, RunTimedOut, WorkerDied
-from stemcal.folder.study_folder import now, provenance
+from stemcal.executors import ClusterLost, RunExecutor, RunTimedOut, WorkerDied
+from stemcal.folder import now, provenance
 from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.outcome import ACCIDENTS, TIMEOUT

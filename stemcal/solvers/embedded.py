@@ -17,8 +17,8 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
-from stemcal.laboratory.parts import LaboratoryTest
-from stemcal.laboratory.result import LaboratoryResult
+from stemcal.laboratory.build import LaboratoryTest
+from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (

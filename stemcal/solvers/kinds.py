@@ -50,7 +50,7 @@ class Command(SolverKind):
     )
 
     def make(self, study: Study) -> Solver:
-        from stemcal.solvers.command import Command
+        from stemcal.solvers.program import Command
 
         return Command(study)
 
@@ -67,7 +67,7 @@ class Sheet(SolverKind):
     rules = (rules.placeholders_are_known, rules.chance_is_said, rules.run_files_differ)
 
     def make(self, study: Study) -> Solver:
-        from stemcal.solvers.sheet.solver import Sheet
+        from stemcal.solvers.sheet import Sheet
 
         return Sheet.of(study)
 
@@ -82,7 +82,7 @@ class Deck(SolverKind):
     rules = (rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically)
 
     def make(self, study: Study) -> Solver:
-        from stemcal.solvers.deck.program import DeckProgram
+        from stemcal.solvers.deck import DeckProgram
 
         return DeckProgram(study)
 

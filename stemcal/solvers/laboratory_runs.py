@@ -16,9 +16,8 @@ from stemcal.fem.material import Material
 from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import perform as laboratory
-from stemcal.laboratory.build import integration
-from stemcal.laboratory.parts import LaboratoryTest
-from stemcal.laboratory.result import LaboratoryResult
+from stemcal.laboratory.build import LaboratoryTest, integration
+from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.note import Note
 from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import TESTS, LaboratorySection, PieceSection, Study

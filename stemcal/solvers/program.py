@@ -9,18 +9,21 @@ import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import digest, make_folder, write_atomic
 from stemcal.files.reading import open_plain
-from stemcal.naming import CUTTING, Naming
+from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.processes import Ended, run_program
-from stemcal.solvers.options import ProgramOptions
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.measures import curve_scores, kept_curve
+from stemcal.solvers.options import CommandSolver, ProgramOptions
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.readers import read_curve, read_number
 from stemcal.study.model import Study
-from stemcal.study.types.placeholders import REPLICATE, SEED, fill, number, template_bytes
+from stemcal.study.types.named import REPLICATE, SEED, fill, number, template_bytes
 
 OUTPUT = "program-output.txt"
 MOST_SEED = 900_000_000  # the largest that LAMMPS takes
@@ -262,3 +265,55 @@ def code_is_zero(ended: Ended) -> None:
         last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
         said = f": {last[:200]}" if last else ""
         raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{said}")
+
+
+# ---- any program: templates in, a number out, or one for each response
+
+
+@dataclass(frozen=True)
+class Command(Program):
+    """Answers requests by any program; see `study.outside.CommandSolver`."""
+
+    @property
+    def options(self) -> CommandSolver:
+        """The keys of the program in the spec."""
+        assert isinstance(self.study.solver, CommandSolver)
+        return self.study.solver
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        executable(self.options.command[0], self.study.source.parent)
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return what determines the answer, the command among it."""
+        return {**super().identity(request), "command": list(self.options.command)}
+
+    def _inputs(self) -> Inputs:
+        return Inputs.of(self.options.templates, self.options.files)
+
+    def _determining(self, request: Request) -> dict[str, Any]:
+        options = self.options
+        drawn = {"seed": seed_of(request)} if request.replicate else {}
+        return {"result": {name: one.model_dump(mode="json") for name, one in options.result.items()}, **drawn}
+
+    def _write(self, folder: Path, request: Request) -> None:
+        self.inputs.write(folder, self._values(request))
+
+    def _values(self, request: Request) -> Mapping[str, str]:
+        return values_of(request, seed_of(request), self.study.naming)
+
+    def _run(self, folder: Path, request: Request) -> Answer:
+        place, values = self.study.source.parent, self._values(request)
+        read = partial(self._read, folder, request)
+        return run_command(folder, self.options.command, self.options, place, values, read)
+
+    def _read(self, folder: Path, request: Request, _ended: Ended) -> Answer:
+        naming = self.study.naming
+        found = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
+        first = found.pop(naming.response.name if naming.response.name in found else FIRST)
+        modes, curve = self.study.targets.modes_at(request.condition), {}
+        if modes is not None and FIRST in self.options.result:
+            travel, force = read_curve(self.options.result[FIRST], folder)
+            found |= curve_scores(modes, travel, force)
+            curve = {"curve": kept_curve(travel, force)}
+        return Answer("ok", response=first, details={**({RESPONSES: found} if found else {}), **curve})

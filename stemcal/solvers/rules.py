@@ -14,8 +14,8 @@ from stemcal.solvers.options import (
 )
 from stemcal.study.model import Study
 from stemcal.study.model.measured_targets import named_modes
-from stemcal.study.rules.draft import Draft
-from stemcal.study.types.placeholders import CHANCE, placeholders, template_bytes
+from stemcal.study.rules import Draft
+from stemcal.study.types.named import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import did_you_mean
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import RunExecutor
+from stemcal.executors import RunExecutor
 from stemcal.files.durable import digest
 from stemcal.files.reading import holds
-from stemcal.folder.study_folder import SCHEMA_VERSION, StudyFolder
+from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore

@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 
 from stemcal.doe.calibration.search_path import SearchPath, Tried, best_of, next_step
 from stemcal.doe.calibration.search_path import Step as PathStep
-from stemcal.doe.validation.comparison import error_percent
+from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import FIRST

@@ -12,7 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
-from stemcal.folder.study_folder import StudyFolder, is_key
+from stemcal.folder import StudyFolder, is_key
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome

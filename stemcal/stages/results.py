@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.runs.outcome import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import fresh, require_fresh

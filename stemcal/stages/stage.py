@@ -13,13 +13,13 @@ from stemcal.registry import Checked, Registry
 from stemcal.words import series
 
 if TYPE_CHECKING:
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.note import Note
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later
     from stemcal.stages.result import StageResult
     from stemcal.study.model import Study, Target
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
     from stemcal.study.types.field_types import Frozen
     from stemcal.study.types.strict_yaml import Finding
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from functools import wraps
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import InlineExecutor, RunExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor, RunExecutor
+from stemcal.folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
 from stemcal.solvers import make_solver

@@ -18,10 +18,10 @@ import numpy as np
 
 from stemcal import cutting
 from stemcal.doe.designs.catalogue import SurfaceDesign, SurfaceOptions
+from stemcal.doe.regression.coding import term_columns
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_columns
 from stemcal.errors import UsageError
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
 from stemcal.report.showing import Setting, Showing, names_of
 from stemcal.runs.answer import Progress, answer_all

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stemcal.by_hand import Correction, Entered, awaited_runs, enter, gone_on
-from stemcal.folder.study_folder import StudyFolder
-from stemcal.solvers.sheet.columns import sheet_text
-from stemcal.solvers.sheet.reading import filled
+from stemcal.folder import StudyFolder
+from stemcal.solvers.sheet.reading import filled, sheet_text
 from stemcal.study.model import Study
 
 ROOT = Path(__file__).parents[2]

@@ -11,8 +11,8 @@ from sheets import ROOT, Cells, awaited, entered, filled_in, paper_by_hand, text
 
 from stemcal.by_hand import Correction
 from stemcal.errors import Waiting
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 

@@ -5,7 +5,7 @@ import pytest
 from commanding import REPLAY, command, undrawn
 from fakes import leave_blank
 
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.executors.local import LocalExecutor
 
 

@@ -65,7 +65,7 @@ def test_starting_imports_nothing_heavy() -> None:
 
 
 def test_showing_what_is_finished_loads_no_solver() -> None:
-    shown = "stemcal.report.terminal, stemcal.stages.verdict.rules, stemcal.report.notes"
+    shown = "stemcal.report.terminal, stemcal.stages.verdict.rules, stemcal.report.showing"
     code = f"import sys, {shown}; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, timeout=60

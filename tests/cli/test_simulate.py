@@ -138,7 +138,7 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put a known bending test, which ends before its maximum, in place of the solver."""
     from dataclasses import replace
 
-    from stemcal.laboratory.result import LaboratoryResult
+    from stemcal.laboratory.perform import LaboratoryResult
     from stemcal.run_warnings import maximum_not_passed
     from stemcal.solvers import embedded
 

@@ -82,7 +82,7 @@ def test_report_of_an_unfinished_study(tmp_path: Path) -> None:
 
 
 def test_folder_in_use_is_refused(tmp_path: Path) -> None:
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
 
     with StudyFolder(tmp_path):
         result = command("screen", REPLAY, "--out", tmp_path)

@@ -11,7 +11,7 @@ from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.files.durable import sealed
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
 from stemcal.study.model import SOLVERS
 

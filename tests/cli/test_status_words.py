@@ -8,7 +8,7 @@ from fakes import make_study
 
 from stemcal.cli.show import failed_runs
 from stemcal.cli.status import state as lines
-from stemcal.folder.study_folder import Holder
+from stemcal.folder import Holder
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.page.headline import failures, folded, kind_of, question

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from stemcal.cutting.end_state import stroke_end
 from stemcal.cutting.result import moving_mean
-from stemcal.cutting.stroke import stroke_end
 from stemcal.runs.outcome import lower_bound_notes
 from stemcal.solvers.protocol import Answer
 

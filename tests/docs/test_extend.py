@@ -13,8 +13,8 @@ import pytest
 from shown import DOCS
 
 from stemcal.doe.designs.catalogue import SurfaceOptions
-from stemcal.doe.regression.terms import term_columns
-from stemcal.laboratory.kind import Kind
+from stemcal.doe.regression.coding import term_columns
+from stemcal.laboratory import Kind
 from stemcal.solvers.protocol import Request
 from stemcal.stages.stage import STAGES
 from stemcal.study.model import TESTS

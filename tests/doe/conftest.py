@@ -9,7 +9,8 @@ from printed import read_printed
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.doe.screening.analysis import Screening, analyse_screening
+from stemcal.stages.screen.analysis import analyse_screening
+from stemcal.stages.screen.result import Screening
 
 SYMBOLS = tuple(f"X{i}" for i in range(1, 10))
 

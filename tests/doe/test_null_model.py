@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stemcal.doe.validation.null_model import formula_elsewhere, null_model
+from stemcal.doe.comparison import formula_elsewhere, null_model
 
 PUBLISHED = ([7.0, 8.0, 9.0, 10.0, 11.0], [120.0, 159.2, 213.8, 300.0, 378.2])
 

@@ -6,10 +6,10 @@ from printed import agrees
 
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.factorial import full_factorial
+from stemcal.doe.lenth import lenth
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.doe.screening.lenth import lenth
 
 
 def cells_agree(surface, printed):

@@ -20,8 +20,8 @@ from test_local import Prepared
 
 import stemcal
 from stemcal.errors import UsageError
-from stemcal.executors.base import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
+from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from fakes import ENVIRONMENT
 
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.executors.local import LocalExecutor, RunTimedOut, WorkerDied, available_cores
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")

@@ -12,7 +12,7 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 
 
 class WitnessedFolder(StudyFolder):

@@ -20,8 +20,8 @@ from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, results, trials
 
 from stemcal.errors import StemcalError
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 
 REPLAY = CONFIGS / "paper-replay.yaml"
 CALLS = {"write": "write", "fsync": "fsync", "rename": "rename,renameat,renameat2"}

@@ -13,11 +13,11 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 
+from stemcal import folder as module_of_folders
 from stemcal.errors import StemcalError
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.durable import sealed
-from stemcal.folder import study_folder
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.overview.status import inspect, status
 from stemcal.report.export import paper_tables
 from stemcal.stages.fresh import changes_since
@@ -32,13 +32,16 @@ STAGES = ("screen", "rsm", "invert", "validate")
 def test_the_clock_jumps(folder: Path, _number: int, rng: random.Random) -> None:
     """By years, back and forth, between any two looks at it: same tables, records whole."""
 
-    class Jumping(study_folder.datetime):  # type: ignore[misc, valid-type]
+    class Jumping(module_of_folders.datetime):  # type: ignore[misc, valid-type]
         @classmethod
         def now(cls, tz: Any = None) -> Any:
             return cls.fromtimestamp(rng.uniform(0.0, 4e9), tz)
 
     whole = results(finished(folder, "whole").path)
-    with mock.patch.object(study_folder, "datetime", Jumping), mock.patch("time.time", lambda: rng.uniform(0.0, 4e9)):
+    with (
+        mock.patch.object(module_of_folders, "datetime", Jumping),
+        mock.patch("time.time", lambda: rng.uniform(0.0, 4e9)),
+    ):
         study = finished(folder)
         finished(folder)
     assert results(study.path) == whole

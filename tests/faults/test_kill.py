@@ -13,8 +13,8 @@ import workflow
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from trying import POINTS, POSIX, results
 
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 
 pytestmark = POSIX
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stemcal.fem.kernels import cache
+from stemcal.fem.kernels import compile as cache
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX rights")
 
@@ -31,7 +31,7 @@ def test_the_folder_is_this_users_alone(folder: Path) -> None:
 def test_each_installation_has_its_own(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """numba finds a kernel by the place of its source: that one installation has compiled says nothing of others."""
     copy = shutil.copytree(Path(cache.__file__).parent, tmp_path / "elsewhere")
-    monkeypatch.setattr(cache, "__file__", str(copy / "cache.py"))
+    monkeypatch.setattr(cache, "__file__", str(copy / "compile.py"))
     assert cache.own_folder() != folder
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from stemcal.fem import lanes
 from stemcal.fem.kernels.block import LANES
-from stemcal.fem.kernels.precision import RUN
+from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.lanes import lay_out
 from stemcal.fem.mesh import Mesh, brick, hollow_cylinder
 

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from stemcal.fem.kernels import llvm as words
-from stemcal.fem.kernels.precision import RUN
+from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.lanes import nodal_zeros
 
 STRIDE = 32

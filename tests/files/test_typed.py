@@ -8,10 +8,10 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, key, to_json
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.stages.result import read_result
 from stemcal.stages.stage import stages_of
 

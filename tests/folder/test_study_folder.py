@@ -20,7 +20,7 @@ from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files import durable
 from stemcal.files.durable import as_json, canonical, digest, sealed
 from stemcal.files.rows import Table
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 
 IDENTITY = {"solver": "known", "levels": {"a": 1.5}}
 KEY = digest(IDENTITY)[:32]
@@ -224,7 +224,7 @@ LOCKER = """
 import sys, time
 from stemcal.files.rows import Table
 from stemcal.files.durable import sealed
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)
     time.sleep(60)

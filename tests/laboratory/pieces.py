@@ -7,8 +7,8 @@ from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.laboratory.kind import Kind
-from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory import Kind
+from stemcal.laboratory.build import LaboratoryTest
 
 E, RATIO = 1000.0, 0.41
 

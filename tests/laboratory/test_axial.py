@@ -10,10 +10,8 @@ from pieces import RATIO, E, material, piece
 
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory.axial import Axial
-from stemcal.laboratory.build import build
-from stemcal.laboratory.parts import LaboratoryTest
-from stemcal.laboratory.perform import perform
-from stemcal.laboratory.result import LaboratoryResult
+from stemcal.laboratory.build import LaboratoryTest, build
+from stemcal.laboratory.perform import LaboratoryResult, perform
 from stemcal.solvers import laboratory_runs
 
 LENGTH, YIELD, TANGENT, NU = 16.0, 15.0, 50.0, 0.3

@@ -8,9 +8,9 @@ import pytest
 from pieces import RATIO, material, piece
 
 from stemcal.fem.mesh import Mesh
+from stemcal.laboratory import Kind
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import rounded
-from stemcal.laboratory.kind import Kind
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.laboratory.three_point_bending import ThreePointBending
 

@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
 from stemcal.fem.material import Material
-from stemcal.laboratory.parts import LaboratoryTest
+from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import perform
 from stemcal.laboratory.radial_compression import RadialCompression
 

@@ -15,10 +15,8 @@ from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
-from stemcal.laboratory.build import build, rounded
-from stemcal.laboratory.parts import LaboratoryTest
-from stemcal.laboratory.perform import perform
-from stemcal.laboratory.result import secant
+from stemcal.laboratory.build import LaboratoryTest, build, rounded
+from stemcal.laboratory.perform import perform, secant
 from stemcal.laboratory.three_point_bending import ThreePointBending
 
 NU = 0.3

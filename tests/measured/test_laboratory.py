@@ -149,7 +149,7 @@ def test_where_the_diameter_comes_from(tmp_path: Path) -> None:
 def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     """0, 10, 50, 90 N at 0, 0.1, 0.2, 0.3 mm from the last point below the preload: ∫F du = 0.5 + 3 + 7 = 10.5 mJ."""
     from stemcal.study.reading import read_study
-    from stemcal.study.reading.amend import with_rows
+    from stemcal.study.reading.read import with_rows
 
     for name, most in (("a", 90.0), ("b", 110.0)):
         curve_file(tmp_path / f"8mm-{name}.csv", [0.0, 10.0, 50.0, most, 20.0])
@@ -174,7 +174,7 @@ def test_files_are_sorted_by_number() -> None:
 
 def test_rows_of_the_cut_are_replaced_alone() -> None:
     from stemcal.study.reading import read_study
-    from stemcal.study.reading.amend import with_rows
+    from stemcal.study.reading.read import with_rows
 
     spec = DATA.parent / "wild-chrysanthemum-as-published.yaml"
     text = spec.read_text("utf-8")

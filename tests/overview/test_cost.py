@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from fakes import FakeSolver, make_study
 
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.numbers import duration
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
 from stemcal.runs.outcome import identity_of, record_key

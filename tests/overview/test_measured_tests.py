@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.channels import CurveOptions
 from stemcal.overview.measured_tests import break_at, measure_tests
 from stemcal.study.reading import load_study
-from stemcal.study.reading.amend import with_rows
+from stemcal.study.reading.read import with_rows
 
 THREE = Path(__file__).parents[2] / "configs" / "three-tests.yaml"
 MAXIMA = {"8mm-1": 600.0, "8mm-2": 640.0, "8mm-3": 650.0, "9mm-1": 700.0, "9mm-2": 720.0}

@@ -19,9 +19,8 @@ import pytest
 from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.page.profiler import alone
-from stemcal.report.page.render import render, shown
+from stemcal.folder import StudyFolder
+from stemcal.report.page import alone, render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import joint_surfaces
 from stemcal.stages.invert.result import InvertResult

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.report import drawing, gallery
-from stemcal.report.page import render
-from stemcal.report.page.render import Shown, shown
+from stemcal.report.page import Shown, render, shown
 
 
 @pytest.fixture

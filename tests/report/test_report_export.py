@@ -14,7 +14,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.naming import Names
 from stemcal.report.export import export_tables, latex, markdown, numbered, paper_tables
 from stemcal.report.gallery import gallery
-from stemcal.report.tables.printed import PaperTable
+from stemcal.report.tables.columns import PaperTable
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.showing import calibration_table, cited_ranges
 from stemcal.stages.results import Results

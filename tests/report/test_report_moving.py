@@ -16,10 +16,9 @@ from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.figures.fracture import end_faces
-from stemcal.report.figures.frames import fracture_frames, mesh, moments, near, write_animation
-from stemcal.report.page.render import render
+from stemcal.folder import StudyFolder
+from stemcal.report.figures.fracture import end_faces, fracture_frames, mesh, moments, near, write_animation
+from stemcal.report.page import render
 from stemcal.report.records import read_records
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of

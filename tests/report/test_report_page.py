@@ -13,10 +13,9 @@ from typing import Any
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.note import Note
-from stemcal.report.page.profiler import part
-from stemcal.report.page.render import coded, render, shown, write_page
+from stemcal.report.page import coded, part, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
 from stemcal.run_warnings import hourglass_energy, nothing_deleted
 from stemcal.stages.results import Results

@@ -11,7 +11,7 @@ from rich.console import Console
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.naming import DIAMETER, FORCE, Named, Names, Naming
 from stemcal.numbers import significant
-from stemcal.report.page.render import coded
+from stemcal.report.page import coded
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.columns import from_means, further_table
 from stemcal.report.terminal import drawn, stage_tables

@@ -11,20 +11,19 @@ from typing import Any
 import pytest
 from workflow import calibrate
 
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Table
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, paper_tables
 from stemcal.report.figures.style import svg
 from stemcal.report.gallery import gallery
-from stemcal.report.notes import certainty, outcome_of, shown_notes
+from stemcal.report.page import first_pictures, run_tables
 from stemcal.report.page.headline import kind_of, question
-from stemcal.report.page.render import first_pictures, run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.showing import tables_of
+from stemcal.report.showing import certainty, outcome_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import listed, runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.terminal import final_tables

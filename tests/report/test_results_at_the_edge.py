@@ -7,9 +7,9 @@ import pytest
 import workflow
 from fakes import SpecSolver, make_study
 
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
-from stemcal.report.page.render import render, shown
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
+from stemcal.report.page import render, shown
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import SOLVERS, Study
 

@@ -9,9 +9,9 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 
 from stemcal.errors import RunsFailed
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 
 
 @pytest.fixture

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.solvers import make_solver
-from stemcal.solvers.command import Command
-from stemcal.solvers.program import seed_of
+from stemcal.solvers.program import Command, seed_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult

@@ -13,7 +13,7 @@ import pytest
 
 from stemcal.errors import SpecError, UsageError
 from stemcal.solvers import make_solver
-from stemcal.solvers.command import Command
+from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -218,7 +218,7 @@ def test_child_left_behind_by_a_program_that_ended_is_ended(tmp_path: Path) -> N
 def test_program_dies_with_a_killed_stemcal(tmp_path: Path) -> None:
     study_of(tmp_path / "spec", STUBBORN.format(pids=tmp_path / "pids"))
     script = (
-        "from stemcal.solvers.command import Command; from stemcal.solvers.protocol import Request\n"
+        "from stemcal.solvers.program import Command; from stemcal.solvers.protocol import Request\n"
         "from stemcal.executors.local import LocalExecutor\n"
         f"from stemcal.study.reading import load_study; s = load_study({str(tmp_path / 'spec' / 'study.yaml')!r})\n"
         "with LocalExecutor(1) as executor:\n"

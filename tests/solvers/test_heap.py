@@ -15,7 +15,7 @@ import workflow
 from stemcal.doe.calibration.intervals import holds
 from stemcal.doe.calibration.region import Region
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.solvers.program import values_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
@@ -24,7 +24,7 @@ from stemcal.stages.results import fresh_results
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult, box_of
 from stemcal.study.reading import load_study
-from stemcal.study.types.placeholders import fill
+from stemcal.study.types.named import fill
 
 GRAINS = Path(__file__).parents[2] / "examples" / "liggghts"
 HIDDEN = {"grain_friction": 0.35, "grain_rolling": 0.08, "wall_friction": 0.5, "wall_rolling": 0.08, "restitution": 0.5}

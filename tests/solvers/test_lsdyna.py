@@ -11,13 +11,13 @@ import workflow
 
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SimulationFailed, SpecError
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.measured.curve_modes import CurveModes, modes_of
 from stemcal.solvers import make_solver
+from stemcal.solvers.deck import DeckProgram
 from stemcal.solvers.deck.lsdyna import contact_force
 from stemcal.solvers.deck.peak import ContactForce, peak_answer
-from stemcal.solvers.deck.program import DeckProgram
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.readers import read_text

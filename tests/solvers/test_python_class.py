@@ -9,7 +9,7 @@ from fakes import TWO_FACTORS
 
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.runs.answer import answer_all
 from stemcal.runs.outcome import record_key
 from stemcal.solvers import make_solver

@@ -18,8 +18,8 @@ from edits import merged
 from fakes import TWO_FACTORS, SpecSolver
 
 from stemcal.errors import StemcalError
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.result import Verdict

@@ -9,14 +9,14 @@ import pytest
 import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal.doe.screening.ascent import ascent_path
 from stemcal.errors import UsageError, Waiting
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
 from stemcal.runs.outcome import Outcome
+from stemcal.stages.climb.analysis import ascent_path
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.climb.showing import ClimbShowing
 from stemcal.stages.refine.result import RefineResult

@@ -14,8 +14,8 @@ from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.measured.curve_modes import Curve
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores

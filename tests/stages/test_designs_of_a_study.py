@@ -9,9 +9,9 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal.doe.regression.coding import Coding
 from stemcal.errors import SpecError, UsageError
-from stemcal.executors.base import InlineExecutor
+from stemcal.executors import InlineExecutor
 from stemcal.files.typed import to_json
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.overview.plan import judged, plan
 from stemcal.stages.design import Design
 from stemcal.stages.screen.analysis import screening_design

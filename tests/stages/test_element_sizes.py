@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 import stemcal
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore

@@ -8,12 +8,12 @@ import pytest
 
 from stemcal.doe.designs.aliases import alias_matrix, aliases_note
 from stemcal.doe.designs.catalogue import plackett_burman
-from stemcal.doe.screening.ascent import own_path
 from stemcal.errors import SpecError, UsageError
 from stemcal.note import Note
 from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import shear_test
+from stemcal.stages.climb.analysis import own_path
 from stemcal.stages.surface.options import surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

@@ -10,8 +10,8 @@ import workflow
 from fakes import FakeSolver, force, make_study
 
 from stemcal.errors import RunsFailed
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.surface.result import SurfaceResult
 

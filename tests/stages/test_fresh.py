@@ -9,8 +9,8 @@ import pytest
 import workflow
 
 from stemcal.errors import UsageError
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.overview.status import inspect
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.solvers import make_solver

@@ -7,8 +7,8 @@ import pytest
 import workflow
 from fakes import FakeSolver
 
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study

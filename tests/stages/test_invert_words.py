@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.doe.validation.null_model import NullModel
+from stemcal.doe.comparison import NullModel
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.stages.invert import words

@@ -13,8 +13,8 @@ from fakes import TWO_FACTORS, SpecSolver, make_study
 
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.note import Remedy
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver
 from stemcal.solvers.protocol import Answer, Request

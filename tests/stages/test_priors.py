@@ -6,10 +6,10 @@ import pytest
 import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.naming import Names
-from stemcal.report.notes import shown_notes
+from stemcal.report.showing import shown_notes
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.words import certainty
 from stemcal.stages.results import Results

@@ -10,8 +10,8 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import RunsFailed, Waiting
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 

@@ -12,8 +12,8 @@ from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.doe.calibration.approach import JointTrial, missed
 from stemcal.errors import RunsFailed
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
@@ -138,7 +138,7 @@ def test_a_failed_run_at_one_diameter_is_stepped_back_from(tmp_path: Path) -> No
 
 
 def test_only_failures_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RunsFailed, match="had a failed run .6 runs"):
+    with pytest.raises(RunsFailed, match=r"had a failed run \(6 runs"):
         refined(tmp_path, "{budget: 6}", solver=Curved(fails=frozenset(range(9))))
 
 

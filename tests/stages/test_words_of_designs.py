@@ -4,14 +4,14 @@ from typing import Any
 
 import pytest
 
-from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import SEVERITIES
-from stemcal.report.notes import notes_of_all, read_first
+from stemcal.report.showing import notes_of_all, read_first
 from stemcal.run_warnings import energy_drifts
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen import words as screen
+from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface import words as surface
 from stemcal.stages.surface.result import SurfaceResult

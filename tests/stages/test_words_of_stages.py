@@ -11,8 +11,8 @@ import pytest
 import workflow
 
 from stemcal.errors import SpecError, TargetUnreachable
-from stemcal.executors.base import InlineExecutor
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.executors import InlineExecutor
+from stemcal.folder import StudyFolder
 from stemcal.naming import Names, Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger

@@ -5,13 +5,12 @@ import pytest
 from driven import NO_VISCOSITY, advance, row, stresses
 from exact import EXACT
 
-from stemcal.fem.history import History
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_FORCE, PLASTIC_STRAIN
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import start
-from stemcal.fem.stepper import simulate
+from stemcal.fem.stepper import History, simulate
 
 CUBE = brick((1.0, 1.0, 1.0), (1, 1, 1))
 

@@ -9,11 +9,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
 from stemcal.fem.contact import Contact, Tool, gap_beside, reach_beside
-from stemcal.fem.history import History
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
-from stemcal.fem.stepper import simulate
+from stemcal.fem.stepper import History, simulate
 
 Array = NDArray[np.float64]
 

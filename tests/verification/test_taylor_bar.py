@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from stemcal.fem.contact import Contact, Tool
-from stemcal.fem.history import History
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
-from stemcal.fem.stepper import simulate
+from stemcal.fem.stepper import History, simulate
 
 LENGTH, RADIUS, SPEED = 32.4, 3.2, 227.0e3
 COPPER = Material(8.93e-9, 117.0e3, 0.35, 400.0, 100.0, 1.0)

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from stemcal.cutting.build import stem_mesh
-from stemcal.laboratory.kind import Kind
+from stemcal.laboratory import Kind
 from stemcal.study.model import LaboratoryKind, PieceSection
 
 class StretchSection(PieceSection):

@@ -18,8 +18,8 @@ from stemcal.cutting import Discretisation, Loading, Stem
 from stemcal.cutting.build import stem_mesh
 from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
-from stemcal.laboratory.kind import Array, Kind
-from stemcal.laboratory.parts import roller
+from stemcal.laboratory import Array, Kind
+from stemcal.laboratory.build import roller
 from stemcal.study.model import LaboratoryKind, PieceSection
 from stemcal.study.types.field_types import Length, Size, StemLength
 

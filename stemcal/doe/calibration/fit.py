@@ -32,8 +32,8 @@ import numpy as np
 
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of, loadings
 from stemcal.doe.calibration.region import Objective, Region, optimise
+from stemcal.doe.regression.coding import term_columns, term_gradient
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.terms import term_columns, term_gradient
 from stemcal.errors import UsageError
 
 LEVEL = 0.05

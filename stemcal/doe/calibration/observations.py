@@ -1,4 +1,21 @@
-"""What was measured, each mean with its surface, and draws of the errors of all means together."""
+"""What was measured, each mean with its surface, and draws of the errors of all means together.
+
+A standard deviation of a few specimens is not known, and neither is the error of a surface. A fit averages its
+likelihood over what they may be. Each unknown is drawn at the midpoints of equal shares of its distribution, in an
+independent order (M. D. McKay and others, Technometrics 21 (1979) 239).
+
+Specimens
+    (n − 1) s²/σ² has the distribution χ²(n − 1). The relative variances of several conditions are alike but not equal:
+    σᵢ² ~ d₀ τ²/χ²(d₀), so that s²/τ² ~ F(n − 1, d₀), with τ and d₀ from all of them (G. K. Smyth, Stat. Appl. Genet.
+    Mol. Biol. 3 (2004) 3). ln σᵢ varies by about 1/√(2 d₀): 0 to `MOST_APART`, all equally likely beforehand.
+
+Surfaces
+    A surface misses the mean response at any point by c + u, relative to the mean of its runs: c the same at all
+    conditions, u separate, with variances σ_c² and σ_u². With Q a basis of what the terms X cannot follow, QᵀX = 0,
+    the runs say z = Qᵀy of it, cov z = σ_c² QᵢᵀQⱼ + [i = j](σ_u² 1 + σ_E² Qᵀ R⁻¹ Q), σ_E² the scatter of a run and R
+    the runs of each point. ln σ_c and ln σ_u are even between `FINEST` and `COARSEST` beforehand. Without residual
+    degrees of freedom that is all that is known.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +26,175 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.calibration.scatter import FINEST, Contrasts, Uniforms, chi_squared, variances
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.regression.least_squares import Array, same_points
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.naming import FIRST
 
+DRAWS = 512
+FINEST, COARSEST = 1e-4, 0.1
+"""No response is known better than the first part of itself; a surface is not off by more than the second, unless its
+runs show more."""
+MOST_APART = 1.0
+_STEPS, _SHAPES = 48, 8
+_COMMON_SHAPE = 1e6  # d₀ of conditions that scatter equally; also degrees of freedom of what is known
+_WIDTH = 6.0  # of the grid of ln τ² to either side
+
+
+class Uniforms:
+    """Columns of (draws,) numbers between 0 and 1, each evenly spread, in its own order; equal every time."""
+
+    def __init__(self, draws: int = DRAWS) -> None:
+        self._random, self.draws = np.random.default_rng(20_251), draws
+
+    def __call__(self) -> Array:
+        """Return the next column."""
+        return np.asarray((self._random.permutation(self.draws) + 0.5) / self.draws)
+
+
+def chi_squared(u: Array, df: float) -> Array:
+    """Return the quantiles of χ²(df)."""
+    from scipy.special import gammaincinv
+
+    return np.asarray(2.0 * gammaincinv(0.5 * df, u))
+
+
+def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
+    """Return draws of variances σᵢ² of which estimates s² with degrees of freedom are given, (draws, m).
+
+    Parameters
+    ----------
+    squared : array (m,)
+        s²; NaN where there is none, whose variance is then like that of the others.
+    df : array (m,)
+        Infinite where s² is known.
+    """
+    told = np.isfinite(squared) & (squared > 0.0)
+    known = (told & np.isinf(df)) | (squared == 0.0)
+    counted = np.where(told, np.minimum(df, _COMMON_SHAPE), 0.0)
+    s2 = np.where(told, squared, 0.0)
+    if len(squared) == 1:
+        shape, scale = np.zeros(uniform.draws), np.ones(uniform.draws)
+    else:
+        shape, scale = _alike(s2[told], counted[told], uniform)
+    found = np.empty((uniform.draws, len(squared)))
+    for i in range(len(squared)):
+        if known[i]:
+            found[:, i] = squared[i]
+        else:
+            found[:, i] = (shape * scale + counted[i] * s2[i]) / chi_squared(uniform(), shape + counted[i])
+    return found
+
+
+def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
+    """Return draws of d₀ and τ²: p ∝ Π f(s²/τ²; df, d₀)/τ² over a grid, ln τ even beforehand."""
+    from scipy.special import betaln
+
+    apart = np.linspace(0.0, MOST_APART, _SHAPES)
+    d0 = np.append(_COMMON_SHAPE, 0.5 / apart[1:] ** 2)
+    grid = np.log(np.average(s2, weights=df)) + np.linspace(-_WIDTH, _WIDTH, 8 * _STEPS)
+    x, a, b = s2 / np.exp(grid)[:, None], 0.5 * df, 0.5 * d0[:, None, None]
+    density = a * np.log(df) + b * np.log(2.0 * b) + a * np.log(x) - (a + b) * np.log(df * x + 2.0 * b) - betaln(a, b)
+    d, t = _drawn(density.sum(axis=2), uniform)
+    step = grid[1] - grid[0]
+    return d0[d], np.exp(grid[t] + step * (uniform() - 0.5))
+
+
+def _drawn(log_density: Array, uniform: Uniforms) -> tuple[Array, Array]:
+    """Return draws of the places on a grid, (rows, columns)."""
+    p = np.exp(log_density - log_density.max()).ravel()
+    places = np.searchsorted(np.cumsum(p) / p.sum(), uniform()).clip(max=p.size - 1)
+    rows, columns = np.unravel_index(places, log_density.shape)
+    return np.asarray(rows), np.asarray(columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Contrasts:
+    """What the runs of surfaces of one response say of its error; all relative to the means of the runs.
+
+    `maps` (m, points, terms) give φᵀβ̂ of each surface from the means of its points; `runs` (m, points) are the runs
+    of a point, 0 where there is none. `z` are all contrasts, `common` their covariance by σ_c², `noise` their
+    variances by the scatter of a run. `pure` and `pure_df` are the variance of repeated runs of each surface, relative.
+    """
+
+    maps: Array
+    runs: Array
+    scale: Array
+    z: Array
+    common: Array
+    noise: Array
+    pure: Array
+    pure_df: Array
+
+    @classmethod
+    def of(cls, surfaces: Sequence[Surface]) -> Contrasts:
+        """Compare each surface with its runs."""
+        point = same_points(np.vstack([s.design for s in surfaces]))
+        places = np.split(point, np.cumsum([len(s.design) for s in surfaces])[:-1])
+        count, p = int(point.max()) + 1, len(surfaces[0].beta)
+        maps, runs, bases, z, noise = np.zeros((len(surfaces), count, p)), np.zeros((len(surfaces), count)), [], [], []
+        scale, pure, pure_df = np.ones(len(surfaces)), np.full(len(surfaces), np.nan), np.zeros(len(surfaces))
+        for i, (s, place) in enumerate(zip(surfaces, places, strict=True)):
+            x, size = term_columns(s.design), np.bincount(place, minlength=count)
+            np.add.at(maps[i], place, x @ s.unscaled_covariance)
+            scale[i], runs[i], there = float(np.mean(np.abs(s.response))) or 1.0, size, np.flatnonzero(size)
+            means = np.bincount(place, s.response, minlength=count)[there] / size[there]
+            first = np.array([int(np.flatnonzero(place == a)[0]) for a in there])
+            kept = np.diag(s.unscaled_covariance) > 0.0
+            q = np.linalg.qr(x[first][:, kept], mode="complete")[0][:, int(kept.sum()) :]
+            basis = np.zeros((count, q.shape[1]))
+            basis[there] = q
+            bases.append(basis)
+            z.append(q.T @ means / scale[i])
+            noise.append((q**2 / size[there][:, None]).sum(axis=0))
+            if len(place) > len(there):
+                pure_df[i] = len(place) - len(there)
+                apart = s.response - (np.bincount(place, s.response, minlength=count) / np.maximum(size, 1))[place]
+                pure[i] = float(apart @ apart) / pure_df[i] / scale[i] ** 2
+        together = np.hstack(bases)
+        return cls(maps, runs, scale, np.concatenate(z), together.T @ together, np.concatenate(noise), pure, pure_df)
+
+    @property
+    def df(self) -> int:
+        """Residual degrees of freedom of all surfaces, without those of repeated runs."""
+        return len(self.z)
+
+    def by_chance(self, uniform: Uniforms) -> Array:
+        """Return draws of σ_E², the scatter of single runs, (draws, m); zero where no run was repeated."""
+        if not np.any(self.pure > 0.0):
+            return np.zeros((uniform.draws, len(self.pure)))
+        return variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
+
+    def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
+        """Return draws of σ_c² and σ_u², (draws,) each; a single surface has no common part."""
+        values, vectors = np.linalg.eigh(self.common)
+        z2 = (vectors.T @ self.z) ** 2
+        typical = float(np.median(chance.mean(axis=1)))
+        noise = typical * (vectors**2).T @ self.noise
+        most = max(COARSEST, 3.0 * float(np.sqrt(np.max(z2, initial=0.0))))
+        grid = np.linspace(np.log(FINEST), np.log(most), _STEPS)
+        separate = np.exp(2.0 * grid)
+        common = np.zeros(1) if len(self.scale) == 1 else separate
+        v = common[:, None, None] * np.maximum(values, 0.0) + separate[:, None] + noise
+        c, u = _drawn(-0.5 * (np.log(v) + z2 / v).sum(axis=2), uniform)
+        shift = 2.0 * (grid[1] - grid[0])
+        return common[c] * np.exp(shift * (uniform() - 0.5)), separate[u] * np.exp(shift * (uniform() - 0.5))
+
+    def leverages(self, point: Array) -> tuple[Array, Array]:
+        """Return K and N at a point: the errors have the covariance σ_c² K + σ_u² diag K + σ_E² diag N.
+
+        With a the weights of the runs in φᵀβ̂, Kᵢⱼ = 1 + aᵢᵀaⱼ and Nᵢ = aᵢᵀR⁻¹aᵢ.
+        """
+        a = self.maps @ term_columns(point)[0]
+        return 1.0 + a @ a.T, (a**2 / np.maximum(self.runs, 1.0)).sum(axis=1)
+
+
 Scatter = Literal["measured", "pooled", "misfit", "surface"]
 _WIDEST = 1.0  # relative scatter above which a laboratory measures nothing
+
+
+# ---- measured means, and the errors of all of them
 
 
 @dataclass(frozen=True, eq=False)

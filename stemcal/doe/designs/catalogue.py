@@ -1,4 +1,4 @@
-"""The designs by name, in coded units; each is built in its own module.
+"""The designs by name, in coded units; larger ones are built in modules of their own.
 
 A new screening design is one function and one line in `SCREENING`, a new surface design one class and one line in
 `SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.
@@ -13,10 +13,8 @@ import numpy as np
 
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import axial_distance, central_composite
-from stemcal.doe.designs.extra_runs import extra_runs
-from stemcal.doe.designs.factorial import fraction, full_factorial
-from stemcal.doe.designs.latin_hypercube import latin_hypercube
-from stemcal.doe.designs.plackett_burman import plackett_burman
+from stemcal.doe.designs.factorial import fraction, full_factorial, plackett_burman
+from stemcal.doe.regression.coding import term_columns
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
@@ -181,3 +179,49 @@ def _candidates(k: int, options: SurfaceOptions) -> Array:
     levels = sorted({-1.0, 0.0, 1.0} | ({-reach, reach} if k <= _MOST_FOR_FIVE_LEVELS else set()))
     points = np.array(list(product(levels, repeat=k)))
     return np.asarray(points[np.linalg.norm(points, axis=1) <= max(radius, k**0.5) + 1e-9])
+
+
+# ---- points that fill the box, and runs added to a design
+
+_SAME_POINT = 1e-6
+_RIDGE = 1e-8  # for a design that cannot estimate every term yet
+
+
+def extra_runs(design: Array, count: int, candidates: Array) -> Array:
+    """Choose `count` of the candidates for the quadratic of a design, (count, k).
+
+    They are added one by one where the variance of prediction is largest, so that |XᵀX| grows most: the first n of more
+    runs are those of n runs. No point is taken twice: a deterministic solver would give the same response. Source:
+    T. J. Mitchell, Technometrics 16 (1974), 203–210.
+
+    Raises
+    ------
+    UsageError
+        If the design leaves fewer candidates.
+    """
+    gaps = np.abs(candidates[:, None] - design[None]).max(axis=2)
+    points = candidates[gaps.min(axis=1) > _SAME_POINT]
+    if len(points) < count:
+        raise UsageError(
+            f"rsm.extra_runs: the design has only {len(points)} free points for {count} runs; use fewer runs"
+        )
+    phi, base = term_columns(points), term_columns(design)
+    information = base.T @ base + _RIDGE * np.eye(base.shape[1])
+    chosen: list[int] = []
+    for _ in range(count):
+        variance = np.einsum("ij,jk,ik->i", phi, np.linalg.inv(information), phi)
+        variance[chosen] = -np.inf
+        chosen.append(int(np.argmax(variance)))
+        information = information + np.outer(phi[chosen[-1]], phi[chosen[-1]])
+    return np.asarray(points[chosen])
+
+
+def latin_hypercube(k: int, runs: int, seed: int = 0) -> Array:
+    """Return runs points in −1 … +1, one in each of the `runs` slices of every factor, of low centred discrepancy.
+
+    Source: M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979), 239–245; as in SciPy.
+    """
+    from scipy.stats.qmc import LatinHypercube
+
+    sampler = LatinHypercube(k, optimization="random-cd", seed=np.random.default_rng(seed))
+    return np.asarray(2.0 * sampler.random(runs) - 1.0)

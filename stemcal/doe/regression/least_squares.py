@@ -1,4 +1,10 @@
-"""Least squares for screening and surface alike: one fit, and what both read off it."""
+"""Least squares for effects and surfaces alike: one fit and what both read off it; runs that are copies of others.
+
+A solver that computes gives its answer again however often it is asked: runs of one point that agree exactly are one
+answer, and count once. Counted as replicates, copies would add degrees of freedom of pure error without an error: six
+equal centre runs of a composite of two factors turn 3 residual degrees of freedom into 8, and intervals with a nominal
+coverage of 95 % cover two thirds.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -146,3 +152,32 @@ def t_quantile(level: float, df: float) -> float:
     from scipy.special import stdtrit
 
     return float(stdtrit(df, 0.5 + 0.5 * level))
+
+
+# Design points closer than this in coded units are the same point.
+_SAME_POINT = 1e-6
+
+
+def same_points(coded: Array) -> NDArray[np.int64]:
+    """Return the number of the distinct point of each of (n, k) runs; (n,)."""
+    _, group = np.unique(np.round(coded / _SAME_POINT).astype(np.int64), axis=0, return_inverse=True)
+    return np.asarray(group.reshape(-1), dtype=np.int64)
+
+
+def copies_of(coded: Array, response: Array) -> NDArray[np.bool_]:
+    """Return for each of n runs whether it only repeats an earlier run of its point; failed runs do not.
+
+    If any two runs of a point differ, repeats have scatter and no run is a copy.
+    """
+    present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
+    y = response[present]
+    if not y.size:
+        return copies
+    group = same_points(coded[present])
+    means = np.bincount(group, weights=y) / np.bincount(group)
+    if float(np.sum((y - means[group]) ** 2)) > NEGLIGIBLE * float(np.sum((y - y.mean()) ** 2)):
+        return copies
+    repeats = np.ones(len(y), dtype=bool)
+    repeats[np.unique(group, return_index=True)[1]] = False
+    copies[present] = repeats
+    return copies

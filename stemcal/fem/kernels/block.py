@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.compile import RUN, ZERO, inlined
 from stemcal.fem.kernels.llvm import (
     counting,
     prefetch,
@@ -27,7 +27,6 @@ from stemcal.fem.kernels.llvm import (
     write_scratch,
     write_state,
 )
-from stemcal.fem.kernels.precision import RUN, ZERO
 
 Array = NDArray[np.float64]
 Floats = Any

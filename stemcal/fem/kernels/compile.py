@@ -1,15 +1,79 @@
-"""How the kernels are compiled; `cache` is where numba keeps them."""
+"""How the kernels are compiled, where they are kept, and numbers for both precisions.
+
+They are kept in a folder that no one else can write, because its content is executed: a private one per user
+(`STEMCAL_CACHE_DIR` moves it), per installation and per state of the kernels' sources. Numba by itself looks only at
+the file of the function that it caches, and would go on using a loop whose inlined parts have changed. A folder of
+another user, or one that others may write, is not used; nor can one on a read-only home be. One among the temporary
+files then serves.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import stat
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import llvmlite.binding
 import numba
-from numba import njit
+import numpy as np
+import platformdirs
+from numba import njit, types
+from numba.extending import overload
 
-from stemcal.fem.kernels.cache import cache_folder
+_ROOM = 2**20  # bytes that must go in
+
+
+def cache_folder() -> Path:
+    """Return the folder for compiled kernels: the user's own, or, where that is unusable, one that is temporary."""
+    return own_folder() if not unusable(own_folder()) else _spare_folder()
+
+
+def own_folder() -> Path:
+    """Return the folder that the user has configured, or that of his cache, be it usable or not."""
+    configured = os.environ.get("STEMCAL_CACHE_DIR")
+    root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
+    return root / _name()
+
+
+def unusable(folder: Path) -> str:
+    """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there.
+
+    It must be this user's and no one else's to write; Windows keeps the user's cache in his profile, which is his.
+    """
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(_ROOM))
+    except OSError as error:
+        return f"{folder} cannot be written ({error.strerror})"
+    if os.name != "nt" and (found.st_uid != os.geteuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        return f"other users may write to {folder}"
+    return ""
+
+
+def _spare_folder() -> Path:
+    """Return a folder among the temporary files: the same for this user's later commands, else for this process."""
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    found = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"
+    return Path(tempfile.mkdtemp(prefix="stemcal-kernels-")) if unusable(found) else found
+
+
+def _name() -> str:
+    """Return a name by all kernels' sources and by their place, by which numba finds what it has compiled."""
+    place = Path(__file__).parent
+    digest = hashlib.sha256(str(place).encode("utf-8", "surrogateescape"))
+    for source in sorted(place.glob("*.py")):
+        digest.update(source.read_bytes())
+    return f"kernels-{digest.hexdigest()[:12]}-numba-{numba.__version__}"
+
+
+# ---- how the kernels are compiled
+
 
 Function = Callable[..., Any]
 
@@ -67,3 +131,33 @@ def inlined(function: Function) -> Any:
     A call left inside the loop over the lanes of a block would keep LLVM from vectorising it.
     """
     return _jit(forceinline=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
+
+
+# ---- mixed precision: a literal is of double precision and would draw single-precision values that it meets up to its
+# own; these take on the precision of what they meet, and two of them must not meet alone
+
+
+ZERO, ONE, TWO, THREE = (np.float32(number) for number in (0.0, 1.0, 2.0, 3.0))
+EIGHT, SIXTY_FOUR = (np.float32(number) for number in (8.0, 64.0))
+EIGHTH, QUARTER, HALF, THREE_HALVES = (np.float32(number) for number in (0.125, 0.25, 0.5, 1.5))
+TINY = np.float32(2.0**-100)
+
+# Elements in a row whose corners are nodes in a row. Nodal arrays (N, 3) lie component by component (Fortran's order),
+# so a component of a run is one vector. A run may reach past the last node: `stemcal.fem.lanes.nodal` leaves room.
+RUN = 8
+
+
+def like(_value: Any, number: Any) -> Any:
+    """Return a number in the precision of a value."""
+    return number
+
+
+@overload(like, jit_options={"forceinline": True, "error_model": "numpy"})
+def _like(_value: Any, number: Any) -> Any:
+    def single(_value: Any, number: Any) -> Any:
+        return np.float32(number)
+
+    def unchanged(_value: Any, number: Any) -> Any:
+        return number
+
+    return single if _value == types.float32 else unchanged

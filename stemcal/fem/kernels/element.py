@@ -45,7 +45,7 @@ from stemcal.fem.kernels.block import (
     store8,
     yielding,
 )
-from stemcal.fem.kernels.compile import entry, inlined, kernel
+from stemcal.fem.kernels.compile import HALF, ONE, TINY, ZERO, entry, inlined, kernel, like
 from stemcal.fem.kernels.hexahedron import (
     at_midstep,
     contract,
@@ -66,7 +66,6 @@ from stemcal.fem.kernels.plasticity import (
     rate_factor,
     smoothed,
 )
-from stemcal.fem.kernels.precision import HALF, ONE, TINY, ZERO, like
 
 Array = NDArray[np.float64]
 Floats = Any

@@ -20,8 +20,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.precision import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, like
+from stemcal.fem.kernels.compile import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, inlined, like
 
 # Numba infers these tuples of floats; the alias is for the reader.
 Floats = Any

@@ -22,9 +22,8 @@ from typing import Any
 
 from numpy import sqrt
 
-from stemcal.fem.kernels.compile import inlined
+from stemcal.fem.kernels.compile import inlined, like
 from stemcal.fem.kernels.hexahedron import rotate_vector
-from stemcal.fem.kernels.precision import like
 
 Floats = Any
 # How many times what a pressure takes from a cube an element resists with: the fully integrated element is stable, and

@@ -14,7 +14,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from stemcal.fem.kernels.precision import RUN
+from stemcal.fem.kernels.compile import RUN
 
 _NUMBER, _WORD, _BYTE = ir.DoubleType(), ir.IntType(32), ir.IntType(8)
 _YIELDS = ("sched_yield", "SwitchToThread")  # of POSIX and of Windows

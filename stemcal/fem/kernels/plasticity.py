@@ -10,8 +10,7 @@ from typing import Any
 
 from numpy import sqrt
 
-from stemcal.fem.kernels.compile import inlined
-from stemcal.fem.kernels.precision import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, like
+from stemcal.fem.kernels.compile import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, inlined, like
 
 Floats = Any
 

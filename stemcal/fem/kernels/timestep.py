@@ -22,11 +22,10 @@ from stemcal.fem.kernels.block import (
     load_corners,
     states_of,
 )
-from stemcal.fem.kernels.compile import entry, inlined, kernel
+from stemcal.fem.kernels.compile import SIXTY_FOUR, TWO, ZERO, entry, inlined, kernel, like
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
 from stemcal.fem.kernels.hourglass import DAMPING
 from stemcal.fem.kernels.llvm import write_scratch
-from stemcal.fem.kernels.precision import SIXTY_FOUR, TWO, ZERO, like
 
 Floats = Any
 Array = NDArray[np.float64]

@@ -1,7 +1,81 @@
 """The shear test as an LS-DYNA keyword deck, in mm, tonne, s, N and MPa."""
 
-from stemcal.solvers.deck.cards import DeckForm
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+from stemcal.files.durable import write_atomic
+from stemcal.solvers.deck import lsdyna, openradioss
+from stemcal.solvers.deck.cards import DeckForm, form_of
 from stemcal.solvers.deck.model import Deck
-from stemcal.solvers.deck.writer import deck_text
+from stemcal.solvers.deck.peak import peak_answer
+from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_text
+from stemcal.solvers.options import DeckSolver
+from stemcal.solvers.program import Inputs, Program, executable
+from stemcal.solvers.protocol import Answer, Request
 
 __all__ = ["Deck", "DeckForm", "deck_text"]
+
+
+_SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
+# Options that change no answer, or whose files are known by their content.
+_APART = {"environment", "time_limit", "files", "programs"}
+
+
+@dataclass(frozen=True)
+class DeckProgram(Program):
+    """Answers requests by the program of a `DeckSolver`."""
+
+    revision: ClassVar[int] = 8
+
+    @property
+    def options(self) -> DeckSolver:
+        """The keys of the program in the spec."""
+        assert isinstance(self.study.solver, DeckSolver)
+        return self.study.solver
+
+    @property
+    def _is_lsdyna(self) -> bool:
+        return self.options.program == "lsdyna"
+
+    def prepare(self) -> None:
+        """Refuse to begin if the program is not there."""
+        folder = self.study.source.parent
+        if self._is_lsdyna:
+            executable(self.options.command[0], folder)
+        else:
+            openradioss.installation(self.options, folder)
+
+    def _inputs(self) -> Inputs:
+        return Inputs.of([], self.options.files)
+
+    def _determining(self, request: Request) -> dict[str, Any]:
+        """Return all the deck is written from."""
+        dump = self.study.model_dump(mode="json")
+        return {
+            "options": self.options.model_dump(mode="json", exclude=_APART),
+            "model": {name: dump[name] for name in _SECTIONS},
+            "material": self.study.parameters(request.levels, request.condition),
+        }
+
+    def _write(self, folder: Path, request: Request) -> None:
+        """Write the deck of a request."""
+        self.inputs.write(folder, {})
+        deck = self._deck(request)
+        write_atomic(folder / DECK, deck_text(deck))
+        if not self._is_lsdyna and deck.nonlocal_length > 0.0:
+            write_atomic(folder / STARTER_INPUT, starter_text(deck, DECK))
+
+    def _deck(self, request: Request) -> Deck:
+        """Return the deck in the form that the program reads; for OpenRadioss without pictures, 50 files for a run."""
+        form = replace(form_of(self.study), pictures=self._is_lsdyna)
+        return Deck.of(self.study, request.levels, request.condition, form)
+
+    def _run(self, folder: Path, request: Request) -> Answer:
+        options, place = self.options, self.study.source.parent
+        modes = self.study.targets.modes_at(request.condition)
+        peak = partial(peak_answer, options=options, loading=self.study.loading, modes=modes)
+        if self._is_lsdyna:
+            return lsdyna.run(folder, options, place, peak)
+        return openradioss.run(folder, options, place, peak, self._deck(request))

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.cutting.end_state import stroke_end
 from stemcal.cutting.result import break_row, moving_mean
-from stemcal.cutting.stroke import stroke_end
 from stemcal.errors import SimulationFailed
 from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes

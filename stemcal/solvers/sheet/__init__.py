@@ -1,1 +1,195 @@
-"""Sheets: runs and their results as rows of a CSV file or a workbook, and the solver that reads answers from them."""
+"""Sheets, CSV files or workbooks with a row for each run, and the solver that takes its answers from them.
+
+Known runs are those of a file, all others come from people.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from stemcal.errors import UsageError
+from stemcal.files.durable import make_folder
+from stemcal.files.reading import read_plain
+from stemcal.solvers.options import SheetSolver
+from stemcal.solvers.program import Inputs, seed_of, values_of
+from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled, run_name
+from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in, unreadable
+from stemcal.study.model import Study
+
+SHEET_VERSION = 1
+
+
+@dataclass(frozen=True)
+class KnownRow:
+    """A row of the file: its cells, its levels as numbers, and its result; None where that is still missing."""
+
+    cells: Filled
+    levels: Mapping[str, float]
+    answer: Answer | None
+
+    def as_data(self) -> list[Any]:
+        """Return what the row determines."""
+        answer = self.answer and [self.answer.response, self.answer.message, self.answer.details]
+        return [self.cells.run, dict(self.levels), self.cells.levels, answer]
+
+
+@dataclass(frozen=True)
+class Sheet(Solver):
+    """Answers from `solver.file`; results that were entered are the records of the study folder.
+
+    Rows of a design with equal levels are separate runs, unless the spec declares a deterministic program.
+    """
+
+    immediate, asks_people = True, True
+
+    study: Study
+    inputs: Inputs
+    rows: Mapping[str, Sequence[KnownRow]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, study: Study) -> Sheet:
+        """Read what templates and the file hold now."""
+        options = study.solver
+        assert isinstance(options, SheetSolver)
+        rows = {} if options.file is None else known_rows(study, options.file)
+        return cls(study, Inputs.of(options.templates, ()), rows)
+
+    @property
+    def options(self) -> SheetSolver:
+        """The section of the spec."""
+        assert isinstance(self.study.solver, SheetSolver)
+        return self.study.solver
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        """Return what was asked for, and the answer of the file; the row too unless equal levels answer equally."""
+        known = self._row(request)
+        row = {} if not self.options.repeats and known is None else {"stage": request.stage, "row": request.row}
+        return {
+            "kind": "sheet",
+            "version": SHEET_VERSION,
+            "inputs": self.inputs.identity(),
+            **({"known": known.as_data()} if known is not None and known.answer is not None else {}),
+            **row,
+            "levels": dict(request.levels),
+            "condition": request.condition,
+            **({"replicate": request.replicate} if request.replicate else {}),
+        }
+
+    def knows(self, request: Request) -> bool:
+        """Whether the file has the result of a run."""
+        return (row := self._row(request)) is not None and row.answer is not None
+
+    def solve(self, request: Request) -> Answer:
+        """Return what the file has of a run."""
+        row = self._row(request)
+        if row is None or row.answer is None:
+            raise UsageError(f"{run_name(request)} has no result yet; enter it with `stemcal enter`")
+        return row.answer
+
+    def given(self, stage: str) -> list[Any]:
+        """Return what the file determines of a stage."""
+        return [row.as_data() for row in self._of_stage(stage)]
+
+    def given_design(self, stage: str) -> list[dict[str, float]] | None:
+        """Return the levels of the rows of a stage, None where the file has none; those of one name count once."""
+        if not (rows := self._of_stage(stage)):
+            return None
+        return [dict(levels) for levels in {row.cells.run: row.levels for row in rows}.values()]
+
+    def _of_stage(self, stage: str) -> list[KnownRow]:
+        return [row for name, rows in self.rows.items() for row in rows if name.split()[0] == stage]
+
+    def _row(self, request: Request) -> KnownRow | None:
+        rows = self.rows.get(run_name(request), ())
+        return next((row for row in rows if other_level(self.study, request, row.cells) is None), None)
+
+    def write_inputs(self, place: Path, name: str, request: Request) -> None:
+        """Put the files of a run into a folder of that name below `place`, templates filled."""
+        if not self.options.templates:
+            return
+        folder = make_folder(place) / name
+        folder.mkdir(parents=True, exist_ok=True)
+        self.inputs.write(folder, values_of(request, seed_of(request), self.study.naming))
+
+
+# ---- the file
+
+
+def known_rows(study: Study, path: Path) -> dict[str, list[KnownRow]]:
+    """Return the rows of a sheet by the names of their runs, those of a stage in the order of their numbers.
+
+    Rows that name their stage alone are numbered in their order. Raise `UsageError` with every row that is wrong.
+    """
+    try:
+        content = read_plain(path, MAX_BYTES)
+    except OSError as error:
+        raise UsageError(f"solver.file: {path.name}: {error.strerror}; give the path of a sheet of runs") from None
+    found: dict[str, list[KnownRow]] = {}
+    wrong: list[str] = []
+    for cells in _numbered(filled(content, path.name, study, partial=True)):
+        try:
+            row = _known(study, cells)
+            found.setdefault(cells.run, []).append(row)
+        except RowRefused as refused:
+            wrong.append(str(refused))
+    if wrong := wrong or _gaps(path.name, found):
+        raise UsageError("\n".join(first_of(wrong)))
+    return dict(sorted(found.items(), key=lambda item: _number(item[0])))
+
+
+def _numbered(rows: Sequence[Filled]) -> list[Filled]:
+    """Return rows with complete names of their runs, without the levels that they leave open."""
+    counts: dict[str, int] = {}
+    found = []
+    for cells in rows:
+        name = " ".join(cells.run.split()).casefold()
+        counts[name] = counts.get(name, 0) + 1
+        run = f"{name} {counts[name]}" if name.isalpha() else name
+        found.append(replace(cells.with_levels_given(), run=run))
+    return found
+
+
+def _number(run: str) -> int:
+    stage, _, number = run.partition(" ")
+    return int(number) if stage.isalpha() and number.isascii() and number.isdigit() and len(number) < 10 else 0
+
+
+def _known(study: Study, cells: Filled) -> KnownRow:
+    if cells.broken:
+        raise RowRefused(cells, "broken_row", cells.broken)
+    if _number(cells.run) < 1:
+        message = f"{cells.run!r} is not a run; write a stage and a number, such as rsm 3"
+        raise RowRefused(cells, "unknown_run", message)
+    at = study.naming.condition
+    if at is not None:
+        _level(cells, at.name, at.unit)
+    found = {factor.name: _level(cells, factor.name, factor.unit) for factor in study.factors}
+    levels = {name: level for name, level in found.items() if level is not None}
+    return KnownRow(cells, levels, None if cells.is_empty else result_in(study, cells))
+
+
+def _level(cells: Filled, name: str, unit: str) -> float | None:
+    """Return the number under a heading, None where there is none."""
+    if not (text := cells.levels.get(name)):
+        return None
+    level = number_in(text, cells.decimal, cells.units.get(name, unit), unit)
+    if isinstance(level, Unread):
+        raise RowRefused(cells, "unreadable", f"{cells.run}, {name}: {unreadable(level, text, unit)}")
+    return level
+
+
+def _gaps(source: str, rows: Mapping[str, Sequence[KnownRow]]) -> list[str]:
+    """Return what is wrong with the designs as wholes: numbers that are missing, levels that only some rows have."""
+    wrong = []
+    for stage in dict.fromkeys(name.split()[0] for name in rows):
+        of_stage = {name: row[0] for name, row in rows.items() if name.split()[0] == stage}
+        if {_number(name) for name in of_stage} != set(range(1, len(of_stage) + 1)):
+            wrong.append(f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; renumber them")
+        columns = [set[str](row.levels) for row in of_stage.values()]
+        if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
+            wrong.append(f"{source}: only some rows of {stage} have a level of {', '.join(partial)}; complete them")
+    return wrong

@@ -8,8 +8,7 @@ from stemcal.errors import UsageError
 from stemcal.measured.headings import as_number
 from stemcal.naming import Named
 from stemcal.solvers.protocol import NOT_RUN, RESPONSES, Answer, Request
-from stemcal.solvers.sheet.columns import FAILED, REPLICATE, entered_responses, run_name
-from stemcal.solvers.sheet.reading import Filled
+from stemcal.solvers.sheet.reading import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.study.model import Study
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
 

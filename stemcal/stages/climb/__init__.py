@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stemcal.stages.climb.result import ClimbResult
     from stemcal.stages.design import Later
     from stemcal.study.model import Study
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
     from stemcal.study.types.strict_yaml import Finding
 
 

@@ -12,7 +12,7 @@ from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
 from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
 
 
 class ClimbOptions(Frozen):

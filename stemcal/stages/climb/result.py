@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stemcal.doe.screening.effects import Effect
+from stemcal.doe.effects import Effect
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, inline
 from stemcal.note import Note

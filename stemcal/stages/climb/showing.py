@@ -4,8 +4,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.naming import Names
 from stemcal.numbers import fixed, significant
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, levels, simulated
-from stemcal.report.tables.printed import PaperTable, printed, run_heads
+from stemcal.report.tables.columns import ERROR, PaperTable, levels, printed, run_heads, simulated
 from stemcal.stages.climb.result import ClimbResult
 
 

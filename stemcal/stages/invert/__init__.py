@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stemcal.stages.invert.options import InvertOptions
     from stemcal.stages.invert.result import InvertResult
     from stemcal.study.model import Study, Target
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
     from stemcal.study.types.strict_yaml import Finding
 
 

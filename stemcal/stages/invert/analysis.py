@@ -23,9 +23,9 @@ from stemcal.doe.calibration.intervals import (
     unseen_directions,
 )
 from stemcal.doe.calibration.level_set import solve_target
+from stemcal.doe.comparison import null_model
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.validation.null_model import null_model
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note

@@ -17,7 +17,7 @@ from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study, Target
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
 
 
 AtSize = Annotated[float, OwnCondition("length", above=0)]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.doe.validation.comparison import ValidationRow
+from stemcal.doe.comparison import ValidationRow
 from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import change, minus, signed_probability

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Literal
 
 from stemcal.doe.calibration.level_set import Assessment
 from stemcal.doe.calibration.observations import Scatter
+from stemcal.doe.comparison import NullModel
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.validation.null_model import NullModel
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note

@@ -10,8 +10,19 @@ from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, factor, from_means, further_table, measured_of, scores, to_decimals
-from stemcal.report.tables.printed import NUMBERS, PaperTable, printed, titled
+from stemcal.report.tables.columns import (
+    ERROR,
+    NUMBERS,
+    PaperTable,
+    factor,
+    from_means,
+    further_table,
+    measured_of,
+    printed,
+    scores,
+    titled,
+    to_decimals,
+)
 from stemcal.stages.invert import figures, words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.stages.invert.words import assumption, assumptions, range_to_cite, source, valid_for

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from stemcal.doe.calibration.scatter import COARSEST, FINEST
-from stemcal.doe.validation.null_model import FIXED_EXPONENT, NullModel
+from stemcal.doe.calibration.observations import COARSEST, FINEST
+from stemcal.doe.comparison import FIXED_EXPONENT, NullModel
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import change, fixed, interval, short, signed_probability, significant, tenths, with_unit

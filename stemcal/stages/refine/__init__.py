@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
     from stemcal.study.types.strict_yaml import Finding
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import inf
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
-from stemcal.doe.validation.comparison import error_percent
+from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST

@@ -14,7 +14,7 @@ from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
 
 
 _NAMES = {"type": "array", "items": {"type": "string"}}
@@ -129,7 +129,7 @@ def the_model_is_possible(draft: Draft) -> Iterator[Finding]:
 
     A factor that does not move may have no effect there.
     """
-    from stemcal.study.rules import broken_rules
+    from stemcal.study.reading.read import broken_rules
 
     if (there := model_of(draft.study)) is draft.study:
         return

@@ -8,8 +8,7 @@ from stemcal.numbers import interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
-from stemcal.report.tables.printed import PaperTable, printed, run_heads
+from stemcal.report.tables.columns import ERROR, PaperTable, condition, factor, levels, printed, run_heads, simulated
 from stemcal.stages.refine import words
 from stemcal.stages.refine.result import RefineResult
 

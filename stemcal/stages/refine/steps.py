@@ -6,9 +6,9 @@ from math import isfinite
 import numpy as np
 
 from stemcal.doe.calibration import approach
+from stemcal.doe.comparison import error_percent
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.doe.validation.comparison import error_percent
 from stemcal.naming import FIRST
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means, measured_of, priors_of

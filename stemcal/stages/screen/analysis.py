@@ -1,28 +1,47 @@
-"""The screening: design rows → responses → effects."""
+"""The screening: design rows → responses → effects, and the factors that matter.
+
+One rule chooses the factors: the F test against the residual where that has three or more degrees of freedom,
+otherwise Lenth's method. The residual holds the columns without a factor, repeated runs and the scatter of centre runs.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stemcal.doe.designs import catalogue
+from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe.effects import (
+    Curvature,
+    Effect,
+    centre_runs,
+    changes_of,
+    curvature_of,
+    effects_of,
+    residual_of,
+    stands_out,
+)
+from stemcal.doe.lenth import FEWEST, Lenth, lenth
 from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.screening.analysis import Screening, analyse_screening
-from stemcal.doe.screening.effects import Effect
-from stemcal.errors import UsageError
+from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
+from stemcal.doe.regression.surface import flat_response
+from stemcal.errors import RunsFailed, UsageError
+from stemcal.files.rows import Rows
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
+from stemcal.numbers import signed_probability
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.outcome import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
 from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
-from stemcal.stages.screen.result import ScreenResult, fields_of
+from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult, fields_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
+from stemcal.words import counted, series
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -110,3 +129,162 @@ def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[st
                     f"solver.screen row {row + 1}: {name} {given[row][name]:g} is neither low nor high; "
                     f"set factors.{name}.low and high to the two levels of the table"
                 )
+
+
+# ---- the factors that matter
+
+
+def analyse_screening(
+    coded: ArrayLike,
+    response: ArrayLike,
+    names: Sequence[str],
+    symbols: Sequence[str] | None = None,
+    alpha: float = 0.05,
+    written: Names = Names(),
+) -> Screening:
+    """Estimate and test the main effects of a screening design.
+
+    Parameters
+    ----------
+    coded : array (n, k)
+        Levels −1 and +1, and 0 at centre points.
+    response : array (n,)
+        NaN for a failed run; the effects are then least-squares estimates from the runs left.
+    names, symbols : sequences of k strings
+    alpha : float
+        Level of significance.
+    written : Names
+        How notes name the response.
+
+    Raises
+    ------
+    RunsFailed
+        If the runs left cannot estimate every effect and its error.
+    """
+    whole, responses = _checked(coded, response, names)
+    middle = centre_runs(whole)
+    design, y, centre = whole[~middle], responses[~middle], responses[middle & np.isfinite(responses)]
+    present = np.isfinite(y)
+    n_failed = int(np.sum(~present))
+    matrix = np.column_stack([np.ones(int(present.sum())), design[present]])
+    require_estimable(matrix, ["1", *names], n_failed, "screening")
+    fit = fit_least_squares(matrix, y[present])
+    if n_failed and fit.df < 1:
+        raise RunsFailed(
+            f"screening: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom to test the "
+            "effects; correct the failed runs and repeat the stage"
+        )
+    residual, mean_square = residual_of(fit, centre)
+    changes = changes_of(fit)
+    size = lenth(changes, alpha)
+    effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
+    tested = mean_square is not None and residual.df >= LEAST_DF
+    significant = [stands_out(e, size) if size.me is not None and not tested else _below(e, alpha) for e in effects]
+    curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
+    notes = screening_notes(
+        fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
+    )
+    return Screening(
+        effects=Rows(effects),
+        significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
+        lenth=size,
+        residual=residual,
+        total_sum_of_squares=fit.total_ss,
+        curvature=curvature,
+        runs_used=int(present.sum()) + len(centre),
+        runs_failed=int(np.sum(~np.isfinite(responses))),
+        notes=notes,
+    )
+
+
+def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
+    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
+    if design.ndim != 2 or design.shape != (y.size, len(names)):
+        raise UsageError(
+            f"screening: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
+        )
+    return design, y
+
+
+def _below(effect: Effect, alpha: float) -> bool:
+    return effect.p is not None and effect.p < alpha
+
+
+# ---- which test decides, where the tests disagree, what hides what
+
+
+def screening_notes(
+    fit: LeastSquares,
+    df: int,
+    effects: Sequence[Effect],
+    size: Lenth,
+    design: Array,
+    n_failed: int,
+    alpha: float,
+    tested: bool,
+    curvature: Curvature | None,
+    written: Names,
+) -> tuple[Note, ...]:
+    """Return what the choice of the factors depends on; `tested` where the F test makes it."""
+    found = [] if curvature is None else [_curvature(curvature, written)]
+    if n_failed:
+        text = (
+            f"{n_failed} of {len(fit.response) + n_failed} runs failed: the design is no longer orthogonal. Effects "
+            f"and sums of squares are least-squares (type III) estimates with {fit.df} residual df that do not add up "
+            "to the total; Lenth's method is approximate."
+        )
+        found.append(Note("screening_runs_failed", "warning", text))
+    if fit.flat:
+        found.append(flat_response("no factor has an effect"))
+    elif len(effects) < FEWEST:
+        text = f"Lenth's method needs at least {FEWEST} effects: the F test selects the factors."
+        found.append(Note("too_few_effects", "caution", text))
+    elif not tested:
+        few = f"The residual has {counted(df, 'degree')} of freedom, fewer than {LEAST_DF}"
+        reason = few if df < LEAST_DF else "The residual is zero, so there is no F test"
+        found.append(Note("lenth_decides", "caution", f"{reason}: Lenth's method selects the factors."))
+    found += _disagreements(effects, size, alpha, written)
+    names = [effect.factor for effect in effects]
+    return (*found, aliases_note(design, names), *_interaction_note(design, effects))
+
+
+def _curvature(found: Curvature, written: Names) -> Note:
+    means = (
+        f"Curvature: the mean response is {written.quantity(found.corners)} at the corners and "
+        f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
+    )
+    if found.f is None or found.p is None:
+        return Note("curvature", "caution", f"{means} Without an estimate of error the difference cannot be tested.")
+    outcome = "the response is curved, so a plane does not fit" if found.curved else "no curvature beyond the error"
+    test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
+    return Note("curvature", "caution", f"{means} {test}: {outcome}.")
+
+
+def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Names) -> Iterator[Note]:
+    for effect in effects:
+        if effect.p is None or size.me is None or (effect.p < alpha) == stands_out(effect, size):
+            continue
+        below, beyond = ("below", "is within") if effect.p < alpha else ("not below", "exceeds")
+        text = (
+            f"The two methods disagree on {effect.factor}: p {signed_probability(effect.p)} is {below} {alpha:g}, but "
+            f"its effect {written.quantity(effect.effect, '+.4g')} {beyond} Lenth's margin of error "
+            f"{written.quantity(size.me)}."
+        )
+        yield Note("methods_disagree", "warning", text)
+
+
+def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note]:
+    """The interaction of the two strongest factors is the likeliest to distort the other effects."""
+    ranked = sorted(range(len(effects)), key=lambda i: -abs(effects[i].effect))
+    if len(ranked) < 3:
+        return
+    a, b = sorted(ranked[:2])
+    main = np.column_stack([np.ones(len(design)), design])
+    weights = np.linalg.lstsq(main, design[:, a] * design[:, b], rcond=None)[0][1:]
+    touched = [effects[i].factor for i in range(len(effects)) if abs(weights[i]) > 1e-9]
+    if touched:
+        pair = f"{effects[a].factor}:{effects[b].factor}"
+        text = (
+            f"An interaction {pair} of the two strongest factors would bias the estimated effects of {series(touched)}."
+        )
+        yield Note("interaction_of_strongest", "caution", text)

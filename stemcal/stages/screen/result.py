@@ -6,16 +6,32 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
+from stemcal.doe.effects import Curvature, Effect, Residual
+from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
-from stemcal.doe.screening.analysis import Screening
-from stemcal.doe.screening.effects import Curvature, Effect, Residual
-from stemcal.doe.screening.lenth import Lenth
-from stemcal.doe.screening.notes import LEAST_DF
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, StageResult
+
+LEAST_DF = 3
+"""Residual degrees of freedom from which the F test selects the factors."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screening:
+    """The effects of one response in the order of the factors, their residual, and the significant factors."""
+
+    effects: Rows[Effect]
+    significant: tuple[str, ...]
+    lenth: Lenth
+    residual: Residual
+    total_sum_of_squares: float
+    curvature: Curvature | None = absent()
+    runs_used: int
+    runs_failed: int
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)

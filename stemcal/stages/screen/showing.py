@@ -14,9 +14,19 @@ from stemcal.numbers import fixed, percent
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import factor, ratio, response_decimals, squares, starred, to_decimals
+from stemcal.report.tables.columns import (
+    STARS,
+    PaperTable,
+    factor,
+    printed,
+    ratio,
+    response_decimals,
+    run_heads,
+    squares,
+    starred,
+    to_decimals,
+)
 from stemcal.report.tables.of_designs import design_table
-from stemcal.report.tables.printed import STARS, PaperTable, printed, run_heads
 from stemcal.stages.screen import words
 from stemcal.stages.screen.result import Limit, ScreenResult
 from stemcal.stages.screen.words import limit_label

@@ -1,6 +1,6 @@
 """The outcome of a screening, and how sure it is, in sentences."""
 
-from stemcal.doe.screening.effects import Effect
+from stemcal.doe.effects import Effect
 from stemcal.naming import Names
 from stemcal.numbers import fixed
 from stemcal.stages.screen.result import Limit, ScreenResult

@@ -9,14 +9,14 @@ from stemcal.registry import surface_designs
 from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.note import Note
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
     from stemcal.study.types.strict_yaml import Finding
 
 

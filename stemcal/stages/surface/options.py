@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.result import CodedScale
     from stemcal.study.model import Study
-    from stemcal.study.rules.draft import Draft
+    from stemcal.study.rules import Draft
 
 
 class _OfSurfaces:

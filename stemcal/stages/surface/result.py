@@ -11,15 +11,12 @@ import numpy as np
 
 from stemcal.doe.calibration.level_set import Assessment, assess_point
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.regression.anova import AnovaRow
+from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
+from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
-from stemcal.doe.regression.coding import Coding
-from stemcal.doe.regression.fit_statistics import Coefficient
-from stemcal.doe.regression.influence import RunDiagnostics
+from stemcal.doe.regression.coding import Coding, term_columns, term_names
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.reduction import ReductionStep
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline, to_json
 from stemcal.naming import FIRST, Names

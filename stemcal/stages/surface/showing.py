@@ -4,25 +4,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
-from stemcal.doe.regression.fit_statistics import Coefficient
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
+    NUMBERS,
+    STARS,
+    PaperTable,
     level,
     level_list,
     levels,
+    printed,
     ratio,
     response_decimals,
+    run_heads,
     squares,
     starred,
     to_decimals,
 )
 from stemcal.report.tables.of_designs import design_table
-from stemcal.report.tables.printed import NUMBERS, STARS, PaperTable, printed, run_heads
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface import figures, words
 from stemcal.stages.surface.profiler import profiler_data

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stemcal.stages.stage import Stage, calibrating
 
 if TYPE_CHECKING:
-    from stemcal.folder.study_folder import StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.note import Note
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked

@@ -8,11 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.validation.comparison import Validation, ValidationRow, compare_conditions
-from stemcal.doe.validation.null_model import Formula, formula_elsewhere
+from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_conditions, formula_elsewhere
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.runs.outcome import Outcome, lower_bound_notes, merged, repeated

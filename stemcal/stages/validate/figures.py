@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from statistics import geometric_mean
 
-from stemcal.doe.validation.comparison import Exponent
+from stemcal.doe.comparison import Exponent
 from stemcal.naming import DIAMETER, FIRST, FORCE, Named
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, INK, ORANGE, Axes, Figure, legend_above, new_figure, plain

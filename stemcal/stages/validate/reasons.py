@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from stemcal.doe.validation.null_model import FIXED_EXPONENT
+from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.note import Note, Remedy, Severity
 from stemcal.stages.invert.result import InvertResult, JointFitted
 from stemcal.stages.validate.result import ValidateResult

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stemcal.doe.validation.comparison import Exponent, ValidationRow, error_percent
-from stemcal.doe.validation.null_model import Formula
+from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER

@@ -11,8 +11,18 @@ from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, condition, from_means, further_table, simulated, to_decimals
-from stemcal.report.tables.printed import NUMBERS, PaperTable, label_of, titled
+from stemcal.report.tables.columns import (
+    ERROR,
+    NUMBERS,
+    PaperTable,
+    condition,
+    from_means,
+    further_table,
+    label_of,
+    simulated,
+    titled,
+    to_decimals,
+)
 from stemcal.stages.validate import figures, words
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.words import series

@@ -7,7 +7,7 @@ one of severity ``warning`` a reservation. The given percentage is `validate.tol
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from stemcal.folder.study_folder import StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy, Severity
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Judged

@@ -164,7 +164,7 @@ class LaboratoryKind(Checked):
     options: ClassVar[type[LaboratorySection]] = LaboratorySection
 
     def make(self, section: Any, diameter: float) -> Any:
-        """Return what is done to a piece of a stem of that diameter, a `laboratory.kind.Kind`."""
+        """Return what is done to a piece of a stem of that diameter, a `laboratory.Kind`."""
         raise NotImplementedError
 
 

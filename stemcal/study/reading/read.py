@@ -4,18 +4,19 @@ The way of a spec: bytes → strict tree with places → each section by itself 
 A section that is wrong does not hide what is wrong in another.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.reading import open_plain
 from stemcal.registry import stages
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
-from stemcal.study.rules import broken_rules
-from stemcal.study.rules.draft import Draft
+from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
 from stemcal.words import did_you_mean, nearest
@@ -167,3 +168,119 @@ def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
     study = Study.model_validate(values)
     warnings = tuple(str(_problem(path, document, _place(document, doubt), doubt)) for doubt in doubts(study))
     return study.model_copy(update={"warnings": warnings})
+
+
+# ---- what must hold between the values of a spec
+
+RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
+    factors.names_differ,
+    target_rules.names_are_free,
+    target_rules.forces_are_newtons,
+    factors.ranges_rise,
+    factors.priors_fit,
+    factors.factors_are_known,
+    factors.factors_are_physical,
+    factors.material_is_physical,
+    factors.material_is_given_once,
+    factors.sections_are_given_once,
+    factors.wall_fits_stem,
+    factors.rate_parameters_are_used,
+    factors.material_is_complete,
+    factors.growth_has_one_value,
+    factors.exponents_are_factors,
+    factors.grades_reach,
+    factors.growth_is_physical,
+    factors.tangent_stays_below_elastic,
+    target_rules.conditions_differ,
+    target_rules.stem_reaches_over_supports,
+    target_rules.edge_fits_blade,
+    target_rules.friction_falls,
+    target_rules.tests_are_simulated,
+    target_rules.curves_are_simulated,
+    target_rules.tests_differ,
+    target_rules.tests_have_what_they_need,
+    target_rules.further_cuts_are_possible,
+    target_rules.tests_fit_the_stem,
+    target_rules.test_targets_stand_beside_forces,
+    target_rules.own_names_belong_to_programs,
+)
+
+
+def broken_rules(draft: Draft) -> list[Finding]:
+    """Return everything the rules find wrong with `draft`: those above, of its solver and of the stages."""
+    solver = getattr(draft.study, "solver", None)
+    own = () if solver is None else draft.kind.rules
+    found = [*(rule(draft) for rule in RULES), *(rule(draft, solver) for rule in own)]
+    found += [rule(draft) for stage in stages().with_(draft.study.further) for rule in stage.rules()]
+    return [finding for findings in found for finding in _as_far_as_read(findings)]
+
+
+def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
+    """Yield findings until a rule asks for what could not be read (see `reading.sections.partly`)."""
+    try:
+        yield from findings
+    except AttributeError as error:
+        if error.name not in getattr(type(error.obj), "model_fields", ()):
+            raise
+
+
+# ---- rows of targets, changed in the text of a spec and nothing else
+
+
+def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
+    """Return the text with other rows of some tests: by a test's name ("" for the main one) rows in YAML, or comments.
+
+    >>> spec = "targets:\\n  - {test: pull, diameter: 7 mm}  # old\\n  # more\\n  - {diameter: 8 mm}\\nname: a\\n"
+    >>> print(with_rows(spec, {"pull": ["{test: pull, diameter: 9 mm}"]}), end="")
+    targets:
+      - {test: pull, diameter: 9 mm}
+      # more
+      - {diameter: 8 mm}
+    name: a
+    >>> with_rows("targets: [{diameter: 7 mm}]\\n", {"": ["{diameter: 8 mm}"]})
+    'targets:\\n  - {diameter: 8 mm}\\n'
+    >>> with_rows("name: a\\n", {"": ["{diameter: 8 mm}"]})
+    'name: a\\n\\ntargets:\\n  - {diameter: 8 mm}\\n'
+    """
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    new = [row if row.startswith("#") else f"- {row}" for of_test in rows.values() for row in of_test]
+    section = _entries(yaml.compose(text, Loader=yaml.SafeLoader)).get("targets")
+    if section is None:
+        listed = "".join(f"  {row}{line_end}" for row in new)
+        return f"{text.rstrip()}{line_end}{line_end}targets:{line_end}{listed}"
+    key, node = section
+    if not isinstance(node, yaml.SequenceNode) or node.flow_style or not node.value:
+        old = node.value if isinstance(node, yaml.SequenceNode) else []
+        kept = [text[row.start_mark.index : row.end_mark.index] for row in old if _test_of(row) not in rows]
+        listed = "".join(f"{line_end}  {row}" for row in [*(f"- {row}" for row in kept), *new])
+        return f"{text[: key.start_mark.index]}targets:{listed}{text[_end(node) :]}"
+    indent, lines = " " * node.start_mark.column, text.splitlines(keepends=True)
+    replaced = [row for row in node.value if _test_of(row) in rows]
+    at = replaced[0].start_mark.line if replaced else text.count("\n", 0, _end(node)) + 1
+    gone = {line for row in replaced for line in range(row.start_mark.line, text.count("\n", 0, _end(row)) + 1)}
+    if at == len(lines) and not text.endswith("\n"):
+        lines[-1] += line_end
+    before = [line for number, line in enumerate(lines[:at]) if number not in gone]
+    after = [line for number, line in enumerate(lines[at:], at) if number not in gone]
+    return "".join([*before, *(f"{indent}{row}{line_end}" for row in new), *after])
+
+
+def _test_of(row: yaml.Node) -> str:
+    """Return the test that a row names; nothing for the main one."""
+    test = _entries(row).get("test")
+    return str(test[1].value) if test else ""
+
+
+def _end(node: yaml.Node) -> int:
+    """Return where a node ends: one in block style with its last part, before the comments and lines below."""
+    if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
+        last = node.value[-1]
+        return _end(last[1] if isinstance(last, tuple) else last)
+    return int(node.end_mark.index)
+
+
+def _entries(node: yaml.Node | None) -> Mapping[str, tuple[yaml.Node, yaml.Node]]:
+    """Return the nodes of a mapping's keys and values by key; none of another node."""
+    if not isinstance(node, yaml.MappingNode):
+        return {}
+    return {str(key.value): (key, value) for key, value in node.value}

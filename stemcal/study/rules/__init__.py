@@ -1,62 +1,65 @@
-"""What must hold between the values of a spec, one rule per function; each yields what it finds wrong.
+"""What must hold between the values of a spec, one rule per function; each yields what it finds wrong in a `Draft`.
 
 What is possible but looks like a slip is in `plausible`.
 """
 
-from collections.abc import Callable, Iterator
+from __future__ import annotations
 
-from stemcal.registry import stages
-from stemcal.study.rules import factors, target_rules
-from stemcal.study.rules.draft import Draft
-from stemcal.study.types.strict_yaml import Finding
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
-RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    factors.names_differ,
-    target_rules.names_are_free,
-    target_rules.forces_are_newtons,
-    factors.ranges_rise,
-    factors.priors_fit,
-    factors.factors_are_known,
-    factors.factors_are_physical,
-    factors.material_is_physical,
-    factors.material_is_given_once,
-    factors.sections_are_given_once,
-    factors.wall_fits_stem,
-    factors.rate_parameters_are_used,
-    factors.material_is_complete,
-    factors.growth_has_one_value,
-    factors.exponents_are_factors,
-    factors.grades_reach,
-    factors.growth_is_physical,
-    factors.tangent_stays_below_elastic,
-    target_rules.conditions_differ,
-    target_rules.stem_reaches_over_supports,
-    target_rules.edge_fits_blade,
-    target_rules.friction_falls,
-    target_rules.tests_are_simulated,
-    target_rules.curves_are_simulated,
-    target_rules.tests_differ,
-    target_rules.tests_have_what_they_need,
-    target_rules.further_cuts_are_possible,
-    target_rules.tests_fit_the_stem,
-    target_rules.test_targets_stand_beside_forces,
-    target_rules.own_names_belong_to_programs,
-)
+from stemcal.naming import CUTTING, DIAMETER, Naming
+from stemcal.study import model
+from stemcal.study.types.strict_yaml import Finding, NodePath
+from stemcal.words import did_you_mean
 
 
-def broken_rules(draft: Draft) -> list[Finding]:
-    """Return everything the rules find wrong with `draft`: those above, of its solver and of the stages."""
-    solver = getattr(draft.study, "solver", None)
-    own = () if solver is None else draft.kind.rules
-    found = [*(rule(draft) for rule in RULES), *(rule(draft, solver) for rule in own)]
-    found += [rule(draft) for stage in stages().with_(draft.study.further) for rule in stage.rules()]
-    return [finding for findings in found for finding in _as_far_as_read(findings)]
+@dataclass(frozen=True)
+class Draft:
+    """A study of which some sections may be missing, because they are wrong.
 
+    A rule that asks for a missing section or field gets an `AttributeError`, and ends (see `reading.read`).
+    `factors` and `tests` hold the valid ones by their index; `names` are the names of all factors, valid or not.
+    """
 
-def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
-    """Yield findings until a rule asks for what could not be read (see `reading.sections.partly`)."""
-    try:
-        yield from findings
-    except AttributeError as error:
-        if error.name not in getattr(type(error.obj), "model_fields", ()):
-            raise
+    study: model.Study
+    factors: dict[int, model.Factor] = field(default_factory=dict)
+    tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    naming: Naming = CUTTING
+
+    @classmethod
+    def of(cls, good: Mapping[str, Any], **more: Any) -> Draft:
+        """Return a study of valid sections alone."""
+        study = model.Study.model_construct(**good)
+        for name in model.StudyForm.model_fields:
+            if name not in good:
+                study.__dict__.pop(name, None)
+        return cls(study, **more)
+
+    @property
+    def kind(self) -> model.SolverKind:
+        """The kind of the solver, and so what that can do."""
+        return self.study.kind
+
+    @property
+    def growing(self) -> dict[str, model.Growth | model.Grades]:
+        """The material parameters that follow the diameter."""
+        return self.study.material.growing()
+
+    @property
+    def diameters(self) -> dict[NodePath, float]:
+        """Every stem diameter of the spec with its place, mm."""
+        found: dict[NodePath, float] = {}
+        if specimen := getattr(self.study, "specimen", None):
+            found["specimen", "outer_diameter"] = specimen.outer_diameter
+        if self.naming.condition == DIAMETER and (targets := getattr(self.study, "targets", None)):
+            for target in targets.means:
+                found["targets", target.row, "diameter"] = target.condition
+        return found
+
+    def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
+        """Return that no factor is called so."""
+        message = f"{name[:60]!r} is not a factor of this study"
+        return Finding(path, message, did_you_mean(name, self.names), at_key)

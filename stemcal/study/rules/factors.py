@@ -13,7 +13,7 @@ from stemcal.study.model import (
     Study,
     exponents_in,
 )
-from stemcal.study.rules.draft import Draft
+from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST
 from stemcal.study.types.strict_yaml import Finding, NodePath

@@ -7,7 +7,7 @@ from math import isclose
 
 from stemcal.naming import CUTTING, DIAMETER, FORCE
 from stemcal.study.model import OwnQuantity
-from stemcal.study.rules.draft import Draft
+from stemcal.study.rules import Draft
 from stemcal.study.rules.factors import reached
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.named import declared_once

@@ -29,7 +29,7 @@ from pydantic import (
 from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from stemcal.files.showing import unprintable
+from stemcal.files.reading import unprintable
 from stemcal.study.types import units
 
 _NUMBER = r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?"

@@ -8,9 +8,8 @@ from scipy.stats import chi2, lognorm, norm, t
 
 from stemcal.doe.calibration.fit import Fit, Prior, fit
 from stemcal.doe.calibration.intervals import contradiction, left_out, out_of_reach, profiles_of, settled
-from stemcal.doe.calibration.observations import Observation
+from stemcal.doe.calibration.observations import Contrasts, Observation, Uniforms, variances
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.calibration.scatter import Contrasts, Uniforms, variances
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface

@@ -6,8 +6,8 @@ import pytest
 from stemcal.doe.calibration.level_set import RULES, assess_point, solve_target
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import TargetUnreachable, UsageError
 
 ALPHA = 8**0.25

@@ -7,15 +7,15 @@ from stemcal.doe.designs.aliases import aliases_note
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.catalogue import (
     SurfaceOptions,
+    extra_runs,
     fold_over,
+    latin_hypercube,
     plackett_burman,
     surface_runs,
 )
 from stemcal.doe.designs.composite import axial_distance, central_composite
-from stemcal.doe.designs.extra_runs import extra_runs
 from stemcal.doe.designs.factorial import fraction
-from stemcal.doe.designs.latin_hypercube import latin_hypercube
-from stemcal.doe.regression.terms import term_columns
+from stemcal.doe.regression.coding import term_columns
 from stemcal.errors import UsageError
 
 

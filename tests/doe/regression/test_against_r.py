@@ -11,10 +11,10 @@ import pytest
 from test_random_designs import CLOSE, random_case
 
 from stemcal.doe.designs.catalogue import plackett_burman
+from stemcal.doe.regression.coding import term_columns
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.doe.regression.terms import term_columns
-from stemcal.doe.screening.analysis import analyse_screening
 from stemcal.errors import RunsFailed
+from stemcal.stages.screen.analysis import analyse_screening
 
 pytestmark = [
     pytest.mark.slow,

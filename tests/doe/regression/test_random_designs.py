@@ -10,8 +10,8 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
 from stemcal.doe.designs.catalogue import SurfaceOptions, surface_runs
+from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.doe.regression.terms import term_columns, term_names
 from stemcal.errors import RunsFailed
 
 CLOSE = {"rel": 1e-8, "abs": 1e-8}

@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.regression.coding import term_columns, term_gradient, term_names
 from stemcal.doe.regression.surface import fit_surface
-from stemcal.doe.regression.terms import term_columns, term_gradient, term_names
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
 

@@ -10,9 +10,9 @@ from stemcal.errors import SpecError
 from stemcal.report.figures.curves import measured_band
 from stemcal.report.records import Curve
 from stemcal.solvers import make_solver
-from stemcal.solvers.command import Command
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.measures import curve_scores
+from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
 from stemcal.study.model import Study

@@ -4,7 +4,7 @@ from dataclasses import asdict
 import pytest
 from printed import read_printed
 
-from stemcal.doe.validation.comparison import compare_conditions
+from stemcal.doe.comparison import compare_conditions
 from stemcal.errors import UsageError
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.designs.catalogue import screening_runs
-from stemcal.doe.screening.analysis import analyse_screening
+from stemcal.stages.screen.analysis import analyse_screening
 
 # D. C. Montgomery, Design and Analysis of Experiments, 8th ed., section 6.8: yield over time and temperature, a 2²
 # design and five centre runs. SS of A 2.4025, of B 0.4225, of curvature 0.0027, mean square of pure error 0.0430.

@@ -8,10 +8,11 @@ from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 
 from stemcal.doe.designs.catalogue import plackett_burman
-from stemcal.doe.screening.analysis import Screening, analyse_screening
-from stemcal.doe.screening.lenth import lenth
+from stemcal.doe.lenth import lenth
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json
+from stemcal.stages.screen.analysis import analyse_screening
+from stemcal.stages.screen.result import Screening
 
 NAMES = [f"X{i}" for i in range(1, 10)]
 

@@ -1,1 +1,0 @@
-"""Two-level effects and what they are tested against."""

@@ -1,1 +1,0 @@
-"""The study folder: records of runs, stage files, tables, lock and log."""
