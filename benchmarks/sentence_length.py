@@ -19,10 +19,14 @@ GENERATED = ("commands.md", "spec.md", "stages.md", "glossary.md")
 
 def sentences(text: str) -> Iterator[str]:
     """Yield the sentences of plain text: each ends with a stop or question mark before a capital or a number."""
-    for part in re.split(r"(?<=[^.\s][.?!])[)*”\"]*\s+(?=[\"“(*]*(?:[A-ZÅ-ÞΑ-Ω0-9]|stemcal))", text):
-        words = [word for word in part.split() if re.search(r"[^\W_]", word)]
-        if len(words) > 1:
-            yield " ".join(words)
+    for part in re.split(r"(?<=[^.\s][.?!])[)*”\"]*\s+(?=[\"“(*`]*(?:[A-ZÅ-ÞΑ-Ω0-9]|stemcal))", text):
+        if length(part) > 1:
+            yield " ".join(part.split())
+
+
+def length(sentence: str) -> int:
+    """Return the number of words; signs and dashes are none."""
+    return sum(bool(re.search(r"[^\W_]", word)) for word in sentence.split())
 
 
 def prose(markdown: str) -> Iterator[str]:
@@ -74,18 +78,22 @@ def of_report() -> list[str]:
         command = [sys.executable, "-m", "stemcal", "run", str(ROOT / "configs" / "paper-replay.yaml"), "--out", place]
         subprocess.run([*command, "--quiet"], check=True, capture_output=True)
         page = (Path(place) / "report.html").read_text("utf-8")
-    page = re.sub(r"<(script|style|svg|table|pre)\b.*?</\1>", "\n\n", page, flags=re.DOTALL)
-    blocks = re.sub(r"<[^>]+>", "", re.sub(r"</?(?:p|li|h\d|div|summary|figcaption|dt|dd|td)\b[^>]*>", "\n\n", page))
+    page = re.sub(r"<(script|style|svg|table|pre|form|button|title)\b.*?</\1>", "\n\n", page, flags=re.DOTALL)
+    blocks = re.sub(
+        r"<[^>]+>",
+        "",
+        re.sub(r"</?(?:p|li|h\d|div|summary|figcaption|dt|dd|td|span|strong|label)\b[^>]*>", "\n\n", page),
+    )
     return [found for block in html.unescape(blocks).split("\n\n") for found in sentences(block)]
 
 
 def main() -> None:
     docs = of_docs(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT)
     for name, found in (("docs", [text for _, text in docs]), ("help", of_help()), ("report", of_report())):
-        print(f"{name:7s} {len(found):5d} sentences, {mean(len(text.split()) for text in found):5.1f} words on average")
+        print(f"{name:7s} {len(found):5d} sentences, {mean(map(length, found)):5.1f} words on average")
     for file, text in docs:
-        if len(text.split()) > 30:
-            print(f"{file}: {len(text.split())} words: {text}")
+        if (words := length(text)) > 30:
+            print(f"{file}: {words} words: {text}")
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Check the installation, with a self-test.
+    """Check the installation and run a self-test.
 
     Example: [bold]stemcal doctor[/bold]
     """

@@ -59,7 +59,7 @@ def tables(
 ) -> None:
     """Write the tables of a study for a publication.
 
-    They are written to the folder tables of the study folder: factors, screening, response surface, ANOVA,
+    The folder tables of the study folder then contains the factors, screening, response surface, ANOVA,
     calibration, parameters and validation. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
@@ -88,7 +88,7 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    They are written to the folder figures of the study folder. NAME selects all figures whose names begin with it:
+    Figures are written to the folder figures of the study folder. NAME selects all figures whose names begin with it:
     contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm
     that at 7 mm.
 

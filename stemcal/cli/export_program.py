@@ -47,8 +47,8 @@ def export_deck(
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values without a calibration. Cards of the program replace the
-    averaging lengths of the study. A name that ends in .rad also writes the starter and engine files of OpenRadioss.
+    Factors have their calibrated values, or mid-range values if the study is not calibrated. Cards of the program
+    replace the averaging lengths of the study. A name ending in .rad also writes OpenRadioss starter and engine files.
     Units are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
@@ -213,9 +213,9 @@ def export_material(
 ) -> None:
     """Write the material card for your own model and its element size.
 
-    If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
-    strain is adjusted until the mean force over several positions is the calibrated force. The card is for the first
-    --element-size; with several sizes a curve is written too. Run `stemcal run SPEC` first.
+    If each element fails independently, the force depends on the element size and on the mesh position. The failure
+    strain is adjusted until the mean force over several positions equals the calibrated force. The card is for the
+    first --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

@@ -129,9 +129,9 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert shear tests to peak forces, their means by grade and targets.
+    """Convert shear tests to peak forces, means per grade and targets.
 
-    The diameter of a specimen is in its file name (7mm-1.csv), above its data or in an index.
+    The diameter of each specimen is read from its file name (7mm-1.csv), from a line above its data or from an index.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -175,7 +175,7 @@ def tests(
 ) -> None:
     """Convert other laboratory tests to slopes, peak forces, work and targets.
 
-    The responses are those in the targets of each test; without targets, those usual for its kind.
+    The responses are those in the targets of each test or, without targets, the usual ones for its kind.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

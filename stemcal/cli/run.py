@@ -175,9 +175,9 @@ def report(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the report, one self-contained page, from the finished stages.
+    """Write the finished stages to the report, a single self-contained page.
 
-    It can also be written while the study runs.
+    You can also write it while the study is running.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
@@ -215,7 +215,7 @@ def enter(
 ) -> None:
     """Enter results of runs done by hand, then continue the study.
 
-    Correct rows are recorded, the others are listed with their errors. For a run that was not possible write
+    Correct rows are recorded; the others are listed with their errors. If a run was not possible, write
     [bold]failed: why[/bold]; with --replace this also removes an earlier result.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]

@@ -28,12 +28,14 @@ Spec = Annotated[
 
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>"),
+    typer.Option("--out", "-o", metavar="DIR", help="Folder of the study.", show_default="runs/<study name>"),
 ]
 
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", "-j", metavar="N", min=1, help="Parallel simulations.", show_default="all cores"),
+    typer.Option(
+        "--workers", "-j", metavar="N", min=1, help="Number of parallel simulations.", show_default="all cores"
+    ),
 ]
 
 ExecutorName = Annotated[

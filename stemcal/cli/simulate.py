@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 CUTTING = "cutting"  # the test that the sections of a spec describe
 
-Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
+Diameter = Annotated[
+    str | None, typer.Option(metavar="MM", help="Outer diameter of the stem.", show_default="the spec's")
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit of the spec; repeatable."),
@@ -52,9 +54,9 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate one virtual shear test, or another test of the spec.
+    """Simulate one virtual shear test or another test of the spec.
 
-    If the spec names a program, it makes one run of that program. Factors without --set have mid-range values.
+    If the spec uses another program, that program is run once. Factors without --set have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """

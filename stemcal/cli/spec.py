@@ -27,7 +27,7 @@ def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
     full: Annotated[bool, typer.Option("--full", help="Include keys with default values.")] = False,
 ) -> None:
-    """Write a commented spec to start from.
+    """Write a commented spec as a starting point.
 
     The file is NAME.yaml; an existing file is not overwritten.
 
@@ -75,7 +75,7 @@ def write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """Report all mistakes in a spec; if it has none, its runs and their cost.
+    """List all mistakes in a spec or, if there are none, its runs and cost.
 
     Nothing is simulated or written. Time and memory exclude runs that are already in the study folder.
 

@@ -36,8 +36,8 @@ def status(
 ) -> None:
     """Show progress, failures and the verdict of a study.
 
-    It can be used while the study runs. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records are
-    repeated in any case.
+    You can use it while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records
+    are always repeated.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
