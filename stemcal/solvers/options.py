@@ -71,7 +71,7 @@ Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "st
 
 
 class ResultReader(Frozen):
-    """A file in the run folder, and how the series of numbers in it becomes one number.
+    """A file in the run folder, and how a series of numbers in it is reduced to one number.
 
     One of `column` (of a CSV file with a header), `path` (in a JSON file) and `pattern` (in a text file) names the
     numbers.
@@ -157,7 +157,7 @@ class EmbeddedSolver(SolverOptions):
     """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` 1 + (rate/C)^(1/P), `none` no rate effect."""
     element_size: StemLength = Length(divisor=16.0)
-    """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
+    """Length of the elements under the edge: a length, or a fraction of the diameter such as d/16. At most 0.6 times
     `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
     edge_over: EdgeOver = "nodes"
@@ -175,7 +175,7 @@ class EmbeddedSolver(SolverOptions):
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
     time_limit: Time | None = None
-    """Time limit of one run, from its start; unlimited by default."""
+    """Time limit of one run from its start; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
 
@@ -274,7 +274,7 @@ class CommandSolver(ProgramOptions):
     In `templates` and arguments of `command`, ``{{factor}}`` is replaced by the value of the factor in the unit of the
     spec, ``{{diameter}}`` by the outer diameter in mm. A condition that the spec declares is replaced by its name, and
     for a stochastic program ``{{seed}}`` and ``{{replicate}}``. Each run has a separate folder with templates and
-    `files`. The number read by `result` is the response: the peak force in N, or one declared under ``responses``.
+    `files`. The number that `result` reads is the response: the peak force in N, or one declared under ``responses``.
     """
 
     kind: Literal["command"] = "command"
@@ -285,10 +285,10 @@ class CommandSolver(ProgramOptions):
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
     For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """Source of the number; for several responses a mapping by their names."""
+    """Source of the response; for several responses, a mapping by name."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
-    design once, repeated centre points too. Without the key the program must be deterministic: the first run is
+    design once, also repeated centre points. Without the key the program must be deterministic: the first run is
     repeated to check this."""
 
     @property
@@ -389,7 +389,7 @@ OF_OPENRADIOSS = ("programs",)
 
 
 class SheetSolver(SolverOptions):
-    """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
+    """A sheet of runs: a CSV file with one row per run. A stage that needs results adds rows to it and waits.
 
     The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
     """
@@ -397,8 +397,8 @@ class SheetSolver(SolverOptions):
     kind: Literal["sheet"] = "sheet"
     """Results are entered into a sheet."""
     file: SpecFile | None = None
-    """Sheet of runs that are known or designed elsewhere, CSV or xlsx, with the columns run, factors and responses. Its
-    rows are the designs of the stages that it names; empty results are requested."""
+    """Sheet of runs that are known or designed elsewhere (CSV or xlsx), with the columns run, factors and responses.
+    Its rows are the designs of the stages that it names; empty results are requested."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
@@ -425,4 +425,4 @@ class PythonSolver(SolverOptions):
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )
-    """Name of the class in it."""
+    """Name of the class in that file."""

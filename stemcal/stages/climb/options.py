@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 class ClimbOptions(Frozen):
     """Steps towards the target between screening and surface.
 
-    Steps end at the ends of the ranges; active factors without a size move in proportion to their slopes.
+    Steps end at the limits of the ranges; active factors without a size move in proportion to their slopes.
     """
 
     steps: Annotated[Whole, Field(ge=1, le=50)] = 5
-    """Number of steps from the centre to the ends of the ranges."""
+    """Number of steps from the centre to the limits of the ranges."""
     step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
     """Step of each factor in its unit; `steps` is then the maximum number."""
     at_once: Flag = False
-    """Whether all steps are run at once, also those beyond the target: fewer rounds for runs by hand or many cores. The
-    mean of the screening then gives the direction."""
+    """Whether all steps are run at once, including those beyond the target: fewer rounds for runs by hand or many
+    cores. The mean of the screening then gives the direction."""
 
 
 def follows_a_slope(draft: Draft) -> Iterator[Finding]:

@@ -37,7 +37,7 @@ class InvertOptions(Frozen):
 
     rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
     """Rule that selects one of the solutions: the nearest to the centre, or the one with all factors
-    but the strongest at their centre."""
+    except the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
     )
@@ -45,7 +45,7 @@ class InvertOptions(Frozen):
     each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
     are calibrated at the first of a list."""
     responses: Responses = (FIRST,)
-    """What is fitted: the force alone, or also travel and work to the maximum."""
+    """Fitted responses: only the force, or also travel and work up to the maximum."""
 
 
 def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:

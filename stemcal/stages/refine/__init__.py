@@ -29,7 +29,7 @@ class Refinement(Stage["RefineResult"]):
         `stemcal run` includes it if the spec has a section refine, and the validation uses the refined parameters. With
         refine.in it runs after the validation, in the program or on the mesh where the parameters will be used.
         """
-    purpose = """Stage 4: simulate at the solution and correct it, also in another program; omitted without this
+    purpose = """Stage 4: simulate at the solution and correct it, also in another program; skipped without this
         section."""
     by_section = True
 

@@ -36,7 +36,7 @@ class RefineOptions(Frozen):
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
     """The program or mesh in which the parameters will be used: any solver with its keys, also `embedded` with another
-    mesh. Omitted keys are those of the study if its solver has the same kind. By default the study's own model."""
+    mesh. Omitted keys are those of the study if its solver has the same kind. By default the model of the study."""
     internal_length: StemLengthOrZero | None = None
     """`material.internal_length` in `in`; `0 mm` for local failure."""
     edge_spread: StemLengthOrZero | None = None
@@ -52,7 +52,7 @@ class RefineOptions(Frozen):
     ] = {}
     """Factors that may change in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if
     the surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
-    strain may change from a tenth of its lower end to 1."""
+    strain may range from a tenth of its lower limit to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest error of the simulated response at the solution."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10

@@ -97,7 +97,7 @@ class RsmOptions(Frozen):
     ] = "significant"
     """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
-    """Runs at the centre. The embedded solver is deterministic, so further runs add no information."""
+    """Runs at the centre. The embedded solver is deterministic, so repeated runs add no information."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
@@ -107,7 +107,7 @@ class RsmOptions(Frozen):
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
-    """Further runs where the surface is least certain. A larger number reuses the runs made before."""
+    """Further runs where the surface is least certain. If you increase the number, earlier runs are reused."""
     reduce: Literal["none", "backward"] = "none"
     """`backward` removes terms with p above 0.1, one by one; the hierarchy of terms is kept."""
     coding: dict[str, tuple[Number, Number]] = {}

@@ -129,7 +129,7 @@ class PieceSection(LaboratorySection):
 
 
 class FurtherCutSection(LaboratorySection):
-    """The cut of the sections above in another way."""
+    """Another cut, with changes to the sections above."""
 
     kind: Literal["cutting"] = "cutting"
     blade: BladeSection | None = None

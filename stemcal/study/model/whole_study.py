@@ -45,7 +45,7 @@ class RunsOptions(Frozen):
     """Time limit of a run, and the number that must succeed."""
 
     time_limit: Time | None = None
-    """Time limit of one run, from its start; unlimited by default."""
+    """Time limit of one run from its start; unlimited by default."""
     quorum: Annotated[Number, Field(ge=0, le=1)] = 0.5
     """Fraction of the runs of a stage that must succeed."""
 
@@ -79,13 +79,13 @@ class OwnSections(Frozen):
     material: MaterialSection = MaterialSection()
     """Fixed values of the parameters that are not factors, and the internal length."""
     solver: AnySolver = Field(default_factory=usual_solver)
-    """The solver, which computes the response to a set of levels."""
+    """The solver, which computes the response at given levels."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
     """Laboratory tests of pieces of the same stems, in addition to cutting."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
-    """Measured responses, a row for each test and diameter."""
+    """Measured responses, one row per test and diameter."""
 
 
 def _form() -> type[OwnSections]:
