@@ -43,7 +43,7 @@ V = TypeVar("V", bound=StageResult)
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels it is asked for; a notebook shows it as the profiler of the page."""
+    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
 
     _owner: StudyResults
 
@@ -75,7 +75,7 @@ class Inversion(InvertResult):
         return fit_of_study(self._study, self._surface)
 
     def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
-        """Return the log-likelihood of what was measured, up to a constant, at levels in the units of the spec.
+        """Return the log-likelihood of the measurements, up to a constant, at levels in the units of the spec.
 
         Each level is a number, or an array to evaluate many points at once. Priors of the spec are included. The value
         is minus infinity outside the ranges. Raise `UsageError` if a level is missing.
@@ -91,21 +91,21 @@ class Inversion(InvertResult):
 
 
 def _extended(kind: type[V], result: StageResult, **more: object) -> V:
-    """Return a result as the class that can do more."""
+    """Return a result as an instance of its extended class."""
     extended = object.__new__(kind)
     extended.__dict__.update(vars(result), **more)
     return extended
 
 
 class StudyResults:
-    """What a study came to, stage by stage; a stage that is not done raises `UsageError` when it is asked for.
+    """The results of a study by stage; access to a stage that is not finished raises `UsageError`.
 
     Attributes
     ----------
     study : Study
     folder : StudyFolder
     stale : tuple of str
-        Why stages whose files are there are left out: something has changed since.
+        Reasons why existing stage files are not used: an input has changed since.
     """
 
     def __init__(self, study: Study, folder: StudyFolder, results: Results) -> None:
@@ -113,12 +113,12 @@ class StudyResults:
 
     @classmethod
     def read(cls, study: Study, folder: StudyFolder) -> StudyResults:
-        """Read what is in the folder of a study."""
+        """Read the results in a study folder."""
         return cls(study, folder, fresh_results(study, folder))
 
     @property
     def screen(self) -> ScreenResult:
-        """Which factors move the response."""
+        """The factors that affect the response."""
         return self.of(ScreenResult)
 
     @property
@@ -133,41 +133,41 @@ class StudyResults:
 
     @property
     def inversion(self) -> Inversion:
-        """The calibrated parameters and how well they are known."""
+        """The calibrated parameters and their intervals."""
         found, surface = self.of(InvertResult), self.of(SurfaceResult)
         return _extended(Inversion, found, _study=self.study, _surface=surface)
 
     @property
     def refinement(self) -> RefineResult:
-        """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
+        """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
         return self.of(RefineResult)
 
     @property
     def validation(self) -> ValidateResult:
-        """Measured against simulated response."""
+        """Measured and simulated responses."""
         return self.of(ValidateResult)
 
     def of(self, kind: type[R]) -> R:
-        """Return the result of a stage by its class; raise `UsageError` if it is not done."""
+        """Return the result of a stage by its class; raise `UsageError` if the stage is not finished."""
         if (result := self._results.of(kind)) is not None:
             return result
         missing = f"{self.folder.path / kind.name}.json does not exist yet; run `stemcal {kind.name} SPEC` first"
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:
-        """Return the result of another package's stage by its name."""
+        """Return the result of a stage of another package by its name."""
         if (stage := None if name.startswith("_") else STAGES.named(name)) is None:
             raise AttributeError(f"StudyResults has no attribute {name!r}")
         return self.of(stage.result())
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the study is calibrated, with reservations or not, for which reasons, and the remedies."""
+        """The verdict on the study (calibrated, with reservations, not calibrated) with reasons and remedies."""
         return verdict_of(self.study, self.folder, self._results)
 
     @property
     def verdict_text(self) -> str:
-        """The verdict in three lines at most, as `stemcal run` ends with it."""
+        """The verdict in at most three lines, as printed at the end of `stemcal run`."""
         return "\n".join(lines(self.verdict, Names(self.study.naming)))
 
     @property
@@ -177,7 +177,7 @@ class StudyResults:
 
     @property
     def runs(self) -> Rows[Entry]:
-        """Every run of the study and what came of it."""
+        """Every run of the study with its outcome."""
         return ledger(self.study, self.folder)
 
     @cached_property
@@ -193,7 +193,7 @@ class StudyResults:
         return [plot.name for plot in gallery(self.study, self._results, self.records)]
 
     def figure(self, name: str) -> Figure:
-        """Draw the figure of that name, or the first that begins so: ``contour`` over the first two factors."""
+        """Draw the figure with this name, or the first whose name starts with it, such as ``contour``."""
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
         found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
         if found is None:

@@ -1,4 +1,4 @@
-"""The designs by name, in coded units; larger ones are built in modules of their own.
+"""The designs by name, in coded units; larger ones have separate modules.
 
 A new screening design is one function and one line in `SCREENING`, a new surface design one class and one line in
 `SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.
@@ -48,7 +48,7 @@ def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = Fa
 
 
 def fold_over(coded: Array) -> Array:
-    """Append every run with all signs turned: main effects become clear of two-factor interactions.
+    """Append every run with all signs reversed: main effects become clear of two-factor interactions.
 
     Resolution III turns into IV. Source: G. E. P. Box and K. B. Wilson, J. R. Stat. Soc. B 13 (1951) 1–45.
     """
@@ -57,7 +57,7 @@ def fold_over(coded: Array) -> Array:
 
 @dataclass(frozen=True)
 class SurfaceOptions:
-    """What may be chosen about a design for a response surface; each design uses the options that concern it."""
+    """Options of a design for a response surface; each design uses those that apply to it."""
 
     design: str = "central-composite"
     centre_points: int = 6
@@ -73,7 +73,7 @@ class SurfaceOptions:
 class SurfaceDesign(Checked):
     """A design for the response surface of k factors, in coded units.
 
-    `factors` are how few and how many it takes; the levels of a `balanced` one have the mean 0.
+    `factors` contains the smallest and largest number of factors; the mean level of a `balanced` design is 0.
     """
 
     name: ClassVar[str] = ""
@@ -85,18 +85,18 @@ class SurfaceDesign(Checked):
         raise NotImplementedError
 
     def runs(self, k: int, options: SurfaceOptions) -> Array:
-        """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not take."""
+        """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not support."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
             raise UsageError(f"rsm.factors: {self.name} requires {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
-        """Return the coded distance at which a factor's low and high lie."""
+        """Return the coded distance of the low and high levels of a factor."""
         return 1.0
 
     def radius(self, k: int, options: SurfaceOptions) -> float:
-        """Return how far from the centre the surface may be used: by default √k, the distance of the corners."""
+        """Return the coded radius within which the surface may be used: by default √k, the distance of the corners."""
         return float(k**0.5)
 
 
@@ -141,7 +141,7 @@ class ThreeLevels(SurfaceDesign):
 
 
 class LatinHypercube(SurfaceDesign):
-    """Points spread over the whole box."""
+    """Points distributed over the whole range of all factors."""
 
     name, balanced = "latin-hypercube", False
 

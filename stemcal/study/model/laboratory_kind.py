@@ -1,4 +1,4 @@
-"""Laboratory tests besides cutting: the keys that a spec gives a test of each kind, and the kinds by name."""
+"""Laboratory tests other than cutting: the keys of a test of each kind, and the kinds by name."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ class FurtherCutSection(LaboratorySection):
 
 
 def _given(section: Frozen | None) -> dict[str, object]:
-    """Return the keys of a section that its author wrote."""
+    """Return the keys that are written in a section."""
     return {} if section is None else {name: getattr(section, name) for name in section.model_fields_set}
 
 
