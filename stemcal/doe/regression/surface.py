@@ -314,7 +314,7 @@ def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], wr
         p, without = split.p, run.lack_of_fit_p_without
         if p is not None and without is not None and (p < 0.05) != (without < 0.05):
             text = (
-                f"The test for lack of fit depends on {called(run)}: p is {signed_probability(p)} with it and "
+                f"The test for lack of fit depends on {called(run)}: p {signed_probability(p)} with it, p "
                 f"{signed_probability(without)} without it."
             )
             yield Note("verdict_on_one_run", "warning", text)

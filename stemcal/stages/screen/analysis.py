@@ -285,6 +285,7 @@ def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note
     if touched:
         pair = f"{effects[a].factor}:{effects[b].factor}"
         text = (
-            f"An interaction {pair} of the two strongest factors would bias the estimated effects of {series(touched)}."
+            f"An interaction of the two strongest factors, {pair}, would bias the estimated effects of "
+            f"{series(touched)}."
         )
         yield Note("interaction_of_strongest", "caution", text)

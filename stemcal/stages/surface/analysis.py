@@ -74,7 +74,7 @@ def _shape(shape: Shape, names: Names) -> str:
     if shape.predicted is None:
         return "The surface has no single stationary point: it is a plane, or constant along some direction."
     return (
-        f"The stationary point ({shape_name(shape)}) has {names.quantity(shape.predicted)} at coded radius "
+        f"The stationary point ({shape_name(shape)}, {names.quantity(shape.predicted)}) is at coded radius "
         f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the region of the runs."
     )
 
