@@ -40,7 +40,7 @@ def prose(markdown: str) -> Iterator[str]:
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.)\s)|\n(?=\||#)", text):
         if not re.match(r"\s*(\||#)", block):
-            yield re.sub(r"^\s*(?:[-*]\s|\d+\.\s|\*\*[^*]+\.\*\*)\s*", "", " ".join(block.split()))
+            yield re.sub(r"^\s*(?:[-*]\s+|\d+\.\s+)?(?:\*\*[^*]+\.\*\*\s*)?", "", " ".join(block.split()))
 
 
 def pages(root: Path) -> list[Path]:
