@@ -139,9 +139,9 @@ def taylor() -> Topic:
         f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
         f"{1e-3 * SPEED:g} m/s. Results are compared after 80 µs (Wilkins and Guinan 1973). E = 117 GPa, ν = 0.35, "
         "σy = 400 MPa, Et = 100 MPa, 8930 kg/m³. There is no closed form. The references are the means of published "
-        "explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances are half of their range, with two exceptions. "
-        "The foot on the coarser mesh has a tolerance 0.05 mm wider. The largest plastic strain, that of a single "
-        "element, increases with refinement; its tolerance is 0.4 wider on the finer mesh."
+        "explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances are half of their range, with two "
+        "exceptions. The foot on the coarser mesh has a tolerance 0.05 mm wider. The largest plastic strain, that of a "
+        "single element, increases with refinement; its tolerance is 0.4 wider on the finer mesh."
     )
     caption = "Largest radius along the rod after 80 µs on both meshes, and at the start (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

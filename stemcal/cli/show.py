@@ -128,7 +128,7 @@ def failed_runs(result: StageResult) -> str:
     if not reasons:
         return ""
     runs, why = counted(len(outcomes), "run"), counted_reasons(reasons)
-    return f"{result.name}: {reasons.total()} of {runs} failed ({why}); see {result.name}.json"
+    return f"{result.name}: {reasons.total()} of {runs} failed: {why}; see {result.name}.json"
 
 
 def counted_reasons(reasons: Mapping[str, int]) -> str:

@@ -81,7 +81,7 @@ def test_one_displacement_for_several_forces(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg,Kraft 1,Kraft 2\n" + lines("{d},{f},{g}\n", scale=2.0))
     found = shear(tmp_path)
     assert [s["max_force"] for s in found["specimens"]] == [PEAK, 2 * PEAK]
-    assert "share the displacement 'Weg'" in found["notes"] and "--force-column" in found["notes"]
+    assert "share the displacement column 'Weg'" in found["notes"] and "--force-column" in found["notes"]
 
 
 def test_columns_that_may_be_specimens_or_channels(tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_a_workbook_of_a_sheet_per_specimen(tmp_path: Path) -> None:
     summary = [["试样", "最大力(N)"], ["1", 234.5], ["2", 469.0]]
     book(tmp_path / "8mm.xlsx", 试样1=[HEAD, *rows_of()], 试样2=[HEAD, *rows_of(2.0)], 结果=summary, 空=[[]])
     assert peaks(tmp_path) == {"8mm#试样1": pytest.approx(PEAK), "8mm#试样2": pytest.approx(2 * PEAK)}
-    assert "Sheet '结果' has no curve" in shear(tmp_path)["notes"]
+    assert "Sheet '结果' contains no curve" in shear(tmp_path)["notes"]
     assert peaks(tmp_path, "--sheet", "试样2") == {"8mm": pytest.approx(2 * PEAK)}
     assert "there are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
 

@@ -196,7 +196,7 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
     assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not match its SHA-256 checksum"}]
     result = failed("status", "--verify")
     assert result.exit_code == 1
-    assert f"runs/{first}.json does not agree" in result.stderr
+    assert f"runs/{first}.json does not match" in result.stderr
     assert folder.record_path(second).exists() and path.exists()  # nothing was moved
 
 

@@ -63,7 +63,7 @@ def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> Non
     ("text", "words"),
     [
         ("stem,diameter\n1,8.1\n2,thick\n3,8.0\n4,7\n5,9\n", "stem 2: 'thick' is not a number|at least three"),
-        ("stem,diameter\n1,8.1\n2,-8\n3,8.0\n", "stem 2: -8 mm is not a diameter"),
+        ("stem,diameter\n1,8.1\n2,-8\n3,8.0\n", "stem 2: -8 mm is not a plausible diameter"),
         ("stem,diameter\n1,8\n2,8\n3,8\n", "three stems of different diameters"),
         ("stem,diameter (furlong)\n1,8\n2,9\n3,8\n", "unknown unit 'furlong'"),
     ],

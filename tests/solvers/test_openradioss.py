@@ -266,7 +266,7 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
     assert contact_force(text).force.tolist() == [0.0, 2.5, 1.5]
     with pytest.raises(SimulationFailed, match=r"no contact 1, only \[2, 3\]"):
         contact_force(text.replace("TH-INTER  1", "TH-INTER  3"))
-    with pytest.raises(SimulationFailed, match="no numbers"):
+    with pytest.raises(SimulationFailed, match="not numeric"):
         contact_force(text.replace("-2.0", "NaN"))
     assert np.allclose(contact_force(text).time, [0.0, 1.0, 2.0])
 
