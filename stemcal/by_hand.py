@@ -21,7 +21,7 @@ from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore, keep
-from stemcal.runs.outcome import answer_of, record_key, stands
+from stemcal.runs.record import answer_of, record_key, stands
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import seed_of

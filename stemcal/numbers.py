@@ -175,3 +175,15 @@ def in_bytes(count: float) -> str:
     if count < 1e12:
         return f"{max(count / 1e9, 0.1):.1f} GB"
     return f"{count / 1e12:.1f} TB" if count < 1e15 else "more than 1000 TB"
+
+
+def outwards(value: float, up: bool) -> float:
+    """Round away from the range to two digits.
+
+    >>> outwards(44.2, True), outwards(0.0373, False), outwards(0.0, False)
+    (45.0, 0.037, 0.0)
+    """
+    if value == 0.0:
+        return 0.0
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
+    return float(f"{(math.ceil if up else math.floor)(round(value / step, 6)) * step:.6g}")

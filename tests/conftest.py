@@ -1,17 +1,47 @@
 """The published study, replayed once; `fakes` importable from every folder of tests, and by the workers they start."""
 
 import functools
+import os
+import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from filelock import FileLock, Timeout
 
-sys.path.insert(0, str(Path(__file__).parent))
+TESTS = Path(__file__).parent
+ROOT = TESTS.parent
+sys.path.insert(0, str(TESTS))
 
-ROOT = Path(__file__).parents[1]
 SIMULATING = {"cutting", "fem", "laboratory", "verification"}
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Where all tests are run by several workers, begin to compile the kernels while these collect."""
+    config = session.config
+    if config.args_source is config.ArgsSource.TESTPATHS and config.getoption("numprocesses", None):
+        paths = os.pathsep.join([str(ROOT), str(TESTS)])
+        begin = [sys.executable, "-c", "import conftest; conftest.compile_kernels()"]
+        subprocess.Popen(begin, env={**os.environ, "PYTHONPATH": paths})
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session: pytest.Session) -> Generator[None, Any, Any]:
+    """Let the first worker collect alone: it leaves compiled what each of the others would compile for itself."""
+    if not hasattr(session.config, "workerinput") or sys.dont_write_bytecode:
+        return (yield)
+    lock = FileLock(session.config._tmp_path_factory.getbasetemp().parent / ".collecting")
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        with lock:  # the first has collected
+            pass
+    try:
+        return (yield)
+    finally:
+        lock.release()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -22,9 +52,8 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @functools.cache
 def compile_kernels() -> None:
-    """Compile the kernels, and the element in double precision, in one worker of pytest while the others wait."""
+    """Compile the kernels, and the element in double precision, in one process while the others wait."""
     from exact import EXACT
-    from filelock import FileLock
 
     from stemcal.fem.kernels.compile import CACHE
     from stemcal.fem.kernels.element import add_internal_forces

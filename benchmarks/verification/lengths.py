@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from test_averaging import averaged
+from test_nonlocal_mean import averaged
 from test_notched_plate import work_to_failure
 from test_spread_edge import SPREAD, pressed, static_compliance, stiffness
 

@@ -54,7 +54,7 @@ def export_deck(
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
-    from stemcal.solvers.deck.cards import form_of
+    from stemcal.solvers.deck.keywords import form_of
 
     study = read_study(spec)
     chosen = _program_of(study, path, program)

@@ -43,7 +43,7 @@ class Material:
         step by itself, in which every vibration counts.
     internal_length : float
         ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the failure
-        strain, mm; 0 takes each element by itself. See `kernels.erosion`.
+        strain, mm; 0 takes each element by itself. See `kernels.nonlocal_mean`.
     """
 
     density: float

@@ -13,9 +13,9 @@ from stemcal.fem.kernels import block
 from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.element import MaterialNumbers
-from stemcal.fem.kernels.erosion import Exchange
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
+from stemcal.fem.kernels.nonlocal_mean import Exchange
 from stemcal.fem.kernels.search import FACES, Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step

@@ -21,7 +21,7 @@ from stemcal.folder import StudyFolder
 from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.runs.outcome import record_key, stands
+from stemcal.runs.record import record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design

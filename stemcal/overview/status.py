@@ -13,7 +13,7 @@ from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder import Holder, StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.outcome import counted, is_censored, record_key, stands
+from stemcal.runs.record import counted, is_censored, record_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked

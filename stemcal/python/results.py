@@ -2,103 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from stemcal.doe.calibration.fit import Fit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.gallery import gallery
-from stemcal.report.page import coded, for_notebook
+from stemcal.report.page import coded
 from stemcal.report.records import Records, read_records
 from stemcal.report.showing import Setting, showing_of
-from stemcal.stages.climb.result import ClimbResult
-from stemcal.stages.fitting import fit_of_study
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.result import R, StageResult
+from stemcal.stages.result import R
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.stage import STAGES
-from stemcal.stages.surface.result import Prediction, SurfaceResult
-from stemcal.stages.validate.result import ValidateResult
+from stemcal.stages.stage import STAGES, stages_known
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import lines
 from stemcal.study.model import Study
-from stemcal.study.reading.messages import checked_number
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-V = TypeVar("V", bound=StageResult)
-
-
-class Surface(SurfaceResult):
-    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
-
-    _owner: StudyResults
-
-    def predict(self, levels: Mapping[str, float]) -> Prediction:
-        """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
-        known = levels if isinstance(levels, Mapping) else {}
-        if missing := [name for name in self.names if name not in known]:
-            raise UsageError(
-                f"predict: the level of {', '.join(missing)} is missing; pass it by name, as in {{{missing[0]!r}: …}}"
-            )
-        return super().predict({name: checked_number(known[name], name) for name in self.names})
-
-    def _repr_html_(self) -> str:
-        owner = self._owner
-        found = self._owner._results.of(SurfaceResult)
-        assert found is not None
-        data = showing_of(found).profiler(found, Setting(owner.study, owner._results, owner.verdict.holds))
-        return for_notebook(data or {})
-
-
-class Inversion(InvertResult):
-    """A calibration with its likelihood."""
-
-    _study: Study
-    _surface: SurfaceResult
-
-    @cached_property
-    def _fit(self) -> Fit:
-        return fit_of_study(self._study, self._surface)
-
-    def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
-        """Return the log-likelihood of the measurements, up to a constant, at levels in the units of the spec.
-
-        Each level is a number, or an array to evaluate many points at once. Priors of the spec are included. The value
-        is minus infinity outside the ranges. Raise `UsageError` if a level is missing.
-        """
-        names = self._surface.names
-        if missing := [name for name in names if name not in levels]:
-            raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
-        each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
-        points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
-        inside = self._surface.region(self._study).contains(points)
-        found = np.where(inside, self._fit.log_likelihood(points), -np.inf).reshape(each[0].shape)
-        return found if found.ndim else float(found)
-
-
-def _extended(kind: type[V], result: StageResult, **more: object) -> V:
-    """Return a result as an instance of its extended class."""
-    extended = object.__new__(kind)
-    extended.__dict__.update(vars(result), **more)
-    return extended
-
 
 class StudyResults:
     """The results of a study by stage; access to a stage that is not finished raises `UsageError`.
+
+    Results are attributes: `screen`, `climb`, `surface`, `inversion`, `refinement`, `validation`, and those of other
+    packages' stages by their names; `of` returns one by its class.
 
     Attributes
     ----------
@@ -116,37 +50,6 @@ class StudyResults:
         """Read the results in a study folder."""
         return cls(study, folder, fresh_results(study, folder))
 
-    @property
-    def screen(self) -> ScreenResult:
-        """The factors that affect the response."""
-        return self.of(ScreenResult)
-
-    @property
-    def climb(self) -> ClimbResult:
-        """The steps towards the target."""
-        return self.of(ClimbResult)
-
-    @property
-    def surface(self) -> Surface:
-        """The response as a quadratic surface."""
-        return _extended(Surface, self.of(SurfaceResult), _owner=self)
-
-    @property
-    def inversion(self) -> Inversion:
-        """The calibrated parameters and their intervals."""
-        found, surface = self.of(InvertResult), self.of(SurfaceResult)
-        return _extended(Inversion, found, _study=self.study, _surface=surface)
-
-    @property
-    def refinement(self) -> RefineResult:
-        """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
-        return self.of(RefineResult)
-
-    @property
-    def validation(self) -> ValidateResult:
-        """Measured and simulated responses."""
-        return self.of(ValidateResult)
-
     def of(self, kind: type[R]) -> R:
         """Return the result of a stage by its class; raise `UsageError` if the stage is not finished."""
         if (result := self._results.of(kind)) is not None:
@@ -155,10 +58,19 @@ class StudyResults:
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:
-        """Return the result of a stage of another package by its name."""
-        if (stage := None if name.startswith("_") else STAGES.named(name)) is None:
+        """Return the result of a stage by its name in Python, as its `showing` extends it for a notebook."""
+        found = () if name.startswith("_") else STAGES.all
+        if (stage := next((one for one in found if name in (one.name, one.attribute)), None)) is None:
             raise AttributeError(f"StudyResults has no attribute {name!r}")
-        return self.of(stage.result())
+        result = self.of(stage.result())
+        return showing_of(result).in_notebook(result, self._setting)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(stage.attribute or stage.name for stage in stages_known(self.study))]
+
+    @cached_property
+    def _setting(self) -> Setting:
+        return Setting(self.study, self._results, self.verdict.holds)
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -54,14 +54,14 @@ def draw(
 def draw_early(
     study: Study, folder: StudyFolder, results: Results, verdict: Verdict, known: Sequence[Plot] = ()
 ) -> Sequence[Plot]:
-    """Write the page of the stages that are done, with the screening's figures alone, and return these.
+    """Write the page of the stages that are done, with the early figures alone, and return these.
 
     Given again as `known`, they are not drawn again: the pages of a run cost little.
     """
     from stemcal.report.page import shown, write_page
 
     what = shown(study, folder, results, verdict)
-    plots = known or [plot for plot in what.plots if plot.section == "screen" and plot.on_page]
+    plots = known or [plot for plot in what.plots if plot.early and plot.on_page]
     write_page(study, folder, replace(what, plots=list(plots)))
     return plots
 

@@ -105,6 +105,10 @@ class Showing(Checked, Generic[R]):
         """Return what the profiler of the page computes from, for JSON."""
         return None
 
+    def in_notebook(self, result: R, setting: Setting) -> R:
+        """Return the result as a notebook uses it, which may do more."""
+        return result
+
     def printed(self, result: R, setting: Setting) -> list[PaperTable]:
         """Return its tables as papers print them."""
         return []

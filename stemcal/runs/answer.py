@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
-from stemcal.runs.outcome import TRIES, counted, identity_of, judged, record_key, stands
+from stemcal.runs.record import TRIES, counted, identity_of, judged, record_key, stands
 from stemcal.runs.retries import Batch, Computed
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.study.model import RunsOptions

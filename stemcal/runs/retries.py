@@ -15,7 +15,7 @@ from stemcal.executors import ClusterLost, RunExecutor, RunTimedOut, WorkerDied
 from stemcal.folder import now, provenance
 from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
-from stemcal.runs.outcome import ACCIDENTS, TIMEOUT
+from stemcal.runs.record import ACCIDENTS, TIMEOUT
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 
 logger = logging.getLogger(__name__)

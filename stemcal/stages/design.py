@@ -12,7 +12,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.note import Note
-from stemcal.runs.outcome import outcome_of
+from stemcal.runs.record import outcome_of
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study

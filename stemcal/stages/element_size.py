@@ -16,7 +16,7 @@ from stemcal.files.rows import Column, Rows, Table
 from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
-from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
+from stemcal.runs.record import Outcome, merged, outcome_of, repeated
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps

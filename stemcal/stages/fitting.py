@@ -1,17 +1,27 @@
-"""What was measured, and the fit of the surfaces to it: shared by calibration, refinement, validation and verdict."""
+"""What was measured, the surfaces of the responses, and their fit to it: shared by the stages and the verdict."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import hypot
 
+import numpy as np
+
 from stemcal.doe.calibration.fit import Fit, Prior, fit
+from stemcal.doe.calibration.level_set import Assessment, assess_point
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.regression.anova import AnovaRow, Coefficient
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.surface import Surface
-from stemcal.naming import CUTTING, FIRST, Named, Naming
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.files.rows import Rows
+from stemcal.files.typed import Spread, absent, inline
+from stemcal.naming import CUTTING, FIRST, Named, Names, Naming
+from stemcal.runs.record import Outcome
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
 from stemcal.study.model import Study, Target
 
 
@@ -87,7 +97,141 @@ def measured_means(study: Study) -> list[Measured]:
     ]
 
 
-def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
+# ---- the surfaces
+
+
+@dataclass(frozen=True)
+class FactorCoding:
+    """How a factor of the surface is coded, in its unit, and what it is called."""
+
+    factor: str
+    center: float
+    half_step: float
+    symbol: str = ""
+    label: str = ""
+    unit: str = "1"
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class FitSummary:
+    """What is kept of a fit next to the main one."""
+
+    coefficients: Rows[Coefficient]
+    r2: float | None
+    adjusted_r2: float | None
+    predicted_r2: float | None
+    press: float | None
+    cv_percent: float | None
+    runs_failed: int
+    anova: Rows[AnovaRow] = absent(Rows())
+
+    @classmethod
+    def of(cls, fit: Surface, whole: bool) -> FitSummary:
+        """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
+        return cls(
+            Rows(fit.coefficients),
+            fit.r2,
+            fit.adjusted_r2,
+            fit.predicted_r2,
+            fit.press,
+            fit.cv_percent,
+            fit.runs_failed,
+            Rows(fit.anova if whole else ()),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConditionRun(Spread):
+    """One run of the surface's design at another diameter."""
+
+    run: int
+    outcome: Outcome = inline()
+
+
+Answered = DesignRun | ConditionRun
+Further = Sequence[tuple[Array, float]]
+"""Points in coded units and the responses there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtCondition(Spread):
+    """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
+
+    condition: float
+    runs: Rows[ConditionRun]
+    fit: FitSummary = inline()
+    responses: dict[str, FitSummary] | None = absent()
+
+
+class Surfaces(StageResult):
+    """A result with a surface of each response over the coded factors: what later stages solve, fit and step on.
+
+    A factor is coded as in `factors`; `radius` is how far from the centre the surfaces may be used, in coded units.
+    The runs of `design` gave the first response at the calibration, those of `conditions` all responses elsewhere.
+    """
+
+    names: tuple[str, ...]
+    factors: Rows[FactorCoding]
+    coding: dict[str, CodedScale]
+    radius: float
+    design: DesignRuns
+    coefficients: Rows[Coefficient]
+    conditions: Rows[AtCondition]
+    deterministic: bool
+
+    @cached_property
+    def scales(self) -> Coding:
+        """The coding of the factors, for many points at once."""
+        entries = self.factors
+        return Coding(
+            tuple(e.factor for e in entries), tuple(e.center for e in entries), tuple(e.half_step for e in entries)
+        )
+
+    @cached_property
+    def fitted(self) -> Surface:
+        """The surface, fitted to the runs that the result lists."""
+        return self.refitted(self.design.runs)
+
+    def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:
+        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
+        runs = self.design.runs
+        coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
+        values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
+        written = Names(self.naming.with_primary(response))
+        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
+        return replace(found, deterministic=True) if self.deterministic else found
+
+    def assess(self, study: Study, coded: Array) -> Assessment:
+        """Return the surface's prediction at a coded point, and whether it is in ranges and design."""
+        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
+
+    def region(self, study: Study) -> Region:
+        """Return where a solution may lie: within the ranges that the surface was made in."""
+        far = self.radius * np.array([entry.half_step for entry in self.factors])
+        low = [entry.center - r if entry.low is None else entry.low for entry, r in zip(self.factors, far, strict=True)]
+        high = [
+            entry.center + r if entry.high is None else entry.high for entry, r in zip(self.factors, far, strict=True)
+        ]
+        coded = self.scales.to_coded
+        return Region(coded(low), coded(high), self.radius)
+
+    def factor(self, name: str) -> FactorCoding:
+        """Return how a factor is coded."""
+        return next(entry for entry in self.factors if entry.factor == name)
+
+
+def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
+    """Return the factors' low and high ends, coded."""
+    factors = [study.factor(name) for name in coding.names]
+    return coding.to_coded([f.low for f in factors]), coding.to_coded([f.high for f in factors])
+
+
+# ---- their fit
+
+
+def joint_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
     at = {part.condition: part for part in surface.conditions}
     return [
@@ -96,7 +240,7 @@ def joint_surfaces(study: Study, surface: SurfaceResult, further: Sequence[tuple
     ]
 
 
-def fit_of_study(study: Study, surface: SurfaceResult) -> Fit:
+def fit_of_study(study: Study, surface: Surfaces) -> Fit:
     """Return the fit of everything that the parameters are fitted to, priors among it."""
     jointly = bool(study.joint_targets)
     means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)

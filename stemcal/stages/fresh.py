@@ -19,7 +19,7 @@ from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore
-from stemcal.runs.outcome import counted, identity_of, stands
+from stemcal.runs.record import counted, identity_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Request, Solver

@@ -15,7 +15,7 @@ from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import FIRST
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from html import escape
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.files.durable import plain
@@ -15,7 +15,7 @@ from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder import StudyFolder, is_key
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -146,6 +146,20 @@ class StageResult(Spread):
     @property
     def formula_percent(self) -> float | None:
         """The largest held-out error of a formula through what was fitted; None where none was compared."""
+        return None
+
+    @property
+    def left_out_percent(self) -> float | None:
+        """The largest error of what was left out of the fit in turn; None where nothing was."""
+        return None
+
+    @property
+    def surface_error_known(self) -> bool | None:
+        """Whether runs are left over to show the error of the surfaces; None where it has no word on it."""
+        return None
+
+    def sign_of(self, factor: str) -> Literal["+", "-"] | None:
+        """Return the sign of a factor's effect on the first response; None where it is not sure."""
         return None
 
     def judged(self, study: Study) -> list[Judged]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import fresh, require_fresh
 from stemcal.stages.result import R, StageResult, read_result

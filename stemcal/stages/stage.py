@@ -35,6 +35,8 @@ class Stage(Checked, Generic[R]):
         Name of its command and its files.
     title, help : str
         Title of the stage; description of its command.
+    attribute : str
+        Attribute of `StudyResults` with its result; by default its name.
     purpose : str
         Purpose of its section in the spec.
     by_section : bool
@@ -52,6 +54,7 @@ class Stage(Checked, Generic[R]):
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     help: ClassVar[str] = ""
+    attribute: ClassVar[str] = ""
     purpose: ClassVar[str] = ""
     by_section: ClassVar[bool] = False
     reads: ClassVar[tuple[str, ...]] = ()

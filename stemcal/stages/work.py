@@ -8,12 +8,12 @@ from stemcal.errors import UsageError
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.outcome import Outcome, merged, outcome_of, repeated
+from stemcal.runs.record import Outcome, merged, outcome_of, repeated
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, leave, read_result
-from stemcal.stages.stage import stage_called
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
 
 HERE = InlineExecutor()
@@ -38,8 +38,9 @@ class Work:
         return replace(self, study=study, solver=make_solver(study))
 
     def result(self, kind: type[R]) -> R:
-        """Return the result of a stage before, which is fresh while a stage works."""
-        return read_result(self.folder, kind)
+        """Return the result of that kind which a stage before has left; it is fresh while a stage works."""
+        kinds = (stage.result() for stage in stages_of(self.study))
+        return read_result(self.folder, next((found for found in kinds if issubclass(found, kind)), kind))
 
     def answers(self, requests: Sequence[Request]) -> list[Answer]:
         """Answer every request, from the records or by computing.

@@ -25,7 +25,7 @@ from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
 from stemcal.report.showing import Setting, Showing, names_of
 from stemcal.runs.answer import Progress, answer_all
-from stemcal.runs.outcome import record_key
+from stemcal.runs.record import record_key
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver

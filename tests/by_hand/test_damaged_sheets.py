@@ -290,7 +290,10 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
 
 UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "no heading": (lambda cells: text_of(cells[1:]), "no line has the heading `run`; fill in the sheet"),
-    "a response deleted": (each(lambda row: [*row[:ANGLE], *row[BULK:]]), "no column is headed angle (deg); use the headings"),
+    "a response deleted": (
+        each(lambda row: [*row[:ANGLE], *row[BULK:]]),
+        "no column is headed angle (deg); use the headings",
+    ),
     "a factor deleted": (each(lambda row: [row[0], *row[2:]]), "no column is headed sliding; use the headings"),
     "two columns of a response": (each(lambda row: [*row, row[ANGLE]]), "two columns are headed 'angle (deg)'; delete"),
     "another study's sheet": (headed((1, "density (kg/m3)")), "no column is headed sliding"),

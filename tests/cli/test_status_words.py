@@ -13,7 +13,7 @@ from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.page.headline import failures, folded, kind_of, question
 from stemcal.report.tables.setting import setting_tables
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 
 NAMES = Names()

@@ -5,7 +5,7 @@ import pytest
 
 from stemcal.cutting.end_state import stroke_end
 from stemcal.cutting.result import moving_mean
-from stemcal.runs.outcome import lower_bound_notes
+from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Answer
 
 TRAVEL = np.linspace(0.0, 1.0, 501)

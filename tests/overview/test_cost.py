@@ -10,7 +10,7 @@ from fakes import FakeSolver, make_study
 from stemcal.folder import StudyFolder
 from stemcal.numbers import duration
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
-from stemcal.runs.outcome import identity_of, record_key
+from stemcal.runs.record import identity_of, record_key
 from stemcal.solvers.protocol import Answer, Request
 
 

@@ -10,7 +10,7 @@ from stemcal.report.figures.plot import Shared, inline
 from stemcal.report.figures.style import save, save_both, svg
 from stemcal.report.records import Curve
 from stemcal.stages.screen.showing import half_normal, pareto
-from stemcal.stages.surface.contour import contours
+from stemcal.stages.surface.contour import Solution, contours
 from stemcal.stages.surface.figures import observed_predicted, residuals
 from stemcal.stages.validate.figures import validation
 
@@ -25,7 +25,7 @@ def drawn(stages: dict[str, Any]) -> dict[str, Any]:
         "half_normal": half_normal(stages["screen"]),
         "observed_predicted": observed_predicted(stages["rsm"]),
         "residuals": residuals(stages["rsm"]),
-        "contours": contours(stages["rsm"], pair, stages["invert"]),
+        "contours": contours(stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target)),
         "contours_only": contours(stages["rsm"], pair),
         "validation": validation(stages["validate"]),
         "force_travel": force_travel(CURVES, ["8 mm"]),
@@ -69,7 +69,9 @@ def test_residuals_are_those_of_the_fit(stages: dict[str, Any]) -> None:
 
 
 def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> None:
-    figure = contours(stages["rsm"], ("yield_stress", "strain_rate_c"), stages["invert"])
+    figure = contours(
+        stages["rsm"], ("yield_stress", "strain_rate_c"), Solution(stages["invert"].parameters, stages["invert"].target)
+    )
     star = next(line for line in figure.axes[0].lines if line.get_marker() == "*")
     assert (star.get_xdata()[0], star.get_ydata()[0]) == pytest.approx((18.3687, 90.0525), abs=1e-3)
     assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
@@ -78,7 +80,7 @@ def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> 
 def test_numbers_of_contours_lie_under_no_mark(stages: dict[str, Any]) -> None:
     """Neither a run, nor the solution, nor the line of the measured force covers a number; and there are numbers."""
     for pair in (("yield_stress", "failure_strain"), ("yield_stress", "strain_rate_c")):
-        axes = contours(stages["rsm"], pair, stages["invert"]).axes[0]
+        axes = contours(stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target)).axes[0]
         share = axes.transData + axes.transAxes.inverted()
         numbers = [share.transform(text.get_position()) for text in axes.texts if float(text.get_text()) >= 20]
         marks = [place for line in axes.lines for place in zip(*line.get_data(), strict=True)]

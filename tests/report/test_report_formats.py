@@ -11,7 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.figures import profile_points
-from stemcal.stages.surface.contour import levels_of, relief
+from stemcal.stages.surface.contour import Solution, levels_of, relief
 from stemcal.stages.validate.figures import validation
 
 
@@ -57,7 +57,11 @@ def test_levels_are_round_and_span_the_forces(stages: dict[str, Any]) -> None:
 
 def test_relief_shows_runs_and_lines_on_its_floor(stages: dict[str, Any], edited: Any) -> None:
     """The published surface has three factors, so its runs lie in no one section; its floor has the lines."""
-    axes: Any = relief(stages["rsm"], ("yield_stress", "failure_strain"), stages["invert"]).axes[0]
+    axes: Any = relief(
+        stages["rsm"],
+        ("yield_stress", "failure_strain"),
+        Solution(stages["invert"].parameters, stages["invert"].target),
+    ).axes[0]
     assert len(axes.lines) == 1
     floor = axes.get_zlim()[0]
     assert floor < min(axes.get_zticks())

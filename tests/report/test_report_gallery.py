@@ -16,7 +16,7 @@ from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import resize, styled
 from stemcal.report.gallery import gallery, write_figures
 from stemcal.stages.invert.figures import solutions
-from stemcal.stages.surface.contour import contours, relief
+from stemcal.stages.surface.contour import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
 
 
@@ -34,7 +34,11 @@ def test_figures_are_written_as_svg_and_png(stages: dict[str, Any], tmp_path: Pa
 
 
 def test_relief_has_the_force_of_the_surface_at_its_middle(stages: dict[str, Any]) -> None:
-    figure = relief(stages["rsm"], ("yield_stress", "failure_strain"), stages["invert"])
+    figure = relief(
+        stages["rsm"],
+        ("yield_stress", "failure_strain"),
+        Solution(stages["invert"].parameters, stages["invert"].target),
+    )
     (star,) = figure.axes[0].lines
     assert star.get_data_3d()[2][0] == pytest.approx(159.2)
     assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
@@ -53,7 +57,9 @@ def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:
 @pytest.mark.parametrize("width", [80.0, 160.0])
 def test_long_names_in_space_lie_within_the_figure(stages: dict[str, Any], name: str, width: float) -> None:
     pair = ("yield_stress", "failure_strain")
-    figure = relief(stages["rsm"], pair, stages["invert"], dict.fromkeys(pair, name))
+    figure = relief(
+        stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target), dict.fromkeys(pair, name)
+    )
     for size in (None, width):
         if size is not None:
             resize(figure, size)

@@ -1,6 +1,6 @@
 """Points simulated several times over: their means, their scatter, their records."""
 
-from stemcal.runs.outcome import Outcome, Replicates, merged, repeated
+from stemcal.runs.record import Outcome, Replicates, merged, repeated
 from stemcal.solvers.protocol import Request
 
 

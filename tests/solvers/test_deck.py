@@ -15,7 +15,6 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, deck_text
-from stemcal.solvers.deck.cards import fitted, keyword
 from stemcal.solvers.deck.equivalents import (
     contact_scale,
     nonlocal_length,
@@ -24,6 +23,7 @@ from stemcal.solvers.deck.equivalents import (
     shortest,
     wanted_step,
 )
+from stemcal.solvers.deck.keywords import fitted, keyword
 from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import engine_text, starter_text, stem_material

@@ -18,11 +18,11 @@ from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
 from stemcal.solvers.program import values_of
 from stemcal.solvers.protocol import Request
-from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
+from stemcal.stages.fitting import box_of, fit_over, joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult, box_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 from stemcal.study.types.named import fill
 

@@ -17,8 +17,14 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck, DeckProgram
-from stemcal.solvers.deck.listing import contact_force, deleted_elements, deletes_elements, differences, problems
 from stemcal.solvers.deck.openradioss import leave_engine_input
+from stemcal.solvers.deck.openradioss_output import (
+    contact_force,
+    deleted_elements,
+    deletes_elements,
+    differences,
+    problems,
+)
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import GAP, Study
 from stemcal.study.reading import load_study

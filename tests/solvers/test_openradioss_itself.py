@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
-from stemcal.solvers.deck.cards import form_of
+from stemcal.solvers.deck.keywords import form_of
 from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.openradioss import HOME
 from stemcal.solvers.embedded import simulate

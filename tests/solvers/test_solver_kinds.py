@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SpecError
-from stemcal.runs.outcome import code_of, record_key
+from stemcal.runs.record import code_of, record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import SOLVERS, Study

@@ -13,9 +13,9 @@ import pytest
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.reading import open_plain, read_plain
-from stemcal.solvers.deck.listing import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
+from stemcal.solvers.deck.openradioss_output import contact_force, deleted_elements, differences, problems
 from stemcal.solvers.readers import read_text
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")

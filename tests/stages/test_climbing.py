@@ -15,7 +15,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import paper_tables
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.climb.analysis import ascent_path
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.climb.showing import ClimbShowing

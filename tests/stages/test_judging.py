@@ -21,8 +21,8 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.result import Judged
 from stemcal.stages.results import fresh_results
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.verdict.advice import for_physics, reach
-from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt
+from stemcal.stages.verdict.advice import reach
+from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt, for_physics
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import SOLVERS, Study

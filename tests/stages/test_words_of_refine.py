@@ -8,7 +8,7 @@ import pytest
 
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Names, Naming, program
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
 from stemcal.stages.refine.showing import refine_tables
 from stemcal.stages.refine.words import certainty, notes_of, outcome, shortfall

@@ -19,7 +19,7 @@ from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, Figure, new_figure
 from stemcal.report.showing import Setting, Showing
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
-from stemcal.fem.kernels.erosion import erode, fail_by_mean_strain
+from stemcal.fem.kernels.erosion import erode
 from stemcal.fem.kernels.llvm import add_together, give_way, read_together
 from stemcal.fem.kernels.mirror_ghosts import mirror_ghosts
 from stemcal.fem.kernels.nodes import (
@@ -30,6 +30,7 @@ from stemcal.fem.kernels.nodes import (
     leave_pushes,
     take_pushes,
 )
+from stemcal.fem.kernels.nonlocal_mean import fail_by_mean_strain
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step

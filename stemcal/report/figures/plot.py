@@ -26,7 +26,7 @@ class Plot:
     """A figure: its name, its section, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
-    that `claims` intervals is shown of a calibrated study only.
+    that `claims` intervals is shown of a calibrated study only. `early` ones are on the page of a run that goes on.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Plot:
     wide: bool = False
     detail: bool = False
     claims: bool = False
+    early: bool = False
 
     def draw(self) -> Figure:
         """Return the figure, made once: page and files share it."""

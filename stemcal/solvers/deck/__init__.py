@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from stemcal.files.durable import write_atomic
 from stemcal.solvers.deck import lsdyna, openradioss
-from stemcal.solvers.deck.cards import DeckForm, form_of
+from stemcal.solvers.deck.keywords import DeckForm, form_of
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
 from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_text

@@ -15,7 +15,6 @@ from stemcal.errors import UsageError
 from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import STANDARD, DeckForm, fitted, form_of
 from stemcal.solvers.deck.equivalents import (
     density_factor,
     nonlocal_length,
@@ -24,6 +23,7 @@ from stemcal.solvers.deck.equivalents import (
     share_in_openradioss,
     shortest,
 )
+from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import BREAK_DROP, DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study

@@ -1,4 +1,4 @@
-"""A run of OpenRadioss: where starter, engine and ``th_to_csv`` lie, and what they may leave instead of a force."""
+"""A run of OpenRadioss: where starter, engine and ``th_to_csv`` lie, and how they run one after the other."""
 
 import os
 import re
@@ -12,15 +12,17 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.processes import Ended, run_program
 from stemcal.run_warnings import nothing_deleted
-from stemcal.solvers.deck.listing import (
+from stemcal.solvers.deck.model import Deck
+from stemcal.solvers.deck.openradioss_output import (
     contact_force,
     deleted_elements,
     deletes_elements,
     differences,
-    is_normal_end,
-    problems,
+    engine_ran,
+    starter_accepted,
+    table_made,
+    text_left,
 )
-from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.writer import (
     DECK,
     ENGINE_INPUT,
@@ -34,7 +36,7 @@ from stemcal.solvers.deck.writer import (
     engine_text,
 )
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.program import OUTPUT, code_is_zero, executable, run_in
+from stemcal.solvers.program import OUTPUT, executable, run_in
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import read_text
 
@@ -191,8 +193,8 @@ def run_programs(
     options = options.model_copy(update={"environment": there.environment})
     *first, last = (
         _Step("starter", [there.starter, "-i", given, "-np", "1"], starter_ran),
-        _Step("engine", [there.engine, "-i", ENGINE_INPUT], partial(_engine_ran, folder)),
-        _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(_table_made, folder)),
+        _Step("engine", [there.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder)),
+        _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(table_made, folder)),
     )
     seconds: dict[str, float] = {}
 
@@ -217,8 +219,8 @@ def run_programs(
 def _read(folder: Path, peak: Callable[..., Answer], _ended: Ended) -> Answer:
     """Return the peak force by what the programs have left."""
     contact = contact_force(read_text(folder, TABLE))
-    gone = deleted_elements(read_text(folder, ENGINE_LISTING), _text_left(folder, OUTPUT))
-    warnings = [] if deletes_elements(_text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
+    gone = deleted_elements(read_text(folder, ENGINE_LISTING), text_left(folder, OUTPUT))
+    warnings = [] if deletes_elements(text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)
 
 
@@ -230,17 +232,6 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
             "not_as_written", f"the starter read a material that differs from the deck: {'; '.join(wrong)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
-
-
-def starter_accepted(folder: Path, ended: Ended) -> str:
-    """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
-    listing = _text_left(folder, STARTER_LISTING)
-    found = problems(listing) or problems(ended.output)
-    if found:
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise SimulationFailed("starter_error", f"the starter refused the deck: {found[0]}{more}")
-    code_is_zero(ended)
-    return listing
 
 
 def leave_engine_input(folder: Path, text: str | None) -> None:
@@ -258,36 +249,3 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
     if TITLES not in engine:
         engine = f"{engine.rstrip()}\n{TITLES}\n"
     write_atomic(folder / ENGINE_INPUT, engine)
-
-
-def _engine_ran(folder: Path, ended: Ended) -> None:
-    """Raise `SimulationFailed` unless the engine came to its normal end."""
-    said = f"{_text_left(folder, ENGINE_LISTING)}\n{ended.output}"
-    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
-        raise SimulationFailed(
-            "no_restart", f"the engine did not find {missing[1]}: the restart file of the starter is missing"
-        )
-    if ended.code == 0 and is_normal_end(said):
-        return
-    if "ERROR TERMINATION" in said:
-        wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]
-        raise SimulationFailed(
-            "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
-        )
-    code_is_zero(ended)
-    raise SimulationFailed("no_termination", "the engine did not report normal termination")
-
-
-def _table_made(folder: Path, ended: Ended) -> None:
-    """Raise `SimulationFailed` unless there is a table of the time histories."""
-    if ended.code != 0 or not (folder / TABLE).is_file():
-        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
-        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
-
-
-def _text_left(folder: Path, name: str) -> str:
-    """Return a text file of the run, empty if there is none."""
-    try:
-        return read_text(folder, name)
-    except SimulationFailed:
-        return ""

@@ -10,8 +10,8 @@ from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.solvers.deck.cards import SETTINGS, Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
+from stemcal.solvers.deck.keywords import SETTINGS, Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import DAMPING

@@ -35,14 +35,8 @@ _SHARE = 0.5
 @a_stage(ClimbResult)
 def climb(work: Work, head: Head) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
-    before = work.result(ScreenResult)
-    names, chosen = surface_factors(work.study, work.solver, before)
-    return _climbed(work.study, head, names, chosen, before, work.simulating("climb"))
-
-
-def _climbed(
-    study: Study, head: Head, names: list[str], chosen: list[Note], before: ScreenResult, simulate: SimulateAt
-) -> ClimbResult:
+    study, before, simulate = work.study, work.result(ScreenResult), work.simulating("climb")
+    names, chosen = surface_factors(study, work.solver, before)
     options, target = study.of(ClimbOptions), study.calibration_target.response
     effects = [before.effect(name).effect for name in names]
     if options.at_once:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from stemcal.stages.screen.options import ScreenOptions
+from stemcal.stages.screen.options import is_screened
 from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
 from stemcal.study.types.strict_yaml import Finding
 
@@ -32,7 +32,7 @@ class ClimbOptions(Frozen):
 
 def follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
-    if draft.study.of(ScreenOptions).design == "none" and draft.study.given(ClimbOptions) is not None:
+    if not is_screened(draft.study) and draft.study.given(ClimbOptions) is not None:
         yield Finding(("climb",), "climb requires a screening, whose slope it follows", "remove screen.design: none")
 
 

@@ -8,7 +8,7 @@ from stemcal.doe.effects import Effect
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, inline
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, Head, StageResult
 
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class Calibration(Stage["InvertResult"]):
     """The calibrated parameters, and how well they are known."""
 
-    name, title, reads, simulates = "invert", "Calibration", ("invert", "targets"), False
+    name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
+    simulates = False
     help = "Solve the surface for the calibrated parameters and their intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."
 

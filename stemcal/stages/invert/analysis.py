@@ -29,7 +29,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.stages.fitting import Measured, fit_of_study, fit_over, measured_means, measured_of
+from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, fit_over, measured_means, measured_of
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import (
@@ -44,7 +44,6 @@ from stemcal.stages.invert.result import (
     ProfileCurve,
 )
 from stemcal.stages.result import Head, Interval
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import MachineSection, Study
 
@@ -55,14 +54,14 @@ _UNTOLD = 1e-4  # of the prior variance of the machine: a smaller reduction is n
 @a_stage(InvertResult)
 def invert(work: Work, head: Head) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
-    study, surface = work.study, work.result(SurfaceResult)
+    study, surface = work.study, work.result(Surfaces)
     solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
     return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
 
 
-def solve(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region(study), study.naming.response.unit_suffix
@@ -92,7 +91,7 @@ def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]
 # ---- several measured means at once: the parameters that fit them all
 
 
-def solve_jointly(study: Study, head: Head, surface: SurfaceResult) -> InvertResult:
+def solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     whole = fit_of_study(study, surface)

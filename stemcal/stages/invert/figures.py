@@ -17,12 +17,12 @@ from stemcal.report.figures.style import (
     new_figure,
     plain,
 )
+from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.result import Certainty, InvertResult
 from stemcal.stages.invert.words import source
-from stemcal.stages.surface.result import SurfaceResult
 
 
-def plots(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
+def plots(surface: Surfaces, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a calibration."""
     known, plots = invert.certainty, []
     likelihoods = (
@@ -76,7 +76,7 @@ def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])
 
 
-def solutions(surface: SurfaceResult, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
+def solutions(surface: Surfaces, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return for each factor, in coded units, the range over all solutions and the point that was chosen."""
     names = list(invert.point.solution)
     with new_figure(height=1.3 + 0.42 * len(names)) as figure:

@@ -142,3 +142,8 @@ def fitted_together(study: Study) -> tuple[Target, ...]:
         several = len(options.responses) > 1 or any(factor.prior is not None for factor in study.factors)
         return (study.calibration_target,) if several else ()
     return tuple(t for t in means if wanted == "all" or any(abs(t.condition - d) < 1e-6 for d in wanted))
+
+
+def chose_conditions(study: Study) -> bool:
+    """Whether the spec lists the conditions to fit: no advice undoes that choice."""
+    return study.of(InvertOptions).conditions not in (None, "all")

@@ -2,17 +2,18 @@
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.doe.comparison import ValidationRow
+from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import change, minus, signed_probability
-from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted, JointRow
+from stemcal.stages.fitting import Surfaces
+from stemcal.stages.invert.options import chose_conditions
+from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.refine.options import refined_here
-from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.evidence import BEYOND_DOUBT, Evidence
-from stemcal.stages.verdict.trend import trend_of
+from stemcal.stages.verdict.trend import standard_error, trend_reason
+from stemcal.study.model import Study
 from stemcal.words import series
 
 MISSED_PERCENT = 2.0
@@ -20,46 +21,17 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 
 
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the error follows the diameter: no other change of the model or the data helps against that."""
-    study, surface, found = evidence.study, evidence.of(SurfaceResult), evidence.of(InvertResult)
-    if surface is None or found is None or not (study.naming.is_force_on_stems and study.naming.is_cutting):
+    """Yield that the error of a joint fit follows the diameter: no other change of model or data helps against that."""
+    study, surface, found = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
+    if surface is None or found is None or found.joint is None:
         return
-    joint, checked = found.joint, evidence.of(ValidateResult)
-    if joint is not None:
-        rows = [
-            (row.condition, row.measured, row.predicted, _standard_error(row))
-            for row in joint.rows
-            if row.response == FORCE.name
-        ]
-        worst = joint.max_abs_error_percent
-    elif checked is not None and not checked.is_given:
-        rows = [
-            (row.condition, row.measured, row.simulated, _standard_error(row))
-            for row in checked.compared
-            if row.simulated
-        ]
-        worst = checked.worst_percent or 0.0
-    else:
-        return
-    law = trend_of(*zip(*rows, strict=True)) if len(rows) > 2 else None
-    if law is None or not study.kind.force_history:
-        return
-    how = "faster" if law.exponent > 0.0 else "more slowly"
-    text = (
-        f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
-        f"d^{abs(law.exponent):.2f} (largest error {worst:.1f} %)."
-    )
-    if joint is not None:
-        remedy = advice.for_trend(study, surface, found.point.solution)
-    else:
-        then = "With surfaces at all diameters, stemcal can suggest how to remove the trend."
-        remedy = advice.fit_all(study, "conditions", then)
-    yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy)
-
-
-def _standard_error(row: JointRow | ValidationRow) -> float | None:
-    """Return the standard error of a measured mean as a part of it, None where it is unknown."""
-    return None if row.sd is None or row.n is None else row.sd / row.n**0.5 / row.measured
+    rows = [
+        (row.condition, row.measured, row.predicted, standard_error(row.measured, row.sd, row.n))
+        for row in found.joint.rows
+        if row.response == FORCE.name
+    ]
+    worst, solution = found.joint.max_abs_error_percent, found.point.solution
+    yield from trend_reason(evidence, rows, worst, lambda: advice.for_trend(study, surface, solution))
 
 
 def conflict(evidence: Evidence) -> Iterator[Note]:
@@ -98,17 +70,17 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
 
 def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     """Widen a range where a mean is out of reach by itself; if each is reached, no range is changed."""
-    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     assert surface is not None and found is not None
     coded = list(found.point.coded.values())
     if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return advice.to_reconcile(evidence.study, joint)
+    return to_reconcile(evidence.study, joint)
 
 
 def edge(evidence: Evidence) -> Iterator[Note]:
     """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
-    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None:
         return
     if found.joint is not None and any(conflict(evidence)):
@@ -122,16 +94,16 @@ def edge(evidence: Evidence) -> Iterator[Note]:
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
     """Widen a range, unless the joint fit is there because of scatter or a flat valley."""
-    surface, found = evidence.of(SurfaceResult), evidence.of(InvertResult)
+    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
     if joint is None or known is None or (joint.separated and joint.presses_outwards):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return advice.to_identify(evidence.study, known)
+    return to_identify(evidence.study, known)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
-    surface = evidence.of(SurfaceResult)
+    surface = evidence.of(Surfaces)
     assert surface is not None
     radius = sum(value**2 for value in coded) ** 0.5
     region = surface.region(evidence.study)
@@ -151,7 +123,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
-    remedy = _check_prior(found) or advice.to_reconcile(evidence.study, joint)
+    remedy = _check_prior(found) or to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
 
@@ -172,7 +144,7 @@ def identified(evidence: Evidence) -> Iterator[Note]:
     if known is None or not known.not_identified:
         return
     text = _not_identified(known)
-    yield Note("not_identified", "warning", text, advice.to_identify(evidence.study, known))
+    yield Note("not_identified", "warning", text, to_identify(evidence.study, known))
 
 
 def _not_identified(known: Certainty) -> str:
@@ -210,4 +182,57 @@ def _refine_more(budget: int | None) -> Remedy:
     return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
-RULES = (trend, conflict, target, edge, misfit, identified)
+def to_identify(study: Study, known: Certainty) -> Remedy:
+    """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
+    widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
+    measure = f"measure another response or another kind of test, or give {widest} a prior from the literature."
+    left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
+    if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
+        return advice.fit_all(study, "responses", f"If that is not enough, {measure}")
+    if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
+        return advice.fit_all(study, "conditions", f"If that is not enough, {measure}")
+    return Remedy(measure[:1].upper() + measure[1:])
+
+
+def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
+    """Return the remedy for measurements that the model cannot reproduce together."""
+    conditions = {row.condition for row in (*joint.rows, *joint.further)}
+    apart = joint.contradiction
+    if len(conditions) > 1 and apart is not None:
+        name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
+        return Remedy(
+            f"Check the measured {name}{at} (its unit, specimens and machine) and measure it again. If it is "
+            "confirmed, the model lacks a mechanism: add a factor that acts there."
+        )
+    if len(conditions) > 1:
+        return Remedy("Check the measurements; if they are confirmed, the model lacks a mechanism: add a factor.")
+    return Remedy(
+        "Check these measurements; then add another factor or fit fewer responses (`invert.responses`): the model "
+        "cannot reproduce all measurements together."
+    )
+
+
+def formula(evidence: Evidence) -> Iterator[Note]:
+    """Yield that a formula predicts each diameter from the others as well as the fit, where no other check is left."""
+    found, first = evidence.of(InvertResult), evidence.study.naming.response.name
+    joint = found.joint if found is not None else None
+    compared = [row for row in evidence.judged if row.response == first]
+    held_out = any(not row.fitted and row.error_percent is not None for row in compared)
+    if not compared or held_out or joint is None or joint.null is None:
+        return
+    null, missed = joint.null, joint.max_abs_left_out_error_percent
+    if null.beaten_by(missed) is not False:
+        return
+    laws = [
+        (null.max_abs_left_out_error_percent, null.exponent),
+        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
+    ]
+    error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
+    text = (
+        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others within {error:.1f} %, the model "
+        f"within {missed or 0.0:.1f} %."
+    )
+    yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
+
+
+RULES = (trend, conflict, target, edge, misfit, identified, formula)

@@ -12,6 +12,7 @@ from stemcal.doe.comparison import NullModel
 from stemcal.doe.regression.coding import Coding
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
+from stemcal.naming import FIRST
 from stemcal.note import Note
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 from stemcal.study.model import Study
@@ -216,6 +217,23 @@ class InvertResult(StageResult):
     def misses(self) -> tuple[float, ...]:
         """By how many % the joint fit misses each measured mean."""
         return () if self.joint is None else tuple(row.error_percent for row in self.joint.rows)
+
+    @property
+    def left_out(self) -> dict[float, float | None]:
+        """The error of the first response at each fitted condition, predicted from a fit to the others."""
+        first = (FIRST, self.naming.response.name)
+        rows = () if self.joint is None else self.joint.rows
+        return {row.condition: row.left_out_error_percent for row in rows if row.response in first}
+
+    @property
+    def left_out_percent(self) -> float | None:
+        """The largest error of a measured value that was left out of the joint fit."""
+        return None if self.joint is None else self.joint.max_abs_left_out_error_percent
+
+    @property
+    def surface_error_known(self) -> bool | None:
+        """Whether the surfaces that were fitted show their error."""
+        return None if self.certainty is None else self.certainty.surface_error_known
 
     @property
     def known(self) -> list[Certainty]:

@@ -2,8 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from stemcal.doe.calibration.fit import Fit
+from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table, visible
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
@@ -23,10 +28,10 @@ from stemcal.report.tables.columns import (
     titled,
     to_decimals,
 )
+from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import figures, words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.stages.invert.words import assumption, assumptions, range_to_cite, source, valid_for
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Factor, Study
 
 _JOINT = "Fitted together"
@@ -54,8 +59,13 @@ class InvertShowing(Showing[InvertResult]):
         return [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
 
     def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
-        surface = setting.results.of(SurfaceResult)
+        surface = setting.results.of(Surfaces)
         return [] if surface is None else figures.plots(surface, result, setting.labels)
+
+    def in_notebook(self, result: InvertResult, setting: Setting) -> InvertResult:
+        found = object.__new__(Inversion)
+        found.__dict__.update(vars(result), _study=setting.study, _surface=setting.results.of(Surfaces))
+        return found
 
     def cited(self, result: InvertResult) -> tuple[str, Mapping[str, str]]:
         return cited_ranges(result)
@@ -85,6 +95,32 @@ class InvertShowing(Showing[InvertResult]):
             ),
             _published(setting.study, names, calibrated, cited_ranges(result) if holds else None),
         ]
+
+
+class Inversion(InvertResult):
+    """A calibration with its likelihood."""
+
+    _study: Study
+    _surface: Surfaces
+
+    @cached_property
+    def _fit(self) -> Fit:
+        return fit_of_study(self._study, self._surface)
+
+    def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
+        """Return the log-likelihood of what was measured, up to a constant, at levels in the units of the spec.
+
+        Each level is a number, or an array to evaluate many points at once. Priors of the spec are included. The value
+        is minus infinity outside the ranges. Raise `UsageError` if a level is missing.
+        """
+        names = self._surface.names
+        if missing := [name for name in names if name not in levels]:
+            raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
+        each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
+        points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
+        inside = self._surface.region(self._study).contains(points)
+        found = np.where(inside, self._fit.log_likelihood(points), -np.inf).reshape(each[0].shape)
+        return found if found.ndim else float(found)
 
 
 def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Refinement(Stage["RefineResult"]):
     """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
 
-    name, title, reads = "refine", "Refinement", ("refine", "targets")
+    name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 

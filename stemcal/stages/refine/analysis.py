@@ -13,7 +13,7 @@ from stemcal.note import Note
 from stemcal.runs.answer import ignore
 from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
-from stemcal.stages.fitting import Measured, measured_of
+from stemcal.stages.fitting import Measured, Surfaces, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.refine.options import RefineOptions
@@ -21,7 +21,6 @@ from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, Re
 from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 from stemcal.study.types.units import from_internal
@@ -38,7 +37,7 @@ def refine(work: Work, head: Head) -> RefineResult:
     options = work.study.of(RefineOptions)
     if options.elsewhere:
         return _refined_there(work, head, options)
-    steps = SurfaceSteps(work.study, work.result(SurfaceResult), work.result(InvertResult))
+    steps = SurfaceSteps(work.study, work.result(Surfaces), work.result(InvertResult))
     simulate = work.simulating("refine", pictured=True)
     loop = Loop(steps, simulate, options.tolerance_percent, options.budget)
     loop.run()
@@ -125,7 +124,7 @@ def _model(work: Work, loop: Loop) -> Model:
 
 def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, float]) -> SearchPath:
     """Return the path along the factors that may move, from the calibrated point."""
-    surface = work.result(SurfaceResult)
+    surface = work.result(Surfaces)
     if unknown := [name for name in options.adjust if name not in surface.names]:
         has = f"the surface has {listed(surface.names)}"
         raise UsageError(f"refine.adjust: the effect of {', '.join(unknown)} is not known; {has}")
@@ -142,7 +141,7 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     )
 
 
-def _step(surface: SurfaceResult, name: str) -> float:
+def _step(surface: Surfaces, name: str) -> float:
     return surface.coding[name].half_step
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, key
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.loop import RefineRun, Stopped
 from stemcal.stages.result import Entries, Head, Interval, StageResult
 

@@ -10,11 +10,10 @@ from stemcal.doe.comparison import error_percent
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
-from stemcal.runs.outcome import Outcome
-from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means, measured_of, priors_of
+from stemcal.runs.record import Outcome
+from stemcal.stages.fitting import Surfaces, fit_over, joint_surfaces, measured_means, measured_of, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import How, Judged, Point, Predicted, Stopped
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 _SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps of one target, of a joint fit, are not worth a run
@@ -27,7 +26,7 @@ class SurfaceSteps:
     least misfit of the surfaces, moved through the best point.
     """
 
-    def __init__(self, study: Study, surface: SurfaceResult, solution: InvertResult) -> None:
+    def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
         self.study, self.surface, self.solution = study, surface, solution
         self.coding, self.region = surface.scales, surface.region(study)
         self.joint = bool(study.joint_targets)

@@ -24,7 +24,9 @@ class Screening(Stage["ScreenResult"]):
     purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:
-        return study.of(self.section()).design != "none"
+        from stemcal.stages.screen.options import is_screened
+
+        return is_screened(study)
 
     def section(self) -> type[ScreenOptions]:
         from stemcal.stages.screen.options import ScreenOptions

@@ -33,7 +33,7 @@ from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import signed_probability
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.outcome import lower_bound_notes
+from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
 from stemcal.stages.result import Head

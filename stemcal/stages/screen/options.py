@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stemcal.study.types.field_types import Flag, Frozen, Number, Whole, in_full, names_of_designs
+
+if TYPE_CHECKING:
+    from stemcal.study.model import Study
 
 ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
 
@@ -29,3 +32,8 @@ class ScreenOptions(Frozen):
     """Repeat every run with all signs reversed: main effects are then clear of two-factor interactions."""
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
     """Significance level; factors with a smaller p are significant."""
+
+
+def is_screened(study: Study) -> bool:
+    """Whether the study begins with a screening."""
+    return study.of(ScreenOptions).design != "none"

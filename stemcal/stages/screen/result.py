@@ -12,7 +12,7 @@ from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
+from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, StageResult
 
 LEAST_DF = 3
@@ -100,6 +100,11 @@ class ScreenResult(StageResult):
     def effect(self, factor: str) -> Effect:
         """Return the effect of a factor."""
         return next(effect for effect in self.effects if effect.factor == factor)
+
+    def sign_of(self, factor: str) -> Literal["+", "-"] | None:
+        """Return the sign of a significant effect."""
+        effect = self.effect(factor).effect if factor in self.significant else 0.0
+        return "+" if effect > 0.0 else "-" if effect < 0.0 else None
 
     def ranked(self) -> list[Effect]:
         """Return the effects by contribution, the largest first."""

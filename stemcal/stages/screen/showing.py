@@ -115,8 +115,8 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
         "the table of effects."
     )
     return [
-        Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
-        Plot("half-normal", "screen", line, partial(half_normal, screen)),
+        Plot("pareto", "screen", bars, partial(pareto, screen, labels), early=True),
+        Plot("half-normal", "screen", line, partial(half_normal, screen), early=True),
     ]
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
-    name, title, reads = "rsm", "Response surface", ("rsm",)
+    name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
     help = "Simulate the response surface design and fit the surface."
     purpose = "Stage 2: the response surface."
 

@@ -13,22 +13,17 @@ from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.outcome import lower_bound_notes
+from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, runs_of
+from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
 from stemcal.stages.stage import stage_called
 from stemcal.stages.surface.design import surface_design
 from stemcal.stages.surface.options import RsmOptions, Screened, surface_factors
-from stemcal.stages.surface.result import (
-    AtCondition,
-    FactorCoding,
-    FitSummary,
-    SurfaceResult,
-    told_by,
-)
-from stemcal.stages.surface.runs import ConditionRun, pure_error_of
+from stemcal.stages.surface.result import SurfaceResult, told_by
+from stemcal.stages.surface.runs import pure_error_of
 from stemcal.stages.surface.words import shape_name
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target

@@ -18,7 +18,6 @@ from stemcal.report.figures.style import (
     new_figure,
     plain,
 )
-from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface.result import SurfaceResult
 
 GRID, COARSE = 41, 25  # values of each factor, in contours and in reliefs
@@ -30,6 +29,14 @@ Place = tuple[float, float]
 
 
 @dataclass(frozen=True)
+class Solution:
+    """The calibrated level of every factor, and the measured response that the surface has there."""
+
+    levels: Mapping[str, float]
+    target: float
+
+
+@dataclass(frozen=True)
 class Section:
     """The surface over two factors, the others held: values (GRID, GRID) in natural units, force in N."""
 
@@ -38,9 +45,11 @@ class Section:
     response: Any
 
 
-def section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult | None, count: int) -> Section:
+def section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, count: int) -> Section:
     """Return the surface over a pair, the others at the solution, or at the centre without one."""
-    at = solved.point.coded if solved is not None else dict.fromkeys(rsm.names, 0.0)
+    centre = {name: scale.center for name, scale in rsm.coding.items()}
+    levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
+    at = rsm.scales.by_name(rsm.scales.to_coded(levels))
     x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), count) for name in pair))
     response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
     return Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
@@ -49,7 +58,7 @@ def section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult |
 def contours(
     rsm: SurfaceResult,
     pair: tuple[str, str],
-    solved: InvertResult | None = None,
+    solved: Solution | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Figure:
     """Return lines of equal force over two factors, the others at the solution (at centre without one).
@@ -135,9 +144,9 @@ def round_ticks(most: int = 6) -> Any:
     return MaxNLocator(nbins=most, steps=[1, 2, 5, 10])
 
 
-def _mark_target(axes: Axes, section: Section, solved: InvertResult, pair: tuple[str, str]) -> list[Place]:
+def _mark_target(axes: Axes, section: Section, solved: Solution, pair: tuple[str, str]) -> list[Place]:
     """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
-    solution = (solved.point.solution[pair[0]], solved.point.solution[pair[1]])
+    solution = (solved.levels[pair[0]], solved.levels[pair[1]])
     places = [solution]
     if section.response.min() < solved.target < section.response.max():
         line = axes.contour(
@@ -152,7 +161,7 @@ def _mark_target(axes: Axes, section: Section, solved: InvertResult, pair: tuple
 def relief(
     rsm: SurfaceResult,
     pair: tuple[str, str],
-    solved: InvertResult | None = None,
+    solved: Solution | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Figure:
     """Return the predicted force as height over two factors, the others at the solution (at centre without one).
@@ -172,18 +181,17 @@ def relief(
             section.across, section.up, section.response, cmap=HEIGHT, vmin=levels[0], vmax=levels[-1],
             edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
         )  # fmt: skip
-        _raise_runs(axes, rsm, pair, solved)
+        _raise_runs(axes, rsm, pair)
         if solved is not None:
-            point = [[solved.point.solution[name]] for name in pair]
-            axes.plot(*point, [solved.point.predicted], "*", color=ORANGE, markeredgecolor="white", markersize=14,
-                      zorder=9)  # fmt: skip
+            point = *(solved.levels[name] for name in pair), rsm.predict(solved.levels).response
+            axes.plot(*([one] for one in point), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
         _frame(axes, rsm, pair, labels)
         axes.set_zlim(floor, levels[-1])
         axes.set_zticks([level for level in levels[::2] if level > floor])
     return figure
 
 
-def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult | None) -> None:
+def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
     """Draw the runs of a surface over two factors at their forces; with more factors they lie elsewhere."""
     if len(rsm.names) > 2:
         return

@@ -10,7 +10,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.note import Note, Remedy
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Design, given_coded, given_levels
-from stemcal.stages.screen.options import ScreenOptions
+from stemcal.stages.screen.options import is_screened
 from stemcal.stages.surface.options import RsmOptions, factors_taken
 from stemcal.study.model import Growth, Study
 
@@ -67,7 +67,7 @@ def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
     grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
     unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
     for factor in study.factors:
-        screened = study.of(ScreenOptions).design != "none" and factor.name not in unseen
+        screened = is_screened(study) and factor.name not in unseen
         if not screened and factor.name not in chosen:
             text = (
                 f"{factor.name} is neither screened nor listed in rsm.factors, so it stays at {factor.centre:g} in all "

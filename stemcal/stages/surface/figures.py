@@ -8,14 +8,13 @@ from statistics import NormalDist
 from stemcal.naming import Names
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.surface.contour import contours, relief
+from stemcal.stages.surface.contour import Solution, contours, relief
 from stemcal.stages.surface.result import SurfaceResult
 
 _NORMAL = NormalDist()
 
 
-def plots(rsm: SurfaceResult, solved: InvertResult | None, labels: Mapping[str, str]) -> list[Plot]:
+def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.noun} versus the prediction of the surface."
     checks = (
@@ -34,7 +33,7 @@ def plots(rsm: SurfaceResult, solved: InvertResult | None, labels: Mapping[str, 
 
 
 def _pair_plots(
-    rsm: SurfaceResult, pair: tuple[str, str], solved: InvertResult | None, labels: Mapping[str, str]
+    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]
 ) -> list[Plot]:
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2

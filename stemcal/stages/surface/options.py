@@ -13,7 +13,7 @@ from pydantic_core import PydanticKnownError
 from stemcal.errors import UsageError
 from stemcal.note import Note
 from stemcal.registry import surface_designs
-from stemcal.stages.screen.options import ScreenOptions
+from stemcal.stages.screen.options import is_screened
 from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
 from stemcal.study.types.field_types import Frozen, Number, Whole, complain, in_full, names_of_designs
 from stemcal.study.types.strict_yaml import Finding
@@ -171,7 +171,7 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
 def factors_are_found(draft: Draft) -> Iterator[Finding]:
     """Without a screening the spec names the surface's factors."""
     chosen = draft.study.of(RsmOptions).factors
-    if draft.study.of(ScreenOptions).design == "none" and isinstance(chosen, str):
+    if not is_screened(draft.study) and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"without a screening it is unknown which factors are {chosen}"
         yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or remove screen.design: none")
@@ -242,7 +242,7 @@ RULES = (
 def doubts(study: Study) -> Iterator[Finding]:
     """Question a screening at the reference diameter of a growing parameter, which cannot see its exponent."""
     at = study.targets.calibrate_at
-    if study.of(ScreenOptions).design == "none" or not isinstance(study.of(RsmOptions).factors, str):
+    if not is_screened(study) or not isinstance(study.of(RsmOptions).factors, str):
         return
     for name, growth in study.material.growing().items():
         exponent, seen_at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)

@@ -13,8 +13,8 @@ from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import CUTTING, DIAMETER, FIRST, capital
 from stemcal.numbers import unit_written
-from stemcal.stages.fitting import Measured, joint_surfaces, measured_means, measured_of
-from stemcal.stages.surface.result import FactorCoding, SurfaceResult
+from stemcal.stages.fitting import FactorCoding, Measured, joint_surfaces, measured_means, measured_of
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
 MOST = 24

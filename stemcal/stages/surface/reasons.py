@@ -14,8 +14,6 @@ from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import joint_surfaces, measured_means
-from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
@@ -142,10 +140,9 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    found, surface = evidence.of(InvertResult), evidence.of(SurfaceResult)
-    if found is not None and found.certainty is not None:
-        return not found.certainty.surface_error_known
-    return surface is not None and surface.fitted.df < 1
+    """Whether the fit says so, and before it the surface: no run is left over."""
+    told = (result.surface_error_known for result in reversed(evidence.results.done))
+    return next((not known for known in told if known is not None), False)
 
 
 def _where(surface: SurfaceResult, coded: Array) -> str:
@@ -202,7 +199,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     """Yield that the surface does not take the one target inside the ranges."""
     surface, study = evidence.of(SurfaceResult), evidence.study
-    if surface is None or study.joint_targets or evidence.of(InvertResult) is not None:
+    if surface is None or study.joint_targets or evidence.results.calibrated:
         return
     target, (low, high), names = study.calibration_target.response, advice.reach(surface, study), evidence.names
     if not low <= target <= high:
@@ -217,7 +214,7 @@ def signs(evidence: Evidence) -> Iterator[Note]:
     against = tuple(
         factor.name
         for factor in evidence.study.factors
-        if factor.expected_sign and _sign_found(evidence, factor.name) == {"+": "-", "-": "+"}[factor.expected_sign]
+        if factor.expected_sign and _sign_found(evidence, factor.name) not in (None, factor.expected_sign)
     )
     if against:
         text = f"The effect of {series(against)} has the opposite sign to the expected one."
@@ -226,14 +223,9 @@ def signs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _sign_found(evidence: Evidence, factor: str) -> str | None:
-    """Return the sign of an effect that is sure: by the interval of the surface's slope, else by the screening."""
-    surface, screen = evidence.of(SurfaceResult), evidence.of(ScreenResult)
-    slope = None if surface is None else surface.coefficient(factor)
-    if slope is not None and slope.low is not None and slope.high is not None and slope.low * slope.high > 0.0:
-        return "+" if slope.value > 0.0 else "-"
-    if screen is not None and factor in screen.significant:
-        return "+" if screen.effect(factor).effect > 0.0 else "-"
-    return None
+    """Return the sign of an effect, by the last stage that is sure of it."""
+    signs = (result.sign_of(factor) for result in reversed(evidence.results.done))
+    return next((sign for sign in signs if sign is not None), None)
 
 
 def rough(evidence: Evidence) -> Iterator[Note]:
@@ -246,7 +238,7 @@ def rough(evidence: Evidence) -> Iterator[Note]:
             f"Repeated runs agree exactly, but the surface deviates from its runs by {abs(cv):.1f} %: the response is "
             f"not smooth, or not quadratic."
         )
-        levels = None if evidence.of(InvertResult) is None else evidence.results.parameters
+        levels = evidence.results.parameters if evidence.results.calibrated else None
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))
 
 

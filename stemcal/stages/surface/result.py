@@ -2,85 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.level_set import Assessment, assess_point
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.level_set import assess_point
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
-from stemcal.doe.regression.coding import Coding, term_columns, term_names
+from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.doe.regression.surface import Surface
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import Spread, absent, inline, to_json
-from stemcal.naming import FIRST, Names
+from stemcal.files.typed import absent, inline, to_json
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval, StageResult
-from stemcal.stages.surface.runs import Answered, ConditionRun
-from stemcal.study.model import Study
+from stemcal.runs.record import Outcome
+from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
+from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")
-Further = Sequence[tuple[Array, float]]
-
-
-@dataclass(frozen=True)
-class FactorCoding:
-    """How a factor of the surface is coded, in its unit, and what it is called."""
-
-    factor: str
-    center: float
-    half_step: float
-    symbol: str = ""
-    label: str = ""
-    unit: str = "1"
-    low: float | None = None
-    high: float | None = None
-
-
-@dataclass(frozen=True)
-class FitSummary:
-    """What is kept of a fit next to the main one."""
-
-    coefficients: Rows[Coefficient]
-    r2: float | None
-    adjusted_r2: float | None
-    predicted_r2: float | None
-    press: float | None
-    cv_percent: float | None
-    runs_failed: int
-    anova: Rows[AnovaRow] = absent(Rows())
-
-    @classmethod
-    def of(cls, fit: Surface, whole: bool) -> FitSummary:
-        """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
-        return cls(
-            Rows(fit.coefficients),
-            fit.r2,
-            fit.adjusted_r2,
-            fit.predicted_r2,
-            fit.press,
-            fit.cv_percent,
-            fit.runs_failed,
-            Rows(fit.anova if whole else ()),
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class AtCondition(Spread):
-    """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
-
-    condition: float
-    runs: Rows[ConditionRun]
-    fit: FitSummary = inline()
-    responses: dict[str, FitSummary] | None = absent()
 
 
 @dataclass(frozen=True)
@@ -94,7 +38,7 @@ class Prediction:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SurfaceResult(StageResult):
+class SurfaceResult(Surfaces):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
     `deterministic`: equal inputs are known to give equal answers.
@@ -130,28 +74,6 @@ class SurfaceResult(StageResult):
 
     # ---- the fit
 
-    @cached_property
-    def scales(self) -> Coding:
-        """The coding of the factors, for many points at once."""
-        entries = self.factors
-        return Coding(
-            tuple(e.factor for e in entries), tuple(e.center for e in entries), tuple(e.half_step for e in entries)
-        )
-
-    @cached_property
-    def fitted(self) -> Surface:
-        """The surface, fitted to the runs that the result lists."""
-        return self.refitted(self.design.runs)
-
-    def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:
-        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
-        runs = self.design.runs
-        coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
-        values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
-        written = Names(self.naming.with_primary(response))
-        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
-        return replace(found, deterministic=True) if self.deterministic else found
-
     def response_at(self, coded: Mapping[str, Any]) -> Any:
         """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
         values = np.broadcast_arrays(*(np.asarray(coded[name], dtype=float) for name in self.names))
@@ -169,20 +91,6 @@ class SurfaceResult(StageResult):
         point = self.scales.to_coded([levels[name] for name in self.names])
         found = assess_point(self.fitted, point, radius=self.radius)
         return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
-
-    def assess(self, study: Study, coded: Array) -> Assessment:
-        """Return the surface's prediction at a coded point, and whether it is in ranges and design."""
-        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
-
-    def region(self, study: Study) -> Region:
-        """Return where a solution may lie: within the ranges that the surface was made in."""
-        far = self.radius * np.array([entry.half_step for entry in self.factors])
-        low = [entry.center - r if entry.low is None else entry.low for entry, r in zip(self.factors, far, strict=True)]
-        high = [
-            entry.center + r if entry.high is None else entry.high for entry, r in zip(self.factors, far, strict=True)
-        ]
-        coded = self.scales.to_coded
-        return Region(coded(low), coded(high), self.radius)
 
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
@@ -210,13 +118,21 @@ class SurfaceResult(StageResult):
         """Return a term's coefficient."""
         return next((row for row in self.coefficients if row.term == term), None)
 
+    @property
+    def surface_error_known(self) -> bool:
+        """Whether the fit has degrees of freedom left."""
+        return self.fitted.df > 0
+
+    def sign_of(self, factor: str) -> Literal["+", "-"] | None:
+        """Return the sign of the slope at the centre where its 95 % interval excludes 0."""
+        slope = self.coefficient(factor)
+        if slope is None or slope.low is None or slope.high is None or slope.low * slope.high <= 0.0:
+            return None
+        return "+" if slope.value > 0.0 else "-"
+
     def anova_row(self, source: str) -> AnovaRow | None:
         """Return a line of the analysis of variance."""
         return next((row for row in self.anova if row.source == source), None)
-
-    def factor(self, name: str) -> FactorCoding:
-        """Return how a factor is coded."""
-        return next(entry for entry in self.factors if entry.factor == name)
 
     @property
     def without_scatter(self) -> bool:
@@ -275,9 +191,3 @@ def told_by(fit: Surface) -> dict[str, Any]:
         "runs_failed": fit.runs_failed,
         "runs_diagnostics": Rows(fit.runs_diagnostics),
     }
-
-
-def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
-    """Return the factors' low and high ends, coded."""
-    factors = [study.factor(name) for name in coding.names]
-    return coding.to_coded([f.low for f in factors]), coding.to_coded([f.high for f in factors])

@@ -1,26 +1,12 @@
 """The runs of a surface as its fit takes them: scatter, what repeated ones show."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.files.typed import Spread, inline
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
-from stemcal.runs.outcome import Outcome
-from stemcal.stages.result import DesignRun, DesignRuns
-
-
-@dataclass(frozen=True, kw_only=True)
-class ConditionRun(Spread):
-    """One run of the surface's design at another diameter."""
-
-    run: int
-    outcome: Outcome = inline()
-
-
-Answered = DesignRun | ConditionRun
+from stemcal.stages.result import DesignRuns
 
 
 def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:

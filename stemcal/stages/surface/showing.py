@@ -6,10 +6,12 @@ from typing import Any
 
 from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
+from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
+from stemcal.report.page import for_notebook
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     NUMBERS,
@@ -27,10 +29,11 @@ from stemcal.report.tables.columns import (
     to_decimals,
 )
 from stemcal.report.tables.of_designs import design_table
-from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.surface import figures, words
+from stemcal.stages.surface.contour import Solution
 from stemcal.stages.surface.profiler import profiler_data
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.result import Prediction, SurfaceResult
+from stemcal.study.reading.messages import checked_number
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
 MOST_FITS = 6  # further responses whose tables are shown
@@ -50,11 +53,19 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [*surface_tables(result, names), *_of_others(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
-        return figures.plots(result, setting.results.of(InvertResult), setting.labels)
+        settled = (one.settles for one in setting.results.done)  # the first are on the surface, refined ones beside it
+        levels = next((found for found in settled if found is not None), None)
+        solved = None if levels is None else Solution(levels, setting.study.calibration_target.response)
+        return figures.plots(result, solved, setting.labels)
 
     def profiler(self, result: SurfaceResult, setting: Setting) -> dict[str, Any]:
         values = setting.results.parameters if setting.results.calibrated else {}
         return profiler_data(setting.study, result, values, setting.holds)
+
+    def in_notebook(self, result: SurfaceResult, setting: Setting) -> SurfaceResult:
+        surface = object.__new__(Surface)
+        surface.__dict__.update(vars(result), _setting=setting)
+        return surface
 
     def printed(self, result: SurfaceResult, setting: Setting) -> list[PaperTable]:
         study = setting.study
@@ -67,6 +78,24 @@ class SurfaceShowing(Showing[SurfaceResult]):
             printed("surface-runs", caption, design, run_heads(study, "run")),
             printed("anova", "ANOVA of the response surface.", anova_table(result), heads, f"{STARS} {note}"),
         ]
+
+
+class Surface(SurfaceResult):
+    """A surface that checks the levels it is asked for; a notebook shows it as the profiler of the page."""
+
+    _setting: Setting
+
+    def predict(self, levels: Mapping[str, float]) -> Prediction:
+        """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
+        known = levels if isinstance(levels, Mapping) else {}
+        if missing := [name for name in self.names if name not in known]:
+            raise UsageError(
+                f"predict: the level of {', '.join(missing)} is missing; pass it by name, as in {{{missing[0]!r}: …}}"
+            )
+        return super().predict({name: checked_number(known[name], name) for name in self.names})
+
+    def _repr_html_(self) -> str:
+        return for_notebook(SurfaceShowing().profiler(self, self._setting))
 
 
 def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:

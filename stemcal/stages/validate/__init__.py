@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Validating(Stage["ValidateResult"]):
     """The comparison with what was measured, at every condition."""
 
-    name, title, reads, pictured = "validate", "Validation", ("targets", "validate"), True
+    name, title, attribute, reads = "validate", "Validation", "validation", ("targets", "validate")
+    pictured = True
     help = "Simulate all measured conditions with the calibrated parameters."
     purpose = "Stage 5: the comparison at every measured diameter."
 

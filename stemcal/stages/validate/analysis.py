@@ -12,9 +12,8 @@ from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_c
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
-from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome, lower_bound_notes, merged, repeated
+from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
 from stemcal.stages.fitting import measured_of
@@ -37,7 +36,7 @@ def validate(work: Work, head: Head) -> ValidateResult:
     answers = work.answers(requests)
     outcomes = merged(work.outcomes(requests, answers), study.replicates)
     found = _compared(study, outcomes)
-    left_out = _left_out(work.result(InvertResult))
+    left_out = work.result(InvertResult).left_out
     compared = zip(study.targets.means, found.rows, outcomes, strict=True)
     rows = [
         _row(study, target, replace(row, left_out_percent=left_out.get(row.condition)), outcome)
@@ -46,13 +45,6 @@ def validate(work: Work, head: Head) -> ValidateResult:
     notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(answers)]
     result = _result(study, head, parameters, found, rows)
     return replace(result, notes=(*notes_of(result), *notes))
-
-
-def _left_out(found: InvertResult) -> dict[float, float | None]:
-    """Return the error of the first response at each fitted condition, predicted from a fit to the others."""
-    rows = found.joint.rows if found.joint is not None else ()
-    first = found.naming.response.name
-    return {row.condition: row.left_out_error_percent for row in rows if row.response in (FIRST, first)}
 
 
 def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:

@@ -11,7 +11,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
-from stemcal.runs.outcome import Outcome, Replicates
+from stemcal.runs.record import Outcome, Replicates
 from stemcal.stages.result import Head, Judged, StageResult
 
 if TYPE_CHECKING:

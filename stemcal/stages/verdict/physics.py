@@ -1,15 +1,21 @@
-"""How many of a study's runs have doubtful physics, according to their records."""
+"""How many of a study's runs have doubtful physics, according to their records, and what would correct it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
 
+import numpy as np
+
 from stemcal.folder import StudyFolder
+from stemcal.note import Remedy
+from stemcal.numbers import outwards
 from stemcal.run_warnings import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
+from stemcal.study.types.solver_kind import Explicit
+from stemcal.words import series
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]
@@ -102,3 +108,93 @@ def _doubts(details: Mapping[str, Any]) -> Doubts | None:
 def _gathered(kind: DoubtKind, found: list[Doubts]) -> Doubt:
     sizes = [doubts[kind] for doubts in found if kind in doubts]
     return Doubt(kind, len(sizes), max((size for size in sizes if size is not None), default=None))
+
+
+# ---- what brings a doubt below its limit
+
+# What has to fall below a limit is aimed at this part of it: runs of one study scatter about their mean.
+_SAFELY = 0.5
+# Finer elements are recommended up to this many times the time of a run.
+_MOST_TIMES = 12.0
+_INPUT: dict[DoubtKind, str] = {
+    "inertia": "less mass scaling or a slower blade",
+    "hourglass": "a finer mesh or fully integrated elements",
+    "drift": "a smaller time step",
+    "stroke": "a longer stroke",
+}
+
+
+def for_physics(study: Study, doubt: Doubt) -> Remedy:
+    """Return what would bring a doubt below its limit."""
+    solver = study.solver.explicit
+    if solver is None:
+        return Remedy(f"Correct the input of the solver: use {_INPUT[doubt.kind]}.")
+    match doubt.kind:
+        case "inertia":
+            return _inertia(solver, doubt.worst or 0.0)
+        case "hourglass":
+            return _hourglass(solver, doubt.worst or 0.0)
+        case "drift":
+            return _half_the_step(solver)
+        case "stroke":
+            ((key, value),) = study.loading.longer(2.0).written.items()
+            return Remedy(f"`{key}: {value}` under `loading` doubles the stroke.", _edit("loading", **{key: value}))
+
+
+def _edit(section: str, **values: str) -> str:
+    """Return keys of a section as a YAML fragment.
+
+    >>> _edit("solver", mass_scaling="2000", time_step="17 us")
+    'solver: {mass_scaling: 2000, time_step: 17 us}'
+    """
+    return f"{section}: {{{', '.join(f'{key}: {value}' for key, value in values.items())}}}"
+
+
+def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
+    """Return the remedy to set keys of the solver, whose effect follows them in the text."""
+    keys = series(f"`{key}: {value}`" for key, value in values.items())
+    return Remedy(f"{keys} under `solver` {effect}", _edit("solver", **values))
+
+
+def _inertia(solver: Explicit, worst: float) -> Remedy:
+    """Return mass scaling and time step at which the oscillation that the blade excites is well below the limit.
+
+    A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m): the share falls
+    with the root of the mass, and the mass that a time step asks for goes with its square.
+    """
+    limit = LIMITS["inertia"]
+    swing = _SAFELY * limit / worst
+    scaling = outwards(max(solver.mass_scaling * swing**2, 1.0), False)
+    values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
+    times = outwards(1.0 / swing, True)
+    return _in_solver(
+        values, f"reduces inertia below {limit:g} % in most runs, but takes about {times:g} times as long."
+    )
+
+
+def _half_the_step(solver: Explicit) -> Remedy:
+    """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
+    safety = outwards(0.5 * solver.time_step_safety, False)
+    values = {"time_step_safety": f"{safety:g}", **_time_step(solver, 0.5)}
+    return _in_solver(values, "halves the time step.")
+
+
+def _time_step(solver: Explicit, part: float) -> dict[str, str]:
+    """Return a part of the time step if it is fixed, rounded down."""
+    if solver.time_step is None:
+        return {}
+    return {"time_step": f"{outwards(1e6 * solver.time_step * part, False):g} us"}
+
+
+def _hourglass(solver: Explicit, worst: float) -> Remedy:
+    """Return elements so fine that hourglass energy, which falls at least with their size, is below the limit.
+
+    Elements finer by a are a³ in number, and their steps 1/a as long; a fixed time step has to follow.
+    """
+    limit, size = LIMITS["hourglass"], solver.element_size
+    finer = worst / limit
+    if finer**4 > _MOST_TIMES:
+        return Remedy(f"Use much finer elements or another mesh: {worst:.0f} % is {finer:.1f} times the limit.")
+    new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
+    values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
+    return _in_solver(values, f"may reduce it below {limit:g} %, at about {outwards(finer**4, True):g} times the time.")

@@ -13,9 +13,9 @@ from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Judged
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
-from stemcal.stages.verdict import advice, words
+from stemcal.stages.verdict import words
 from stemcal.stages.verdict.evidence import Evidence
-from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, physics_of
+from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, UseThere, Verdict
 from stemcal.study.model import Study
 
@@ -98,7 +98,7 @@ def physics(evidence: Evidence) -> Iterator[Note]:
     found = evidence.physics
     severity: Severity = "error" if found.share > MAJORITY else "warning"
     for doubt in found.doubts if found.share >= SOME else ():
-        yield Note("physics", severity, words.doubtful(doubt, found.checked), advice.for_physics(evidence.study, doubt))
+        yield Note("physics", severity, words.doubtful(doubt, found.checked), for_physics(evidence.study, doubt))
     worst: dict[DoubtKind, DoubtAt] = {}
     for at in found.at_solution if found.share <= MAJORITY else ():
         before = worst.get(at.doubt.kind)
@@ -107,7 +107,7 @@ def physics(evidence: Evidence) -> Iterator[Note]:
     for kind, at in worst.items():
         far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
         text = words.doubtful_solution(at, evidence.names)
-        remedy = advice.for_physics(evidence.study, at.doubt)
+        remedy = for_physics(evidence.study, at.doubt)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 
 

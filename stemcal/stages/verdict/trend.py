@@ -7,7 +7,7 @@ elasticity ∂ln F/∂ln θ changes with the diameter; the range that it would n
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,9 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
+from stemcal.stages.verdict.evidence import Evidence
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
 _LEAST_CHANGE = 0.03
@@ -99,6 +101,30 @@ def trend_of(
     low, high = law.exponent_interval
     change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
     return law if low * high > 0.0 and abs(law.exponent) > within and change >= _LEAST_CHANGE else None
+
+
+def standard_error(mean: float, sd: float | None, n: int | None) -> float | None:
+    """Return the standard error of a measured mean as a part of it, None where it is unknown."""
+    return None if sd is None or n is None else sd / n**0.5 / mean
+
+
+def trend_reason(
+    evidence: Evidence,
+    rows: Sequence[tuple[float, float, float, float | None]],
+    worst_percent: float,
+    remedy: Callable[[], Remedy],
+) -> Iterator[Note]:
+    """Yield that the error follows the diameter, if it does; `rows` are diameter, both forces and standard error."""
+    study = evidence.study
+    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.force_history):
+        return
+    if (law := trend_of(*zip(*rows, strict=True))) is not None:
+        how = "faster" if law.exponent > 0.0 else "more slowly"
+        text = (
+            f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
+            f"d^{abs(law.exponent):.2f} (largest error {worst_percent:.1f} %)."
+        )
+        yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Growing | Widened]:

@@ -1,17 +1,20 @@
-"""The output of OpenRadioss: errors, echoed values, termination, deleted elements, time histories."""
+"""What OpenRadioss leaves: errors, echoed values, termination, deleted elements, forces; or why a run has failed."""
 
 import csv
 import re
 from collections.abc import Iterator, Mapping
 from math import isclose
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from stemcal.errors import SimulationFailed
+from stemcal.processes import Ended
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.writer import BLADE_CONTACT, TITLES
-from stemcal.solvers.readers import NUMBER, required_number
+from stemcal.solvers.deck.writer import BLADE_CONTACT, ENGINE_LISTING, HISTORY, STARTER_LISTING, TABLE, TITLES
+from stemcal.solvers.program import code_is_zero
+from stemcal.solvers.readers import NUMBER, read_text, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _BLOCK = re.compile(
@@ -191,3 +194,47 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
     for index, name in enumerate(names):
         if (match := _COLUMN.fullmatch(name)) is not None:
             yield index, int(match[1])
+
+
+def starter_accepted(folder: Path, ended: Ended) -> str:
+    """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
+    listing = text_left(folder, STARTER_LISTING)
+    found = problems(listing) or problems(ended.output)
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        raise SimulationFailed("starter_error", f"the starter refused the deck: {found[0]}{more}")
+    code_is_zero(ended)
+    return listing
+
+
+def engine_ran(folder: Path, ended: Ended) -> None:
+    """Raise `SimulationFailed` unless the engine came to its normal end."""
+    said = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
+    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
+        raise SimulationFailed(
+            "no_restart", f"the engine did not find {missing[1]}: the restart file of the starter is missing"
+        )
+    if ended.code == 0 and is_normal_end(said):
+        return
+    if "ERROR TERMINATION" in said:
+        wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]
+        raise SimulationFailed(
+            "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
+        )
+    code_is_zero(ended)
+    raise SimulationFailed("no_termination", "the engine did not report normal termination")
+
+
+def table_made(folder: Path, ended: Ended) -> None:
+    """Raise `SimulationFailed` unless there is a table of the time histories."""
+    if ended.code != 0 or not (folder / TABLE).is_file():
+        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
+        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
+
+
+def text_left(folder: Path, name: str) -> str:
+    """Return a text file of the run, empty if there is none."""
+    try:
+        return read_text(folder, name)
+    except SimulationFailed:
+        return ""

@@ -6,7 +6,7 @@ from called import called
 from numpy.typing import NDArray
 
 from stemcal.cutting import Discretisation, ShearTest, Stem, build
-from stemcal.fem.kernels import erosion
+from stemcal.fem.kernels import nonlocal_mean
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, STATE_ROWS
 from stemcal.fem.kernels.search import Topology
 from stemcal.fem.material import Material
@@ -30,7 +30,7 @@ def averaged(mesh: Mesh, strain: Array, length: float, topology: Topology | None
     topology = mesh.topology() if topology is None else topology
     state = states(strain)
     spread = exchange(mesh, topology.neighbours, np.ones(len(strain)), 1.0, length, state[:, PLASTIC_STRAIN])
-    called(erosion.spread_strains)(spread, topology, state)
+    called(nonlocal_mean.spread_strains)(spread, topology, state)
     return spread.mean.copy()
 
 
@@ -80,7 +80,7 @@ def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
         topology, state = model.mesh.topology(), states(strain)
         shares = element_shares(model)
         spread = exchange(model.mesh, topology.neighbours, shares, 1.0, 1.5, state[:, PLASTIC_STRAIN])
-        called(erosion.spread_strains)(spread, topology, state)
+        called(nonlocal_mean.spread_strains)(spread, topology, state)
         places = np.round(np.abs(centres) * np.array([1.0, 1.0, 0.0]) + centres * np.array([0.0, 0.0, 1.0]), 6) + 0.0
         means[symmetry] = {tuple(p): m for p, m in zip(places, spread.mean, strict=True)}
     assert len(means["quarter"]) == len(means["none"]) > 100
@@ -124,7 +124,7 @@ def test_what_stands_beside_a_gap_fails_as_if_there_were_none() -> None:
     state[20 // LANES, ALIVE, 20 % LANES] = 0.0
     topology.standing[20] = False
     spread = exchange(mesh, topology.neighbours, np.ones(40), 0.038, 4.0, np.zeros_like(state[:, PLASTIC_STRAIN]))
-    assert called(erosion.fail_by_mean_strain)(spread, topology, state)
+    assert called(nonlocal_mean.fail_by_mean_strain)(spread, topology, state)
     assert np.flatnonzero(state[:, ALIVE].ravel()[:40] == 0.0).tolist() == [19, 20, 21]
 
 
@@ -135,8 +135,8 @@ def test_elements_fail_by_their_mean_strain_alone() -> None:
     spread = exchange(mesh, topology.neighbours, np.ones(40), 0.05, 4.0, states(np.zeros(40))[:, PLASTIC_STRAIN])
     single, wide = np.zeros(40), np.full(40, 0.05)
     single[20] = 0.3  # mean 0.3/(4√π) = 0.0423
-    assert not called(erosion.fail_by_mean_strain)(spread, topology, states(single))
-    assert called(erosion.fail_by_mean_strain)(spread, topology, states(wide))
+    assert not called(nonlocal_mean.fail_by_mean_strain)(spread, topology, states(single))
+    assert called(nonlocal_mean.fail_by_mean_strain)(spread, topology, states(wide))
 
 
 def test_no_length_leaves_each_element_to_itself() -> None:
