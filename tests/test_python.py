@@ -209,10 +209,10 @@ def test_calibrate_takes_the_path_of_a_spec_and_checks_what_it_is_given(tmp_path
 @pytest.mark.parametrize("given", ["", " ", "a\0b", 3, None, b"a.yaml", ["a.yaml"]])
 def test_what_names_no_file_is_refused(given: Any) -> None:
     for called in (stemcal.load_study, stemcal.open_results):
-        with pytest.raises(UsageError, match=r"(path|folder): .* (is not a path|is no path); give"):
+        with pytest.raises(UsageError, match=r"(path|folder): .* is not a path; (give|pass)"):
             called(given)
     if given is not None:
-        with pytest.raises(UsageError, match=r"out: .* (is not a path|is no path); give"):
+        with pytest.raises(UsageError, match=r"out: .* is not a path; (give|pass)"):
             stemcal.calibrate(REPLAY, out=given)
 
 

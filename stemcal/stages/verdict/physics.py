@@ -197,4 +197,6 @@ def _hourglass(solver: Explicit, worst: float) -> Remedy:
         return Remedy(f"Use much finer elements or another mesh: {worst:.0f} % is {finer:.1f} times the limit.")
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
-    return _in_solver(values, f"may reduce it below {limit:g} %, at about {outwards(finer**4, True):g} times the time.")
+    return _in_solver(
+        values, f"may reduce it below {limit:g} %, but takes about {outwards(finer**4, True):g} times as long."
+    )
