@@ -140,7 +140,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    """Whether the fit says so, and before it the surface: no run is left over."""
+    """Return whether the fit, and before it the surface, has no residual degrees of freedom."""
     told = (result.surface_error_known for result in reversed(evidence.results.done))
     return next((not known for known in told if known is not None), False)
 
