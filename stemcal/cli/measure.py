@@ -32,7 +32,7 @@ Encoding = Annotated[
     str | None, typer.Option(metavar="NAME", help="Text encoding, such as gbk.", show_default="detected")
 ]
 Separator = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Column separator: tab, semicolon …", show_default="detected")
+    str | None, typer.Option(metavar="NAME", help="Separator: tab, semicolon …", show_default="detected")
 ]
 Decimal = Annotated[
     str | None, typer.Option(metavar="NAME", help="Decimal mark: point or comma.", show_default="detected")
@@ -40,27 +40,27 @@ Decimal = Annotated[
 SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet.")]
 Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which the curves start.")]
 ForceColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
+    str | None, typer.Option(metavar="COLUMN,...", help="Force column, name or number.", show_default="by name")
 ]
 DisplacementColumn = Annotated[
     str | None,
-    typer.Option(metavar="COLUMN,...", help="Name or number of the displacement column.", show_default="by name"),
+    typer.Option(metavar="COLUMN,...", help="Displacement column.", show_default="by name"),
 ]
 TimeColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the time column.", show_default="by name")
+    str | None, typer.Option(metavar="COLUMN,...", help="Time column, name or number.", show_default="by name")
 ]
 Speed = Annotated[
     str | None,
-    typer.Option(metavar="SPEED", help="Blade speed, needed if the files have no displacement."),
+    typer.Option(metavar="SPEED", help="Blade speed if there is no displacement."),
 ]
 ForceUnit = Annotated[
-    str | None, typer.Option(metavar="UNIT", help="Unit of the force: N, kN, kgf …", show_default="heading, else N")
+    str | None, typer.Option(metavar="UNIT", help="Force unit: N, kN …", show_default="heading, else N")
 ]
 DisplacementUnit = Annotated[
-    str | None, typer.Option(metavar="UNIT", help="Unit of the displacement: mm, cm …", show_default="heading, else mm")
+    str | None, typer.Option(metavar="UNIT", help="Displacement unit.", show_default="heading, else mm")
 ]
 TimeUnit = Annotated[
-    str | None, typer.Option(metavar="UNIT", help="Unit of the time: s, ms or min.", show_default="heading, else s")
+    str | None, typer.Option(metavar="UNIT", help="Time unit: s, ms, min.", show_default="heading, else s")
 ]
 
 
@@ -73,7 +73,7 @@ def diameters(
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
     diameter_column: Annotated[
         str | None,
-        typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
+        typer.Option(metavar="COLUMN,...", help="Diameter column, name or number.", show_default="by name"),
     ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
@@ -175,7 +175,7 @@ def tests(
 ) -> None:
     """Convert other laboratory tests to slopes, peak forces, work and targets.
 
-    The responses are those in the targets of each test or, without targets, the usual ones for its kind.
+    Responses are those in the targets of each test, otherwise the usual ones of its kind.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

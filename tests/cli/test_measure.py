@@ -170,7 +170,7 @@ def test_a_workbook_of_a_sheet_per_specimen(tmp_path: Path) -> None:
     assert peaks(tmp_path) == {"8mm#试样1": pytest.approx(PEAK), "8mm#试样2": pytest.approx(2 * PEAK)}
     assert "Sheet '结果' contains no curve" in shear(tmp_path)["notes"]
     assert peaks(tmp_path, "--sheet", "试样2") == {"8mm": pytest.approx(2 * PEAK)}
-    assert "there are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
+    assert "the sheets are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
 
 
 def test_specimens_side_by_side_in_a_workbook(tmp_path: Path) -> None:
