@@ -108,7 +108,7 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term or a key of a spec; without TERM, list all terms.
+    """Explain a term or a key of the spec. If no term is given, list all terms.
 
     Terms can be English or Chinese. Editors complete and check a spec if you save the schema and start the spec
     with [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold].

@@ -59,8 +59,8 @@ def tables(
 ) -> None:
     """Write the tables of a study for a publication.
 
-    The folder tables of the study folder then contains the factors, screening, response surface, ANOVA,
-    calibration, parameters and validation. A Word file also contains the figures.
+    The tables are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
+    parameters and validation. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
@@ -88,9 +88,9 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    Figures are written to the folder figures of the study folder. NAME selects all figures whose names begin with it:
-    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm
-    that at 7 mm.
+    The figures are saved in figures/ inside the study folder. NAME selects every figure whose name starts with it:
+    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm one
+    at 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
     """

@@ -31,7 +31,7 @@ Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
     typer.Option("--for", help="Target program of the deck.", show_default="from study or file name"),
 ]
-NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the expected force of the deck.")]
+NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the force expected from the deck.")]
 
 
 def export_deck(
@@ -149,7 +149,7 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
 
 
 def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
-    """Return the expected force of the deck, and that of the study if its solver is the embedded one; N.
+    """Return the force expected from the deck, and that of the study if its solver is the embedded one; N.
 
     None, with a warning, if they need too much memory or time.
     """
@@ -161,9 +161,9 @@ def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
     of_deck, own = as_embedded(deck), deck.study.kind.force_history
     for study in (of_deck, deck.study) if own else (of_deck,):
         if too_much := excess(demand_of_one(study, [deck.diameter]), 1, machine_memory()):
-            warn(f"The expected force of the deck was not computed. {' '.join(map(str, too_much))}")
+            warn(f"The force expected from the deck was not computed. {' '.join(map(str, too_much))}")
             return None
-    with waiting("expected force of the deck", quiet):
+    with waiting("force expected from the deck", quiet):
         force = simulate(of_deck, {}, deck.diameter).peak_force
         return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
 
@@ -194,7 +194,7 @@ Sizes = Annotated[
     typer.Option(
         "--element-size",
         metavar="LENGTH",
-        help="Element size of your model; repeatable.",
+        help="Element size of your model; may be given more than once.",
         show_default=False,
     ),
 ]

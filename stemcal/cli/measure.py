@@ -37,14 +37,13 @@ Separator = Annotated[
 Decimal = Annotated[
     str | None, typer.Option(metavar="NAME", help="Decimal mark: point or comma.", show_default="detected")
 ]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet.")]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
 Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which the curves start.")]
 ForceColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Force column, name or number.", show_default="by name")
 ]
 DisplacementColumn = Annotated[
-    str | None,
-    typer.Option(metavar="COLUMN,...", help="Displacement column.", show_default="by name"),
+    str | None, typer.Option(metavar="COLUMN,...", help="Displacement column.", show_default="by name")
 ]
 TimeColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Time column, name or number.", show_default="by name")
@@ -107,9 +106,13 @@ def shear(
         str | None,
         typer.Option(metavar="GLOB", help="Pattern of the file names, such as *.csv.", show_default="all readable"),
     ] = None,
-    index: Annotated[Path | None, typer.Option(metavar="FILE", help="Table with the diameter of each file.")] = None,
+    index: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Table that gives the diameter of the specimen of each file.")
+    ] = None,
     preload: Preload = 5.0,
-    exclude: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; repeatable.")] = None,
+    exclude: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; may be given more than once.")
+    ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
         bool, typer.Option("--travel-and-work", help="Add travel and work at the peak to the targets.")
@@ -156,7 +159,7 @@ def tests(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of files per test.")],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; repeatable.")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; may be given more than once.")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
     force_column: ForceColumn = None,

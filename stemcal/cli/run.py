@@ -196,7 +196,7 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results, .csv or .xlsx.")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
 _REPLACE = "Reason for replacing earlier results."
 Replace = Annotated[str, typer.Option("--replace", metavar="WHY", help=_REPLACE, show_default=False)]
 Who = Annotated[
@@ -213,7 +213,7 @@ def enter(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Enter results of runs done by hand, then continue the study.
+    """Enter the results of runs done by hand, then continue the study.
 
     Correct rows are recorded; the others are listed with their errors. If a run was not possible, write
     [bold]failed: why[/bold]; with --replace this also removes an earlier result.

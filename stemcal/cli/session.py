@@ -34,7 +34,12 @@ Out = Annotated[
 Workers = Annotated[
     int | None,
     typer.Option(
-        "--workers", "-j", metavar="N", min=1, help="Number of parallel simulations.", show_default="all cores"
+        "--workers",
+        "-j",
+        metavar="N",
+        min=1,
+        help="Number of simulations to run in parallel.",
+        show_default="all cores",
     ),
 ]
 

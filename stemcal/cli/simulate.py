@@ -29,7 +29,7 @@ Diameter = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit of the spec; repeatable."),
+    typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; may be given more than once."),
 ]
 CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
 FigureFile = Annotated[
@@ -54,7 +54,7 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate one virtual shear test or another test of the spec.
+    """Simulate one virtual shear test, or another test defined in the spec.
 
     If the spec uses another program, that program is run once. Factors without --set have mid-range values.
 

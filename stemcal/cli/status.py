@@ -34,7 +34,7 @@ def status(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show progress, failures and the verdict of a study.
+    """Show the progress, failures and verdict of a study.
 
     You can use it while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records
     are always repeated.

@@ -300,7 +300,7 @@ class CommandSolver(ProgramOptions):
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "requires a result with the peak of a force–travel curve (travel in mm)"
+        message = "needs a result that is the peak of the force–displacement curve, with the displacement in mm"
         return message, "add along: TRAVEL and reduction: max to result, or give only the force"
 
 

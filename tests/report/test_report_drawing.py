@@ -8,7 +8,8 @@ import pytest
 
 from stemcal.folder import StudyFolder
 from stemcal.report import drawing, gallery
-from stemcal.report.page import Shown, render, shown
+from stemcal.report import page as pages
+from stemcal.report.page import Shown, shown
 
 
 @pytest.fixture
@@ -26,7 +27,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         folder.mkdir(exist_ok=True)
         return []
 
-    monkeypatch.setattr(render, "write_page", page)
+    monkeypatch.setattr(pages, "write_page", page)
     monkeypatch.setattr(gallery, "write_figures", figures)
     return drawn
 
@@ -72,9 +73,9 @@ def test_what_the_page_does_not_show_is_left_to_plot(
     what = shown(study, StudyFolder(tmp_path))
     hidden = replace(what.plots[0], name="hidden", on_page=False)
     written: list[str] = []
-    monkeypatch.setattr(render, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
+    monkeypatch.setattr(pages, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
     monkeypatch.setattr(gallery, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
-    monkeypatch.setattr(render, "write_page", lambda *_: None)
+    monkeypatch.setattr(pages, "write_page", lambda *_: None)
     (tmp_path / "figures").mkdir()
     drawing.draw(study, StudyFolder(tmp_path), what.results, what.verdict)
     assert written == [plot.name for plot in what.plots]

@@ -1,4 +1,4 @@
-"""The designs by name, in coded units; larger ones have separate modules.
+"""The designs by name, in coded units; larger ones are built in separate modules.
 
 A new screening design is one function and one line in `SCREENING`, a new surface design one class and one line in
 `SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.

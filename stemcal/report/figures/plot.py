@@ -26,7 +26,7 @@ class Plot:
     """A figure: its name, its section, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
-    with `claims` is shown only for a calibrated study. `early` ones are on the page while a study is running.
+    that `claims` intervals is shown of a calibrated study only. `early` ones are on the page while a study is running.
     """
 
     name: str

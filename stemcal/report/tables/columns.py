@@ -120,7 +120,8 @@ def further_table(
 def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
-        "Score: distance of a curve from the mean measured curve along a mode; its error is in % of the maximum force."
+        "Score: signed deviation of a curve from the mean measured curve along a mode. Its error is a percentage of "
+        "the maximum force."
     )
     return [text] if any(named.apart for named in names.naming.responses) else []
 

@@ -26,8 +26,8 @@ def plots(surface: Surfaces, invert: InvertResult, labels: Mapping[str, str]) ->
     """Return the figures of a calibration."""
     known, plots = invert.certainty, []
     likelihoods = (
-        "Profile likelihood of each factor, with the others refitted. Shaded: 95 % interval, where the curve is below "
-        "the dashed line; vertical line: calibrated value."
+        "Profile of the misfit for each factor, with the other factors refitted. The 95 % interval (shaded) is where "
+        "the curve is below the dashed line; vertical line: the calibrated value."
     )
     exact = (
         "Exact solutions of the surface: range of each factor in coded units. Star: selected solution; dashed: ±1; "

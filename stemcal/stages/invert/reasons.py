@@ -152,9 +152,8 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        together = f"changing them together ({', '.join(changes)})"
-        return f"{factors} cannot be separated: {together} leaves the fit almost unchanged."
-    return f"{factors} cannot be determined: the fit hardly depends on it."
+        return f"The fit does not determine {factors}: changing {series(changes)} together leaves it almost unchanged."
+    return f"The fit does not determine {factors}: it hardly depends on it."
 
 
 def target(evidence: Evidence) -> Iterator[Note]:
@@ -229,8 +228,8 @@ def formula(evidence: Evidence) -> Iterator[Note]:
     ]
     error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
     text = (
-        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others within {error:.1f} %, the model "
-        f"within {missed or 0.0:.1f} %."
+        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others to within {error:.1f} %, the model "
+        f"to within {missed or 0.0:.1f} %."
     )
     yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
 

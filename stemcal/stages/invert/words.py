@@ -185,14 +185,14 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
     point = stage.point
     if len(point.solution) > 1:
         text = (
-            f"One measured {names.response.long} cannot determine {len(point.solution)} factors: many solutions fit "
-            "equally well, and the intervals show how far they extend."
+            f"One measured {names.response.long} cannot determine {len(point.solution)} factors: the solution is one "
+            "point of a whole set, and the ranges show how far that set extends."
         )
         yield Note("one_of_many", "caution", text)
     if not point.inside:
         text = (
-            f"The solution is {point.coded_radius:.2f} coded units from the centre, outside the region of the design "
-            f"(radius {stage.radius:.2f}): the surface extrapolates there."
+            f"The solution is {point.coded_radius:.2f} coded units from the centre, outside the design region "
+            f"(radius {stage.radius:.2f}): the surface is extrapolated there."
         )
         yield Note("solution_outside", "warning", text)
 
@@ -244,7 +244,7 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
     together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
         f"The measured values do not separate the parameters: changing {together} together leaves the fit almost "
-        "unchanged. Of all points that fit equally well, the one nearest to the centre is reported."
+        "unchanged. Of all points that fit about equally well, the one nearest to the centre is reported."
     )
     return Note("flat_direction", "warning", text)
 

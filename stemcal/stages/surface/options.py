@@ -174,7 +174,7 @@ def factors_are_found(draft: Draft) -> Iterator[Finding]:
     if not is_screened(draft.study) and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"without a screening it is unknown which factors are {chosen}"
-        yield Finding(("rsm",), message, f"name them, as in factors: [{names}], or remove screen.design: none")
+        yield Finding(("rsm",), message, f"name the factors, as in factors: [{names}], or remove screen.design: none")
 
 
 def strongest_are_enough(draft: Draft) -> Iterator[Finding]:

@@ -217,8 +217,9 @@ def signs(evidence: Evidence) -> Iterator[Note]:
         if factor.expected_sign and _sign_found(evidence, factor.name) not in (None, factor.expected_sign)
     )
     if against:
-        text = f"The effect of {series(against)} has the opposite sign to the expected one."
-        remedy = Remedy(f"Check {series(against)} in the model: the law, the units and `expected_sign`.")
+        names = series(against)
+        text = f"The effect of {names} has the opposite sign to the expected one."
+        remedy = Remedy(f"Check the law and the units of {names} in the model, and `expected_sign` in the spec.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 

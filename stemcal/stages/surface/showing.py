@@ -53,7 +53,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [*surface_tables(result, names), *_of_others(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
-        settled = (one.settles for one in setting.results.done)  # only the first solution is on the surface
+        settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
         levels = next((found for found in settled if found is not None), None)
         solved = None if levels is None else Solution(levels, setting.study.calibration_target.response)
         return figures.plots(result, solved, setting.labels)

@@ -61,9 +61,9 @@ def formula(evidence: Evidence) -> Iterator[Note]:
     if checked is None or checked.is_given or checked.formula is None or not checked.no_better_than_formula:
         return
     held_out = (
-        f"{checked.formula.worst_held_out_percent:.1f} %, the model within {checked.worst_held_out_percent:.1f} %"
+        f"{checked.formula.worst_held_out_percent:.1f} %, the model to within {checked.worst_held_out_percent:.1f} %"
     )
-    text = f"The formula F = a·d^{checked.formula.exponent:.3g} predicts the held-out diameters within {held_out}."
+    text = f"The formula F = a·d^{checked.formula.exponent:.3g} predicts the held-out forces to within {held_out}."
     yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
 
 

@@ -61,8 +61,9 @@ def _beside_formula(stage: ValidateResult, names: Names) -> list[str]:
         return []
     only = "" if model < formula.worst_held_out_percent else "only "
     return [
-        f"The empirical formula F = a·d^{formula.exponent:.3g} through {names.conditions(stage.fitted)} predicts the "
-        f"other diameters within {formula.worst_held_out_percent:.1f} %, the model {only}within {model:.1f} %."
+        f"The empirical formula F = a·d^{formula.exponent:.3g} fitted at {names.conditions(stage.fitted)} predicts the "
+        f"force at the other diameters to within {formula.worst_held_out_percent:.1f} %, the model {only}to within "
+        f"{model:.1f} %."
     ]
 
 
@@ -85,9 +86,8 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " to this response"
-        yield Note(
-            "fitted", "info", f"The parameters were fitted{where}, so the error there is not an independent check."
-        )
+        text = f"The parameters were fitted{where}, so the error there is not an independent check."
+        yield Note("fitted", "info", text)
 
 
 def _failed(stage: ValidateResult, names: Names) -> Iterator[Note]:

@@ -329,7 +329,7 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
 def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     """Return what keeps a factor from being an exponent, and the remedy."""
     if factor.unit != "1":
-        return "an exponent is a pure number", "remove its unit"
+        return "an exponent has no unit", "remove its unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
         return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"stay within ±{MOST_EXPONENT:g}"
     return None
