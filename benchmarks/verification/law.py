@@ -34,9 +34,10 @@ def tension() -> Topic:
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
-        "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. It is strained to 5 % and "
-        "back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The hardening "
-        "parameter of the paper is between the two. Stresses are summed over 1,200 steps in single precision."
+        "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. The element is strained to 5 "
+        "% and back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The "
+        "hardening parameter of the paper is between the two. Stresses are summed over 1,200 steps in single "
+        "precision."
     )
     caption = "Stress versus strain over one cycle: computed, and the closed form (corners and lines)."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
@@ -93,9 +94,9 @@ def erosion() -> Topic:
     work = 0.5 * 10.0**2 / 1000.0 + 10.0 * 0.03
     cases.append(Case("energy of the removed element", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
     text = (
-        "The element is strained by 0.1 % per step without hardening. It must fail in the step whose effective "
-        "plastic strain first reaches the failure strain, and then have no force. Its energy must be counted "
-        "as eroded energy in the balance."
+        "The element is strained by 0.1 % per step without hardening. The element must fail in the step whose "
+        "effective plastic strain first reaches the failure strain, and then have no force. The energy of the failed "
+        "element must be counted as eroded energy in the balance."
     )
     return Topic("Erosion at the failure strain", text, tuple(cases))
 

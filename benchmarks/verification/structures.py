@@ -66,9 +66,9 @@ def beams() -> Topic:
     text = "1 element high, c = 0.548: deflection over theory"
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
-        "A beam of length 40 mm and height 4 mm under a sudden load oscillates about its static position. Its mean "
-        "and its period give deflection and frequency. The hourglass coefficient is 0.15; with 0.548 even a single "
-        "row of cubes has the deflection of the beam."
+        "A beam of length 40 mm and height 4 mm under a sudden load oscillates about its static position. The mean "
+        "and the period of this oscillation give deflection and frequency. The hourglass coefficient is 0.15; with "
+        "0.548 even a single row of cubes has the deflection of the beam."
     )
     return Topic("Cantilever", text, tuple(cases))
 
