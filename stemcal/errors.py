@@ -119,7 +119,7 @@ class Waiting(StemcalError):
     def __init__(self, stage: str, requests: Sequence[Any]) -> None:
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
-        super().__init__(f"waiting for {count} of {stage}; run `stemcal run SPEC` to write the sheet for them")
+        super().__init__(f"waiting for {count} of {stage}; run `stemcal run SPEC` to write the sheet for these runs")
 
 
 class SimulationFailed(StemcalError):

@@ -119,7 +119,9 @@ class StudyFolder:
             refuse_link(self.path / ".lock")
             self._lock.acquire()
         except Timeout:
-            raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
+            raise FolderLocked(
+                f"{self.path}: {self._signature()}; wait until it has finished or choose another --out"
+            ) from None
         except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
             place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error
             raise StemcalError(
@@ -215,7 +217,7 @@ class StudyFolder:
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
-        logger.warning("%s %s; it was moved to runs/damaged, and the run is repeated", path, problem)
+        logger.warning("%s %s; the record was moved to runs/damaged, and its run is repeated", path, problem)
         with suppress(OSError, StemcalError):
             damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
@@ -320,7 +322,7 @@ def problem_of(record: Mapping[str, Any], key: str) -> str:
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
         return f"is not the record of a run: status {status!r:.20} contradicts response {response!r:.20}"
     if record.get("key") != key or key_of(record["identity"]) != key:
-        return "its name does not match the request that it contains"
+        return "the name of the file does not match the request in it"
     return ""
 
 

@@ -90,7 +90,7 @@ class Child:
         try:
             self._receive(LOADING_S)
         except ChildLate:
-            raise ChildDied(f"it was not ready within {LOADING_S:g} s") from None
+            raise ChildDied(f"the process was not ready within {LOADING_S:g} s") from None
         result, error = pickle.loads(self._receive(limit))
         return result, error
 

@@ -35,8 +35,8 @@ def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float
 def maximum_not_passed(stroke: float) -> Note:
     """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
     text = (
-        f"The test ended after {stroke:.3g} mm, before its maximum force: force, travel and work are lower "
-        "bounds; slope is not affected."
+        f"The test ended after {stroke:.3g} mm, before the maximum force: force, travel and work are lower bounds; the "
+        "slope is not affected."
     )
     return Note("maximum_not_passed", "warning", text, Remedy("Lengthen the stroke of the test."))
 
@@ -64,7 +64,7 @@ def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force); kinetic energy "
         f"reaches {kinetic_percent:.1f} % of internal energy."
     )
-    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10; both add mass.")
+    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10; both settings add mass.")
     return Note("inertia_in_force", "warning", text, remedy)
 
 

@@ -180,7 +180,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
-        remedy = "its frames are stored by refine and validate; run `stemcal run SPEC` first"
+        remedy = "the frames are stored by the stages refine and validate; run `stemcal run SPEC` first"
         raise UsageError(f"no figure {wanted!r}; figures: {', '.join(known)}" if known else f"{wanted}: {remedy}")
     label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
     details = records[label].details

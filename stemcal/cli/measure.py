@@ -200,7 +200,7 @@ def tests(
         _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote the targets of the tests into {spec}; check it with: stemcal check {spec}")
+        note(f"wrote the targets of the tests into {spec}; check the spec with: stemcal check {spec}")
 
 
 def _finish_shear(
@@ -225,7 +225,7 @@ def _finish_shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
-        note(f"wrote the targets into {spec}; check it with: stemcal check {spec}")
+        note(f"wrote the targets into {spec}; check the spec with: stemcal check {spec}")
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
@@ -239,7 +239,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
-        raise UsageError(f"{spec} is not a text file; save it in UTF-8")
+        raise UsageError(f"{spec} is not a text file; save the spec in UTF-8")
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)
@@ -285,6 +285,6 @@ def _show(
         say_tables(*found)
         say_whole(*([yaml] if yaml else []))
     if synthetic:
-        warn("the files are marked as synthetic; do not publish them as measured")
+        warn("the files are marked as synthetic; do not publish their values as measurements")
     for one in [] if quiet else notes:
         note(f"note: {one}")

@@ -79,7 +79,7 @@ def compute_again(work: Session) -> None:
     failed = sum(entry.status == "failed" for entry in entries)
     note(f"{len(entries)} failed runs repeated")
     if failed:
-        warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists them")
+        warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
 
 def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:

@@ -129,7 +129,7 @@ def executor_called(name: str, workers: int | None) -> Callable[[float | None], 
     if not name.startswith(DASK):
         raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
     if not host or not port.isdigit():
-        raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
+        raise UsageError(f"--executor {name}: write the address of your scheduler as dask://HOST:PORT")
     if workers is not None:
         raise UsageError("--workers applies only to --executor local; start the workers of a cluster yourself")
     from stemcal.executors.cluster import DaskExecutor

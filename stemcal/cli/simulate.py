@@ -119,7 +119,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
         name, equals, text = setting.partition("=")
         name = name.strip()
         if not equals:
-            raise UsageError(f"--set {setting}: write it as factor=value")
+            raise UsageError(f"--set {setting}: write factor=value")
         if name not in levels:
             remedy = _suggestion(name, levels, "the study's factors")
             raise UsageError(f"--set {setting}: no factor {name!r}; {remedy}")

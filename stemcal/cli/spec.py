@@ -66,7 +66,7 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise UsageError(f"{path} already exists; choose another name or delete it first") from None
+        raise UsageError(f"{path} already exists; choose another name or delete the file first") from None
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
 

@@ -102,7 +102,7 @@ def _worker(working: Holder | None) -> str:
 def _stage(stage: StageStatus) -> Iterator[str]:
     name = stage.stage
     if stage.reasons:
-        yield f"{name}: failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists them."
+        yield f"{name}: failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists the failed runs."
     if stage.censored:
         few = counted(stage.censored, "response")
         yield f"{name}: {few} may be too low: the stroke ended before the maximum was clearly passed."

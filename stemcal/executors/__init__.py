@@ -35,7 +35,7 @@ class RunTimedOut(StemcalError):
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
-        super().__init__(f"it exceeded its time limit of {limit:g} s and was terminated")
+        super().__init__(f"the run exceeded its time limit of {limit:g} s and was terminated")
 
 
 class ClusterLost(StemcalError):

@@ -113,7 +113,7 @@ class DaskExecutor(RunExecutor):
     def _translated(self, error: BaseException) -> BaseException:
         """Return Dask's words for a run that outlived too many workers, and for a lost cluster, as ours."""
         if type(error).__name__ in _KILLED:
-            return WorkerDied(f"the Dask workers that computed it were lost: {error}")
+            return WorkerDied(f"the Dask workers of this run were lost: {error}")
         if isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in ("distributed", "tornado"):
             return self._lost()
         return error
@@ -145,7 +145,7 @@ def supervised(blob: bytes, time_limit: float | None, version: str, session: str
         raise WorkerDied(_mismatch("this worker", code_version(), version))
     with _making:
         if session in _ended:
-            raise WorkerDied("the command that requested it has ended")
+            raise WorkerDied("the command that requested this run has ended")
         crew = _sessions.get(session) or _sessions.setdefault(session, _started_processes())
     return crew.submit_pickled(blob, time_limit).result()
 

@@ -64,7 +64,8 @@ def refuse_link(path: Path) -> None:
     """
     if path.is_symlink():
         raise StemcalError(
-            f"{path} is a symbolic link, and stemcal does not write through links; remove it or choose another path"
+            f"{path} is a symbolic link, and stemcal does not write through links; remove the link or choose another "
+            "path"
         )
 
 
@@ -73,7 +74,7 @@ _REMEDIES = {
     getattr(errno, "EDQUOT", errno.ENOSPC): "free some space; the same command then resumes with the finished runs",
     errno.EROFS: "make it writable or choose another place with --out",
     errno.EACCES: "make it writable or choose another place with --out",
-    errno.ENOENT: "its folder was deleted or moved; the same command creates it again",
+    errno.ENOENT: "the folder was deleted or moved; the same command creates the folder again",
 }
 
 

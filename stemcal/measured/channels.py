@@ -14,7 +14,7 @@ from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, SECONDS, TIME
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching
 from stemcal.note import Note, Remedy
 
-NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
+NAME_THEM = "give both columns by name or number with --force-column and --displacement-column"
 PRELOAD = 5.0  # N
 _LABEL = 40  # characters of a label that are kept
 _ONLY_DIAMETER = re.compile(r"\W*([dØ]|diameter)?\W*[\d.,]+[ _]?mm\W*", re.IGNORECASE)
@@ -47,11 +47,11 @@ class CurveOptions:
     def check(self) -> None:
         """Raise `UsageError` if an option has no sense, or two contradict each other."""
         if self.time_column is not None and self.displacement_column is not None:
-            raise UsageError("--time-column and --displacement-column cannot be combined; use one of them")
+            raise UsageError("--time-column and --displacement-column cannot be combined; use one of these options")
         if self.time_column is not None and self.speed is None:
             raise UsageError("--time-column requires the blade speed, as in --speed '20 mm/min'")
         if self.displacement_column is not None and self.speed is not None:
-            raise UsageError("--speed and --displacement-column cannot be combined; use one of them")
+            raise UsageError("--speed and --displacement-column cannot be combined; use one of these options")
         if not 0.0 <= self.preload < math.inf:
             raise UsageError(f"--preload {self.preload:g}: give a force of at least 0 N")
 
@@ -96,7 +96,7 @@ def _forces(table: TextTable, how: CurveOptions) -> list[int]:
         return given_columns(table, how.force_column, "force")
     found = matching(table, FORCE, NEWTONS)
     if not found:
-        remedy = "name it with --force-column, and its unit with --force-unit if the heading has none"
+        remedy = "name the column with --force-column, and its unit with --force-unit if the heading has none"
         raise UsageError(f"{table.source}: no force column found among {columns_of(table)}; {remedy}")
     return found
 
@@ -117,7 +117,7 @@ def _acrosses(table: TextTable, how: CurveOptions, notes: list[Note]) -> tuple[l
     where = f"{table.source}: no displacement column found among {columns_of(table)}"
     if times:
         raise UsageError(f"{where}; give the blade speed, as in --speed '20 mm/min', or the --displacement-column")
-    raise UsageError(f"{where}; name it with --displacement-column")
+    raise UsageError(f"{where}; name the column with --displacement-column")
 
 
 def _paired(
@@ -136,7 +136,7 @@ def _paired(
         if len(acrosses) > 1:
             raise _unclear(table)
         text = f"{len(ups)} specimens share the displacement column {_name(table, acrosses[0])}."
-        remedy = Remedy("If they are channels of one specimen, select one with --force-column.")
+        remedy = Remedy("If these are channels of one specimen, select one channel with --force-column.")
         notes.append(Note("shared_displacement", "caution", text, remedy))
         return [(acrosses[0], up) for up in ups]
     for what, columns in (("force", ups), ("displacement", acrosses)):

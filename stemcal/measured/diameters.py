@@ -131,7 +131,7 @@ def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float
 def checked_diameter(value: float, place: str) -> float:
     """Return a diameter (mm) that a stem may have; raise `UsageError` for another, naming the place."""
     if not 0.0 < value < WIDEST:
-        raise UsageError(f"{place}: {value:g} mm is not a plausible diameter; correct it or add its unit")
+        raise UsageError(f"{place}: {value:g} mm is not a plausible diameter; correct the value or add its unit")
     return value
 
 
@@ -160,7 +160,7 @@ def _reading_columns(table: TextTable, label: int | None) -> list[int]:
     if len(numeric) == 1 and not table.headed:
         return numeric
     raise UsageError(
-        f"{table.source}: no diameter column found among {columns_of(table)}; name it with --diameter-column"
+        f"{table.source}: no diameter column found among {columns_of(table)}; name the column with --diameter-column"
     )
 
 

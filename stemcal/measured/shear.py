@@ -112,7 +112,7 @@ def _some_of(names: Sequence[str]) -> str:
 def _outlier(grade: float, specimen: str, test: Grubbs) -> Note:
     text = (
         f"Grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {test.statistic:.3f} > "
-        f"{test.critical:.3f}, alpha {test.alpha:g}); it is still included."
+        f"{test.critical:.3f}, alpha {test.alpha:g}). The specimen is still included."
     )
     return Note("outlier", "caution", text, Remedy("Use --exclude if the laboratory records give a reason."))
 
@@ -253,8 +253,8 @@ def _specimen(
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
-            f"{path}: the diameter is unknown; write it in the file name (7mm-1.csv), above its columns (7.1 mm), in "
-            f"a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
+            f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above its columns (7.1 "
+            "mm), in a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
@@ -298,7 +298,8 @@ def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[Note]:
     if preload >= _PRELOAD_SHARE * force:
         text = (
             f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum force at "
-            f"{weakest.diameter:g} mm ({force:.3g} N): travel and work are measured from it; the maximum is unaffected."
+            f"{weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the maximum force is "
+            "unaffected."
         )
         remedy = Remedy(f"Use --preload {0.01 * force:.1g}, 1 % of the maximum.")
         yield Note("preload_of_weak_stems", "caution", text, remedy)

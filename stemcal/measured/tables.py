@@ -129,7 +129,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
         if table.rows:
             tables.append(table)
     if not tables:
-        raise UsageError(f"{path}: no rows of numbers found on its sheets")
+        raise UsageError(f"{path}: no rows of numbers found in the workbook")
     return tables
 
 
@@ -252,7 +252,7 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
             if not odd.remark and (numbers or open_quote or cells > run.width):
                 raise UsageError(
                     f"{source}: line {places[0] + 1} has {cells} cells, the lines around it have {run.width}; correct "
-                    "or delete it"
+                    "or delete this line"
                 )
 
 

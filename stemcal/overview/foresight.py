@@ -91,7 +91,7 @@ def beforehand(study: Study) -> Iterator[Note]:
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
             f"{study.blade.edge_spread}: a cutting curve cannot determine the three separately."
         )
-        remedy = Remedy("Fix both lengths before the calibration, and report all three.")
+        remedy = Remedy("Fix both lengths before the calibration, and report all three values.")
         yield Note("lengths_belong", "caution", text, remedy)
 
 

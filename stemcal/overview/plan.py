@@ -134,7 +134,7 @@ def _in_another_program(study: Study, here: int, left: int, seconds: float | Non
     if study.there is not study:
         names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
         text = f"{counted(here, 'run')} here, at most {left} in {program(study.there.solver.program_name)} ({names})."
-        time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
+        time = "" if seconds is None else f" The runs in the other model take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 
 

@@ -120,7 +120,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     if study is None:
         spec = found.remembered_spec()
         if spec is None:
-            raise UsageError(f"{place} does not contain its spec; pass it: stemcal.open_results(folder, study)")
+            raise UsageError(f"{place} does not contain its spec; pass the study: stemcal.open_results(folder, study)")
         study = load_study(spec)
     return StudyResults.read(study, found)
 

@@ -50,7 +50,7 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
-        text = "Force versus blade travel: validation runs in colour, all others in grey."
+        text = "Force versus blade travel: validation runs in colour, all other runs in grey."
         text += " Dotted: after failure." if any(curve.broke for curve in curves.values()) else ""
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
@@ -58,7 +58,7 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
                 "Measured curves and the curve simulated with the calibrated parameters, up to the peak, versus "
-                "relative travel. Below: their difference in standard deviations of the specimens."
+                "relative travel. Below: difference of the forces in standard deviations of the specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))

@@ -38,7 +38,7 @@ def _inside_run_folder(given: object) -> object:
         return given
     parts = given.replace("\\", "/").split("/")
     if not given.strip() or "\0" in given or ":" in given or given[0] in "/\\" or ".." in parts or len(given) > 255:
-        raise complain(f"{given[:60]!r} is not a file in the run folder", "write its name, such as out.csv")
+        raise complain(f"{given[:60]!r} is not a file in the run folder", "write a file name, such as out.csv")
     return given
 
 
@@ -113,8 +113,8 @@ HourglassCoefficient = Annotated[
     Field(
         ge=0,
         le=1,
-        description="Hourglass coefficient, defined as QH of type 4 in LS-DYNA. If it is too small, elements deform "
-        "without resistance; if it is too large, the stem is too stiff.",
+        description="Hourglass coefficient, defined as QH of type 4 in LS-DYNA. If the coefficient is too small, "
+        "elements deform without resistance; if it is too large, the stem is too stiff.",
     ),
 ]
 ThroughWall = Annotated[
@@ -125,7 +125,8 @@ MassScaling = Annotated[
     Number,
     Field(
         ge=1,
-        description="Factor on all mass. It increases time step and kinetic energy; each run checks the latter.",
+        description="Factor on all mass. A larger factor increases the time step and the kinetic energy, which each "
+        "run checks.",
     ),
 ]
 Outputs = Annotated[Whole, Field(ge=10, le=100_000, description="Points of the force history.")]
@@ -244,7 +245,7 @@ Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run, after which all its processes are terminated."),
+    Field(description="Time limit of one run, after which all processes of the run are terminated."),
 ]
 
 
@@ -300,7 +301,7 @@ class CommandSolver(ProgramOptions):
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "needs a result that is the peak of the force–displacement curve, with the displacement in mm"
+        message = "requires a result that is the peak of the force–displacement curve, with the displacement in mm"
         return message, "add along: TRAVEL and reduction: max to result, or give only the force"
 
 

@@ -78,7 +78,7 @@ def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Findi
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command contains {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write it instead of the value")
+            yield Finding(("factors", index, "name"), message, "write the placeholder instead of the value")
 
 
 def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
@@ -111,7 +111,9 @@ def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iter
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is also a result file: this copy would be read if the program wrote none"
-                yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
+                yield Finding(
+                    ("solver", key, index), message, "remove this file, or change the file that the program writes"
+                )
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
                 yield Finding(("solver", key, index), message, "rename one of them")
@@ -182,4 +184,4 @@ def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Itera
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "has no effect: OpenRadioss's deck hardens isotropically"
-            yield Finding(("factors", index, "name"), message, "give it a fixed value under material")
+            yield Finding(("factors", index, "name"), message, "give the parameter a fixed value under material")

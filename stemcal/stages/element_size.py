@@ -84,7 +84,9 @@ def without_lengths(study: Study) -> Study:
     if not study.kind.any_element_size:
         raise UsageError(f"export material requires `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
     if STRAIN not in study.names:
-        raise UsageError(f"export material adjusts {STRAIN}, which is not a factor of this study. Add it to factors.")
+        raise UsageError(
+            f"export material adjusts {STRAIN}, which is not a factor of this study. Add {STRAIN} to factors."
+        )
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),

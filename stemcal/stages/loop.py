@@ -134,7 +134,7 @@ class Loop:
         done = [judged for judged in self.points if judged.error_percent is not None]
         if not done:
             failed = [run.outcome for run in self.runs if not run.outcome.ok]
-            why = f"{failed[-1].reason}: {failed[-1].message}" if failed else "their records lack a fitted response"
+            why = f"{failed[-1].reason}: {failed[-1].message}" if failed else "the records lack a fitted response"
             raise RunsFailed(f"refine: each simulated point had a failed run ({len(self.runs)} runs: {why})")
         return done[-1] if self.stopped == "tolerance" else min(done, key=lambda judged: judged.merit)
 

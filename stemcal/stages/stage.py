@@ -85,12 +85,12 @@ class Stage(Checked, Generic[R]):
         return None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        """Return what must hold for its section, functions of a draft that yield what is wrong: `RULES` beside it."""
+        """Return the rules of its section, functions of a draft that yield mistakes: `RULES` of the same module."""
         found: Sequence[Callable[[Draft], Iterator[Finding]]] = self._beside_section("RULES", ())
         return found
 
     def doubts(self, study: Study) -> Iterator[Finding]:
-        """Yield what is possible but looks like a slip, as the function `doubts` beside its section does."""
+        """Yield values that are possible but probably mistakes, from `doubts` of the module of its section."""
         yield from self._beside_section("doubts", lambda _study: ())(study)
 
     def _beside_section(self, name: str, default: object) -> Any:

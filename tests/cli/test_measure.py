@@ -196,8 +196,8 @@ def test_an_open_workbook_leaves_a_file_that_is_none(tmp_path: Path) -> None:
     [
         ("7mm.xlsx", b"PK\x03\x04 cut off", "cannot be read as an Excel workbook"),
         ("7mm.csv", b"PK\x03\x04 cut off", "cannot be read as an Excel workbook"),
-        ("7mm.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "save it as .xlsx or CSV"),
-        ("7mm.xls", b"<html><table><tr><td>1</td></tr></table>", "save it as .xlsx or CSV"),
+        ("7mm.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "save the file as .xlsx or CSV"),
+        ("7mm.xls", b"<html><table><tr><td>1</td></tr></table>", "save the file as .xlsx or CSV"),
     ],
 )
 def test_a_workbook_that_is_none_is_said(tmp_path: Path, name: str, content: bytes, words: str) -> None:

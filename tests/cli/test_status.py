@@ -230,7 +230,7 @@ def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> N
     assert record is not None
     path = folder.record_path(record["key"])
     path.write_text(sealed({**record, "identity": {**record["identity"], "diameter": 9.0}}), encoding="utf-8")
-    assert "its name does not match" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
+    assert "the name of the file does not match" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
 
 
 def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:

@@ -161,7 +161,7 @@ class Forgetful(Curved):
 
 def test_records_without_the_travel_are_reported(tmp_path: Path) -> None:
     spec = SPEC.replace("diameters: all", "diameters: all, responses: [force, travel]")
-    with pytest.raises(RunsFailed, match="their records lack a fitted response"):
+    with pytest.raises(RunsFailed, match="the records lack a fitted response"):
         refined(tmp_path, "{budget: 6}", solver=Forgetful(travels=True), spec=spec, travel=True)
 
 

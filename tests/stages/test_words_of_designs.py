@@ -84,7 +84,7 @@ def test_the_outcome_of_a_surface_names_factors_runs_and_range(results: Any) -> 
 def test_certainty_gives_both_r2_and_the_lack_of_fit(results: Any) -> None:
     assert surface.certainty(results.of(SurfaceResult), NAMES) == [
         "The surface explains 98.5 % of the variation between its runs (R² 0.985, predicted R² 0.922).",
-        "Its lack of fit is not significant (p = 0.3189).",
+        "The lack of fit of the surface is not significant (p = 0.3189).",
     ]
 
 

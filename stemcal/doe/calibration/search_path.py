@@ -81,7 +81,9 @@ class SearchPath:
     def __post_init__(self) -> None:
         for mover in self.movers:
             if mover.relative_slope == 0.0 or not isfinite(mover.relative_slope):
-                raise UsageError(f"refine.adjust: {mover.name} has no effect on the response of the surface; remove it")
+                raise UsageError(
+                    f"refine.adjust: {mover.name} has no effect on the response of the surface; remove the factor"
+                )
 
     @property
     def ends(self) -> tuple[float, float]:

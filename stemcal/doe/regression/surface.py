@@ -267,8 +267,9 @@ def surface_notes(
     largest = max(inflation, default=1.0)
     if failed:
         text = (
-            f"{failed} of {len(fit.response) + failed} runs failed; the surface is fitted to the others, with {fit.df} "
-            f"residual df. The design is no longer as planned (largest variance inflation factor {largest:.2f})."
+            f"{failed} of {len(fit.response) + failed} runs failed; the surface is fitted to the remaining runs, with "
+            f"{fit.df} residual df. The design is no longer as planned (largest variance inflation factor "
+            f"{largest:.2f})."
         )
         yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
@@ -283,8 +284,8 @@ def surface_notes(
         yield Note("exact_surface", "caution", "The surface passes through every run exactly: F cannot be computed.")
     if copies:
         text = (
-            f"{counted(copies, 'run')} exactly repeat others, so the solver is deterministic. Each point counts once, "
-            f"which leaves {fit.df} residual df."
+            f"{counted(copies, 'run')} exactly repeat other runs, so the solver is deterministic. Each point counts "
+            f"once, which leaves {fit.df} residual df."
         )
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
@@ -315,7 +316,7 @@ def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], wr
         p, without = split.p, run.lack_of_fit_p_without
         if p is not None and without is not None and (p < 0.05) != (without < 0.05):
             text = (
-                f"The test for lack of fit depends on {called(run)}: p {signed_probability(p)} with it, p "
+                f"The test for lack of fit depends on {called(run)}: p {signed_probability(p)} with this run, p "
                 f"{signed_probability(without)} without it."
             )
             yield Note("verdict_on_one_run", "warning", text)

@@ -282,7 +282,7 @@ class Deck:
             yield f"{law} is written as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"{law} is omitted: at the speed of the blade it adds {most:.1g} at most"
+            yield f"{law} is omitted: at the speed of the blade the law adds at most {most:.1g}"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:

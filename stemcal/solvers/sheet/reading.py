@@ -216,7 +216,7 @@ def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> li
     sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
-        raise UsageError(f"{source}: several sheets have a heading `{RUN}` ({titles}); keep only one of them")
+        raise UsageError(f"{source}: several sheets have a heading `{RUN}` ({titles}); keep only one of these sheets")
     return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
 
 
@@ -234,7 +234,7 @@ def _split(text: str, source: str) -> Lines:
         try:
             found.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
-            raise UsageError(f"{source}:{reader.line_num}: not a valid CSV line ({error}); correct it") from None
+            raise UsageError(f"{source}:{reader.line_num}: not a valid CSV line ({error}); correct the line") from None
     return max(found, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 
@@ -276,8 +276,12 @@ def _broken(cells: int, width: int, cut: bool) -> str:
     if cells > width:
         return f"the row has {cells} cells, the heading has {width}; put texts and decimal commas in quotes"
     if cells < width:
-        return f"the row has {cells} cells, the heading has {width}; the row is truncated: complete it"
-    return "the last line has no line break and may be truncated; check it and end it with a line break" if cut else ""
+        return f"the row has {cells} cells, the heading has {width}; the row is truncated: complete the row"
+    return (
+        "the last line has no line break and may be truncated; check this line and end it with a line break"
+        if cut
+        else ""
+    )
 
 
 def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:

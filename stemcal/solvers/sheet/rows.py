@@ -61,7 +61,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
     if not meant:
         raise next(other for other in wrong if other is not None)
     if len({(run.condition, run.replicate) for run in meant}) > 1:
-        message = f"several runs are called {row.run}; add its condition and replicate, as in the sheet"
+        message = f"several runs are called {row.run}; add condition and replicate, as in the sheet"
         raise RowRefused(row, "several_meant", message)
     return meant[0]
 
@@ -114,7 +114,7 @@ def result_in(study: Study, row: Filled) -> Answer:
 def _value(row: Filled, response: Named) -> float:
     text = row.values.get(response.name, "")
     if not text:
-        message = f"{row.run} has no {response.name}; write its value too, or `failed: why`"
+        message = f"{row.run} has no {response.name}; write this value too, or `failed: why`"
         raise RowRefused(row, "incomplete", message)
     value = number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
     if isinstance(value, Unread):
@@ -127,11 +127,11 @@ def unreadable(found: Unread, text: str, unit: str) -> str:
     """Return why a cell is no number in a unit, and what to write."""
     if found.why == "ambiguous":
         low, high = found.readings
-        return f"{text!r} may be {low:.6g} or {high:.6g}; write it without a comma"
+        return f"{text!r} may be {low:.6g} or {high:.6g}; write the number without a comma"
     return {
         "no_number": f"{text!r} is not a number; write a number",
-        "too_large": f"{text!r} exceeds 1e30; correct it",
-        "other_unit": f"{text!r} is in {found.unit}, not in {unit}; convert it",
+        "too_large": f"{text!r} exceeds 1e30; correct the value",
+        "other_unit": f"{text!r} is in {found.unit}, not in {unit}; convert the value",
     }[found.why]
 
 

@@ -66,7 +66,7 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
         if not any(isclose(condition, other) for other in measured):
             named, listed = draft.naming, ", ".join(f"{value:g}" for value in measured[:20])
             message = f"no {named.response.noun} is given for {named.place(condition)}, only for {listed}"
-            remedy = f"add its {named.response.noun} to targets, or remove it here"
+            remedy = f"add the {named.response.noun} to targets, or remove the value here"
             yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
 
 
@@ -91,7 +91,9 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
     sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
     given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
     if not given:
-        yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
+        yield Finding(
+            ("invert", "responses"), f"no {name} is given in targets", "add the response to targets, or remove it here"
+        )
     elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition.noun}" if naming.condition is not None else ""
         message = f"{name} has no sd{at_any}: its weight is unknown"
@@ -102,7 +104,7 @@ def rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
-        remedy = "omit it: with priors the solution is the best fit to forces and priors"
+        remedy = "omit the rule: with priors the solution is the best fit to forces and priors"
         yield Finding(("invert", "rule"), f"{draft.study.of(InvertOptions).rule} ignores the priors", remedy)
 
 

@@ -149,7 +149,7 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     tests = any(row.left_out_interval is not None for row in joint.rows)
     each = "test" if tests else condition.long if condition is not None and several else "response"
-    return [f"When each {each} is left out in turn, the fit to the others predicts it within {tenths(error)} %."]
+    return [f"When each {each} is left out in turn, the fit to the others predicts it to within {tenths(error)} %."]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
@@ -160,7 +160,7 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
     each = [f"F = a·d^{e:g} {fixed(error, 1)} % ({fixed(out, 1)} %)" for e, error, out in formulas]
     fitted, out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     judged = {
-        None: "They cannot be compared because no values were left out.",
+        None: "The predictions cannot be compared because no values were left out.",
         True: "For diameters left out in turn, the joint fit predicts better than a formula.",
         False: "For diameters left out in turn, the joint fit predicts no better than a formula.",
     }[null.beaten_by(out)]
@@ -200,7 +200,7 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
 def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     error = tenths(joint.max_abs_error_percent)
     yield Note(
-        "surfaces_miss", "info", f"The surfaces reproduce the {len(joint.rows)} measured values within {error} %."
+        "surfaces_miss", "info", f"The surfaces reproduce the {len(joint.rows)} measured values to within {error} %."
     )
     if joint.further:
         text = "Means of the same specimens are treated as independent."

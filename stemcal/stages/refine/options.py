@@ -105,11 +105,11 @@ def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
             yield Finding(("refine", "adjust", name), message, "widen the range")
     if not refine.elsewhere and (refine.adjust or refine.changes):
         key = "adjust" if refine.adjust else next(iter(next(iter(refine.changes.values()))))
-        message = "it applies only to another model, but the key `in` is missing"
-        yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
+        message = "this key applies only to another model, but the key `in` is missing"
+        yield Finding(("refine", key), message, "add refine.in, or remove this key", at_key=True)
     if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
         message = "the runs of the study are already entered by hand, and a sheet can serve only one program"
-        yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
+        yield Finding(("refine", "in", "kind"), message, "make a separate study for the other program")
 
 
 def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
@@ -118,10 +118,10 @@ def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
         return
     if draft.tests:
         message = "another model does not simulate the tests"
-        yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
+        yield Finding(("refine", "in"), message, "remove refine.in or the tests", at_key=True)
     if any(target.curves for target in draft.study.targets.means):
         message = "curves are not compared in another model"
-        yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
+        yield Finding(("refine", "in"), message, "remove refine.in or the curves", at_key=True)
 
 
 def the_model_is_possible(draft: Draft) -> Iterator[Finding]:

@@ -79,8 +79,8 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         Column("between", "Between", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
-        "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
-        "others may fit equally well."
+        "Other parameters keep their calibrated values. The search ends at the first values within the tolerance; "
+        "other values may fit equally well."
     ]
     foot += ["95 % range: from the scatter of the measured mean, other parameters fixed."] if known else []
     foot += [f"They depend on {settings}."] if settings else []

@@ -250,11 +250,11 @@ def beforehand(study: Study) -> Iterator[Note]:
 def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
     needs = f"rsm.design {design} requires {least} to {most} factors"
     if factors < least:
-        text = f"{needs}, but this study has {factors}: it will stop after the screening."
+        text = f"{needs}, but this study has {factors}: the study will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
     text = (
-        f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
-        f"its terms are noise; if more, the {most} strongest."
+        f"{needs}. If fewer factors are significant, the surface uses the {least} factors with the largest "
+        f"contribution, and some terms are noise; if more are significant, it uses the {most} strongest."
     )
     remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
     return Note("factors_wanted", "caution", text, remedy)
@@ -272,7 +272,7 @@ def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
                 f"{factor.name} is neither screened nor listed in rsm.factors, so it stays at {factor.centre:g} in all "
                 "runs."
             )
-            remedy = Remedy("List it in rsm.factors, or set a fixed value instead of the range.")
+            remedy = Remedy("List the factor in rsm.factors, or set a fixed value instead of the range.")
             yield Note("not_varied", "caution", text, remedy)
 
 

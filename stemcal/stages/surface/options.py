@@ -209,7 +209,7 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
     rsm = draft.study.of(RsmOptions)
     if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
         message = f"the number of factors determines the size of {rsm.design}"
-        yield Finding(("rsm", "runs"), message, f"omit it or write design: {LATIN_HYPERCUBE}")
+        yield Finding(("rsm", "runs"), message, f"omit runs or write design: {LATIN_HYPERCUBE}")
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:
@@ -303,7 +303,7 @@ def _strongest(before: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]
         few = f"only {series(found)}" if found else "no factor"
         text = f"The screening found {few} significant; the surface uses the strongest factors, {series(chosen)}."
         return chosen, [Note("few_significant", "caution", text)]
-    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of them."
+    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of these factors."
     return chosen, [Note("many_significant", "caution", text)]
 
 

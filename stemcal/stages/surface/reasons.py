@@ -123,7 +123,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     left = "its error is unknown" if unknown else f"its error has {counted(surface.fitted.df, 'degree')} of freedom"
     text = (
         f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}. The surface is fitted to the others; {left}."
+        f"{_where(surface, coded[failed])}. The surface is fitted to the remaining runs; {left}."
     )
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
@@ -166,7 +166,8 @@ def _after_failures(study: Study, surface: SurfaceResult, coded: Array, failed: 
                 )
     more = advice.more_runs(study, surface)
     return Remedy(
-        f"Correct the cause and repeat them (`stemcal run SPEC --retry`), or add runs: {more.text}", more.edit
+        f"Correct the cause and repeat the failed runs (`stemcal run SPEC --retry`), or add runs: {more.text}",
+        more.edit,
     )
 
 
@@ -189,7 +190,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     if none_left and rest and evidence.names.placed:
         key, unit = "diameters", evidence.names.condition.unit_suffix
         edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
-        remedy = Remedy(f"{remedy.text} Until then fit the others: `{edit}`.", edit)
+        remedy = Remedy(f"{remedy.text} Until then fit the other conditions: `{edit}`.", edit)
     yield Note("failed_runs", "error", text, remedy)
 
 

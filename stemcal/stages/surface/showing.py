@@ -53,7 +53,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
-            text += f" Of its {len(responses)} runs {copies} repeat others; without scatter they add no information."
+            text += f" {copies} of {len(responses)} runs are repeats, which add no information without scatter."
         return [text]
 
     def certainty(self, result: SurfaceResult, names: Names) -> list[str]:
@@ -215,8 +215,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         )
     curved = (
         f"Negative curvature: the {names.response.long} decreases on both sides along that axis. The last columns are "
-        f"its "
-        "direction in coded units."
+        "the direction of the axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
@@ -258,6 +257,6 @@ def _levels(stage: SurfaceResult) -> PaperTable:
 def _lack_of_fit(stage: SurfaceResult) -> str:
     lack = stage.anova_row("Lack of fit")
     if lack is None or lack.p is None or not stage.lack_of_fit_testable:
-        return "Its lack of fit cannot be tested."
+        return "The lack of fit of the surface cannot be tested."
     significance = "significant" if lack.p < 0.05 else "not significant"
-    return f"Its lack of fit is {significance} (p {signed_probability(lack.p)})."
+    return f"The lack of fit of the surface is {significance} (p {signed_probability(lack.p)})."

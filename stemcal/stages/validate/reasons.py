@@ -30,10 +30,13 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
-        until = "Until then use the result only where it agrees."
+        until = "Until then use the result only where simulation and measurement agree."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and chose_conditions(study):  # no advice undoes an earlier one
-            remedy = Remedy("Use the result only where it agrees, or add a factor that the error depends on.")
+            remedy = Remedy(
+                "Use the result only where simulation and measurement agree, or add a factor on which the "
+                "error depends."
+            )
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
     if not held_out and not _predicted_in_turn(evidence):

@@ -51,7 +51,9 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     if found:
         return min(found, key=lambda entry: entry[0])[1]
     fixed = "loading and specimen" if study.naming.is_cutting else "the fixed values of the simulation"
-    return Remedy(f"Widening only one range ({series(surface.names)}) cannot include it; check the units and {fixed}.")
+    return Remedy(
+        f"Widening only one range ({series(surface.names)}) cannot include the target; check the units and {fixed}."
+    )
 
 
 def _widened(factor: Factor, up: bool, width: float) -> Remedy:
@@ -107,7 +109,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
     end = surface.names[order[0]]
-    return Remedy(f"Add another factor: {end} is at the end of its possible range.")
+    return Remedy(f"Add another factor: {end} is at the limit of its possible range.")
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
@@ -127,8 +129,8 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "No parameter of the surface can remove it within its range. Check wall thickness, gap and stroke; then "
-            "vary another parameter."
+            "No parameter of the surface can remove the trend within its range. Check wall thickness, gap and stroke; "
+            "then vary another parameter."
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]

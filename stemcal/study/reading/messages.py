@@ -20,14 +20,14 @@ from stemcal.words import listed, nearest
 _KINDS = {
     "string_type": ("text", "put it between quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
-    "int_type": ("a whole number", "write it without a point or unit"),
-    "int_from_float": ("a whole number", "write it without a point or unit"),
+    "int_type": ("a whole number", "write the number without a point or unit"),
+    "int_from_float": ("a whole number", "write the number without a point or unit"),
     "tuple_type": ("a list", "begin each entry with - on its own line"),
     "list_type": ("a list", "begin each entry with - on its own line"),
-    "dict_type": ("a mapping", "write key: value lines below it"),
-    "model_type": ("a mapping", "write key: value lines below it"),
-    "model_attributes_type": ("a mapping", "write key: value lines below it"),
-    "dataclass_type": ("a mapping", "write key: value lines below it"),
+    "dict_type": ("a mapping", "write key: value lines below this key"),
+    "model_type": ("a mapping", "write key: value lines below this key"),
+    "model_attributes_type": ("a mapping", "write key: value lines below this key"),
+    "dataclass_type": ("a mapping", "write key: value lines below this key"),
 }
 _BOUNDS = {
     "greater_than": ("must be above", "gt"),

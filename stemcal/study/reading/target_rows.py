@@ -125,7 +125,7 @@ class Rows:
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
         test = row.get("test")
         if "test" in row and test not in self.tests:
-            remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it, or describe the test in tests"
+            remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it or add it to tests"
             self._find(("targets", index, "test"), f"{str(test)[:60]!r} is not a test of this study", remedy)
             return
         if test is None:
@@ -306,7 +306,7 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is outside the computable range", "check number and unit")
     if above is not None and not value > above:
-        raise complain(f"{named.text(value)} must be above 0", "correct it: errors are percentages of this value")
+        raise complain(f"{named.text(value)} must be above 0", "correct the value: errors are percentages of it")
     if value < at_least:
         raise complain(f"{named.text(value)} is not a standard deviation", "write a value of 0 or more")
     return value

@@ -88,7 +88,7 @@ def _speed(study: Study) -> Iterator[Finding]:
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
         message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check its unit: testing machines are set in mm/min")
+        yield Finding(("loading", "speed"), message, "check the unit: testing machines are set in mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
@@ -151,7 +151,7 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean almost all the weight in a joint fit"
-            yield Finding((*path, "sd"), message, "omit it if it is not known")
+            yield Finding((*path, "sd"), message, "omit sd if it is not known")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:
@@ -194,7 +194,7 @@ def _machine(study: Study) -> Iterator[Finding]:
     machine = study.machine
     if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
         message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is too uncertain: the machine may be rigid"
-        yield Finding(("machine", "stiffness_sd"), message, "measure its stiffness without a stem")
+        yield Finding(("machine", "stiffness_sd"), message, "measure the stiffness without a stem")
 
 
 def _materials(study: Study) -> Iterator[Finding]:
@@ -238,7 +238,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or omit it")
+        yield Finding(("specimen", "outer_diameter"), message, "add a row for this diameter to targets, or omit it")
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

@@ -89,7 +89,7 @@ class SolverOptions(Frozen):
     def chance_remedy(self) -> Remedy:
         """Return how to declare or remove the randomness of its answers."""
         text = (
-            "Write replicates: 5 under solver, to simulate each point five times and include its scatter, and "
+            "Write replicates: 5 under solver, which simulates each point five times and includes the scatter, and "
             "{{seed}} where the program expects a seed"
         )
         return Remedy(text, "solver: {replicates: 5}")

@@ -271,7 +271,7 @@ def test_a_force_of_another_magnitude_is_refused(factor: float) -> None:
 @pytest.mark.parametrize("speed", ["300 mm/min", "5 mm/s", "300 mm/s", "20 m/s"])
 def test_a_speed_of_no_testing_machine_is_questioned(speed: str) -> None:
     warnings = study_of(f"{MINIMAL}loading: {{speed: {speed}, duration: 0.5 s}}\n").warnings
-    questioned = [line for line in warnings if "check its unit: testing machines are set in mm/min" in line]
+    questioned = [line for line in warnings if "check the unit: testing machines are set in mm/min" in line]
     assert len(questioned) == (speed == "300 mm/s")
 
 
