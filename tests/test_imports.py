@@ -20,7 +20,6 @@ FLOORS = {
     "stemcal.naming": 0.5,
     "stemcal.note": 0,
     "stemcal.numbers": 0,
-    "stemcal.run_warnings": 2,
     "stemcal.power_law": 0,
     "stemcal.registry": 1,
     "stemcal.fem.kernels": 1,

@@ -144,4 +144,5 @@ class Solver:
     @property
     def naming(self) -> Naming:
         """The names of responses and condition in the study."""
-        return CUTTING
+        naming: Naming = self.study.naming if hasattr(self, "study") else CUTTING
+        return naming

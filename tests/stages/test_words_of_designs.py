@@ -6,9 +6,8 @@ import pytest
 
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
-from stemcal.note import SEVERITIES
+from stemcal.note import SEVERITIES, energy_drifts
 from stemcal.report.showing import notes_of_all, read_first
-from stemcal.run_warnings import energy_drifts
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult

@@ -80,6 +80,14 @@ class Surface:
         return tuple(coefficient.term for coefficient in self.coefficients)
 
     @property
+    def covariance(self) -> tuple[tuple[float, ...], ...] | None:
+        """Covariance of the coefficients, s²(XᵀX)⁻¹, in their order; None without a degree of freedom."""
+        if self.mean_square is None:
+            return None
+        kept = [term_names(self.names).index(term) for term in self.terms]
+        return tuple(map(tuple, (self.mean_square * self.unscaled_covariance[np.ix_(kept, kept)]).tolist()))
+
+    @property
     def design_radius(self) -> float:
         """Coded distance of the outermost run from the centre."""
         return float(np.linalg.norm(self.design, axis=1).max())

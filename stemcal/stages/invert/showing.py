@@ -120,7 +120,7 @@ class Inversion(InvertResult):
         return fit_of_study(self._study, self._surface)
 
     def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
-        """Return the log-likelihood of what was measured, up to a constant, at levels in the units of the spec.
+        """Return the log-likelihood of the measurements, up to a constant, at levels in the units of the spec.
 
         Each level is a number, or an array to evaluate many points at once. Priors of the spec are included. The value
         is minus infinity outside the ranges. Raise `UsageError` if a level is missing.

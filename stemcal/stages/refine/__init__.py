@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Refinement(Stage["RefineResult"]):
-    """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
+    """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
     pictured = one_by_one = True

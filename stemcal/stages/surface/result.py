@@ -41,7 +41,8 @@ class Prediction:
 class SurfaceResult(Surfaces):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    `deterministic`: equal inputs are known to give equal answers.
+    `covariance` is that of the coefficients, in their order. `deterministic`: equal inputs are known to give equal
+    answers.
     """
 
     name: ClassVar[str] = "rsm"
@@ -55,6 +56,7 @@ class SurfaceResult(Surfaces):
     radius: float
     design: DesignRuns
     coefficients: Rows[Coefficient]
+    covariance: tuple[tuple[float, ...], ...] | None = None
     anova: Rows[AnovaRow]
     r2: float | None
     adjusted_r2: float | None
@@ -178,7 +180,7 @@ class SurfaceResult(Surfaces):
 
 
 _TOLD = (
-    *("coefficients", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
+    *("coefficients", "covariance", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
     *("lack_of_fit_testable", "runs_failed", "runs_diagnostics"),
 )
 

@@ -98,7 +98,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels it is asked for; a notebook shows it as the profiler of the page."""
+    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
 
     _setting: Setting
 

@@ -55,7 +55,7 @@ class SolverOptions(Frozen):
     @property
     def repeats(self) -> int:
         """Number of simulations of the same levels; 0 if it is deterministic."""
-        return 0
+        return getattr(self, "replicates", None) or 0
 
     @property
     def run_limit(self) -> float | None:
