@@ -177,7 +177,7 @@ def plotted(series: Series) -> tuple[Array, Array]:
     """Return what a series is plotted along, and its numbers; raise `SimulationFailed` as `reduce_series` does."""
     y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
     if x.size != y.size:
-        raise SimulationFailed("bad_result", f"the curve has {y.size} numbers and {x.size} values of the travel")
+        raise SimulationFailed("bad_result", f"the curve has {y.size} values but {x.size} values of the travel")
     if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
         raise SimulationFailed("bad_result", "the travel of the curve does not increase")
     return x, y

@@ -151,7 +151,7 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
         except UnitError:
             raise Unread(f"{cell!r} is in {unit}, not in {wanted}; convert the value") from None
     if abs(value) > MOST:
-        raise Unread(f"{cell!r} is beyond 1e30; correct it")
+        raise Unread(f"{cell!r} exceeds 1e30; correct the value")
     return value
 
 
