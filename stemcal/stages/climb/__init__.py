@@ -19,7 +19,7 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the response surface design towards the measured value.
+    help = """Move the centre of the surface design towards the measured value.
 
         The climb changes the active factors together, in at most climb.steps steps along the slope of the screening,
         until the response passes the target; the best step is the new centre. `stemcal run` includes the climb if the
