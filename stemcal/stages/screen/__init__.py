@@ -18,7 +18,7 @@ class Screening(Stage[Any]):
 
     name, title, reads = "screen", "Screening", ("screen",)
     parts = Parts(__name__, "ScreenOptions", "ScreenResult", "screen", "ScreenShowing")
-    help = "Screen the factors for those that affect the response."
+    help = "Find the factors that affect the response."
     purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:
