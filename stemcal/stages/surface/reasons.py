@@ -140,7 +140,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    """Whether all runs are used up, according to the fit or, before it, the surface."""
+    """Whether no runs are left to estimate the surface's error, according to the latest stage that knows."""
     told = (result.surface_error_known for result in reversed(evidence.results.done))
     return next((not known for known in told if known is not None), False)
 
