@@ -43,6 +43,7 @@ from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run,
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
+from stemcal.words import counted
 
 _SAME = 1e-9  # of a value: what writing and reading may change
 OLD, INPUTS = "sheets", "inputs"
@@ -104,7 +105,9 @@ def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path,
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
         sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
     write_atomic(sheet, text)
-    _write_inputs(study.by_hand, folder, runs)
+    solver = make_solver(study.by_hand)
+    for name, request in _named(study.by_hand, runs):
+        solver.write_inputs(folder.path / INPUTS, name, request)
     return sheet, len(runs)
 
 
@@ -125,12 +128,6 @@ def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
     if record["status"] != "ok":
         return said | {REMARK: f"{FAILED}: {record['message']}"}
     return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
-
-
-def _write_inputs(study: Study, folder: StudyFolder, runs: Sequence[Request]) -> None:
-    solver = make_solver(study)
-    for name, request in _named(study, runs):
-        solver.write_inputs(folder.path / INPUTS, name, request)
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
@@ -167,7 +164,7 @@ class Entered:
 
     def summary(self) -> str:
         """Return how many results were accepted."""
-        said = [f"{_results(len(self.taken))} accepted."]
+        said = [f"{counted(len(self.taken), 'result')} accepted."]
         if self.known:
             said.append(f"{len(self.known)} already known.")
         if self.replaced:
@@ -178,14 +175,9 @@ class Entered:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
         if self.refused:
             count = len(self.refused)
-            head = (
-                f"{count} {'row is' if count == 1 else 'rows are'} not accepted; correct the sheet and enter it again."
-            )
+            are = "row is" if count == 1 else "rows are"
+            head = f"{count} {are} not accepted; correct the sheet and enter it again."
             raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
-
-
-def _results(count: int) -> str:
-    return f"{count} result{'' if count == 1 else 's'}"
 
 
 @dataclass(frozen=True)

@@ -54,3 +54,94 @@ class Note:
     def __str__(self) -> str:
         """Return the text with its remedy."""
         return f"{self.text} {self.remedy.text}" if self.remedy else self.text
+
+
+# ---- what a careful engineer checks before using the force of a run: limits, and a warning for each that is exceeded
+
+
+# Shares above which a force needs a second look, percent.
+MOST_INERTIA = 5.0
+MOST_HOURGLASS = 10.0
+MOST_DRIFT = 2.0
+# Of how far a section has widened; a piece that stays straight has up to 2.
+MOST_BUCKLING = 5.0
+# With less added mass than this, inertia is the stem's own and no fault of the model, percent.
+NEGLIGIBLE_MASS = 1.0
+
+STROKE_TOO_SHORT = "stroke_too_short"
+_LONGER = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
+
+
+def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float, end: float, stroke: float) -> Note:
+    """Return the warning that the peak force may lie beyond the stroke.
+
+    The curve is ``rising``, ``regained`` or ``falling`` (`cutting.end_state`). Forces in N at the peak, at the lowest
+    point after it and at the end; travels in mm.
+    """
+    passed = f"The force passed a peak of {peak:.1f} N at {peak_travel:.3g} mm"
+    text = {
+        "regained": f"{passed}, fell to {valley:.1f} N and rose again to {end:.1f} N within the {stroke:.3g} mm "
+        "stroke: a larger peak may follow.",
+        "falling": f"{passed} but fell only to {end:.1f} N within the {stroke:.3g} mm stroke: a larger peak may "
+        "follow.",
+    }
+    rising = f"The force was still rising at the end of the {stroke:.3g} mm stroke: the true peak is larger."
+    return Note(STROKE_TOO_SHORT, "warning", text.get(ending, rising), _LONGER)
+
+
+def maximum_not_passed(stroke: float) -> Note:
+    """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
+    text = (
+        f"The test ended after {stroke:.3g} mm, before its maximum force: force, travel and work are lower "
+        "bounds; slope is not affected."
+    )
+    return Note("maximum_not_passed", "warning", text, Remedy("Lengthen the stroke of the test."))
+
+
+def buckles(percent: float) -> Note:
+    """Return the warning that a pressed piece bends or wrinkles, by a share of how far it has widened."""
+    text = (
+        f"The pressed piece bends or wrinkles before it breaks: it is out of shape by {percent:.0f} % of its "
+        "widening. Travel, work and, to a lesser degree, maximum force then depend on the mesh; the slope does not."
+    )
+    return Note("buckles", "warning", text, Remedy("Use a shorter piece; where the wall wrinkles, fit only the slope."))
+
+
+def energy_drifts(percent: float) -> Note:
+    """Return the warning that the energy balance is off by a share of the work."""
+    remedy = Remedy("Reduce solver.time_step_safety and solver.time_step.")
+    return Note("energy_drifts", "warning", f"The energy balance drifts by {percent:.1f} %.", remedy)
+
+
+def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
+    """Return the warning that inertia is part of the force: of the blade's force, and of internal energy."""
+    text = (
+        f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force); kinetic energy "
+        f"reaches {kinetic_percent:.1f} % of internal energy."
+    )
+    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10; both add mass.")
+    return Note("inertia_in_force", "warning", text, remedy)
+
+
+def hourglass_energy(percent: float) -> Note:
+    """Return the warning that hourglass energy is a large share of internal energy."""
+    text = f"Hourglass energy is {percent:.1f} % of internal energy."
+    return Note("hourglass_energy", "warning", text, Remedy("Use smaller elements (solver.element_size)."))
+
+
+def force_after_break(travel: float, force: float, peak: float) -> Note:
+    """Return the warning that the force exceeds its peak after the stem has broken; travel in mm, forces in N."""
+    text = (
+        f"After the break at {travel:.3g} mm the force rose again to {force:.1f} N, above the peak of {peak:.1f} N: "
+        "the released stem swings against the blade. This is not a cutting force."
+    )
+    return Note("force_after_break", "warning", text)
+
+
+def nothing_deleted() -> Note:
+    """Return the warning that the material deletes no elements."""
+    text = (
+        "The material has no failure criterion: at the failure strain, elements lose their shear stress but are not "
+        "deleted."
+    )
+    return Note("nothing_deleted", "warning", text)

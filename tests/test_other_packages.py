@@ -20,7 +20,7 @@ from stemcal.doe.regression.coding import term_columns
 from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
-from stemcal.stages.surface.design import surface_design
+from stemcal.stages.surface.analysis import surface_design
 
 ROOT = Path(__file__).parents[1]
 

@@ -5,7 +5,6 @@ import pickle
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -224,17 +223,3 @@ def test_what_takes_too_much_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="this machine has"):
         stemcal.simulate(study)
     assert not (tmp_path / "out" / "runs").exists()
-
-
-def test_import_time(tmp_path: Path) -> None:
-    """Less than half of what importing NumPy takes, turn by turn in one run: other programs may slow each down."""
-
-    def seconds(code: str) -> float:
-        began = time.perf_counter()
-        fresh(code, tmp_path)
-        return time.perf_counter() - began
-
-    bare, ours, numpy = (min(times) for times in zip(*(
-        [seconds(code) for code in ("pass", "import stemcal", "import numpy")] for _ in range(4)
-    ), strict=True))  # fmt: skip
-    assert ours - bare < 0.5 * (numpy - bare)

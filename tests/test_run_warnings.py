@@ -2,7 +2,7 @@
 
 import pytest
 
-from stemcal.run_warnings import force_after_break, stroke_too_short
+from stemcal.note import force_after_break, stroke_too_short
 
 
 @pytest.mark.parametrize(

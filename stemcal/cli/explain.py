@@ -2,7 +2,7 @@
 
 import csv
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
 from typing import Annotated
@@ -55,7 +55,7 @@ def look_up(term: str) -> list[Entry]:
         With the nearest terms, if there is none.
     """
     wanted = _plain(term)
-    keys = tuple(_keys_of_a_spec())
+    keys = _keys_of_a_spec()
     exact = [entry for entry in (*glossary(), *keys) if wanted in map(_plain, entry.names)]
     found = exact or [
         entry for entry in glossary() if wanted and any(wanted in _plain(name) for name in (entry.term, entry.chinese))
@@ -73,18 +73,22 @@ def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
     return [names[name] for name in near(wanted, names, most=3)]
 
 
-def _keys_of_a_spec() -> Iterator[Entry]:
-    """Yield an entry for each key of a spec with the keys below it, found by its path or its name alone."""
+@functools.cache
+def _keys_of_a_spec() -> tuple[Entry, ...]:
+    """Return an entry for each key of a spec with the keys below it, found by its path or its name alone."""
     from stemcal.study.reading.json_schema import meanings
 
     paths = [place.partition(",")[0].replace("[]", "").rpartition(".") for place in meanings()]
+    entries = []
     for (place, meaning), (above, _, name) in zip(meanings().items(), paths, strict=True):
         path = f"{above}.{name}".removeprefix(".")
         keys = dict.fromkeys(key for section, _, key in paths if section == path)
         listed = f"{meaning} Keys: {series(keys)}." if keys else meaning
-        yield Entry(place, listed, "a key of the spec", (path, name))
+        entries.append(Entry(place, listed, "a key of the spec", (path, name)))
+    return tuple(entries)
 
 
+@functools.cache
 def _plain(text: str) -> str:
     """Return a term without case, dashes, underscores, superscripts and possessives, which people type differently."""
     table = str.maketrans({"–": "-", "_": " ", "²": "2", "’": "'"})
@@ -108,7 +112,7 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term or a key of the spec. If no term is given, list all terms.
+    """Explain a term or a key of the spec. Without a term, list all terms.
 
     Terms can be English or Chinese. An editor completes and checks a spec if you save the schema and begin the spec
     with [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold].

@@ -72,7 +72,8 @@ def tables(
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
     printed = numbered(paper_tables(study, results, holds), paper_numbers)
-    plots = _told(gallery(study, results, read_records(results, folder)), holds) if kind == "docx" else []
+    plots = gallery(study, results, read_records(results, folder)) if kind == "docx" else []
+    plots = [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
     _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)
 
 
@@ -113,11 +114,6 @@ def figures(
 
 app.command("deck")(export_program.export_deck)
 app.command("material")(export_program.export_material)
-
-
-def _told(plots: list[Plot], holds: bool) -> list[Plot]:
-    """Return the main figures, without those of intervals if the study is not calibrated."""
-    return [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
 
 
 def _tell(paths: list[str], as_json: bool) -> None:

@@ -65,12 +65,11 @@ def export_deck(
     if not path.absolute().parent.is_dir():
         raise UsageError(f"{path}: the folder {path.parent} does not exist")
     form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
-    given = Deck.of(study, levels, at, form)
-    forces = None if no_force or (quiet and not as_json) else _forces(given, quiet)
-    deck = given if forces is None else Deck.of(study, levels, at, form, forces[0])
+    deck = Deck.of(study, levels, at, form)
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
         write_atomic(file, text)
+    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(file) for file in texts]
@@ -226,7 +225,10 @@ def export_material(
     sizes = [typed_size(text, "--element-size") for text in element_size]
     with opened(spec, out, workers, executor, quiet) as session:
         study = session.study
-        _require_small(study, sizes)
+        at = study.targets.calibrate_at
+        if wrong := [size for size in sizes if size > _COARSEST * at]:
+            most = f"Use at most {_COARSEST * at:g} mm."
+            raise UsageError(f"--element-size: {wrong[0]:g} mm is too large for a {at:g} mm stem. {most}")
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
         found = strains_of(work, list(dict.fromkeys(sizes)))
     if not as_json:
@@ -237,14 +239,6 @@ def export_material(
     elif not quiet:
         for name in written["files"]:
             note(f"wrote {folder / name}")
-
-
-def _require_small(study: Study, sizes: list[float]) -> None:
-    """Raise `UsageError` for an element size that does not fit the stem."""
-    at = study.targets.calibrate_at
-    if wrong := [size for size in sizes if size > _COARSEST * at]:
-        most = f"Use at most {_COARSEST * at:g} mm."
-        raise UsageError(f"--element-size: {wrong[0]:g} mm is too large for a {at:g} mm stem. {most}")
 
 
 def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, folder: Path) -> dict[str, Any]:

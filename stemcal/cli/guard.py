@@ -35,9 +35,10 @@ def exit_codes() -> Iterator[None]:
         except KeyboardInterrupt as interrupt:
             _leave_interrupted(interrupt)
         except StemcalError as error:
-            _leave(_headed(error), error.exit_code)
+            count = len(error.problems) if isinstance(error, SpecError) else 1
+            _leave(f"{count} problems in the spec\n{error}" if count > 1 else str(error), error.exit_code)
         except Exception as error:
-            if _is_typers_own(error):
+            if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
                 envelope.print(getattr(error, "exit_code", 1))
                 raise
             try:
@@ -57,17 +58,6 @@ def _leave(message: str, code: int) -> NoReturn:
     fail(message)
     envelope.print(code)
     raise typer.Exit(code) from None
-
-
-def _headed(error: StemcalError) -> str:
-    """Return the message; a spec with several problems gets their number as a heading."""
-    count = len(error.problems) if isinstance(error, SpecError) else 1
-    return str(error) if count == 1 else f"{count} problems in the spec\n{error}"
-
-
-def _is_typers_own(error: Exception) -> bool:
-    """Usage errors print themselves; `Exit` and `Abort` carry an exit code."""
-    return isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show")
 
 
 def _unexpected(error: Exception) -> str:

@@ -123,12 +123,10 @@ def shear(
     """
     from stemcal.measured.channels import CurveOptions
     from stemcal.measured.shear import find_files, measure_shear, read_index, target_rows
-    from stemcal.measured.shear_curves import speed_of
     from stemcal.measured.tables import Form
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
-    known = speed_of(speed) if speed is not None else None
-    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, known, preload)
+    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, _speed(speed), preload)
     how.check()
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
@@ -167,15 +165,13 @@ def tests(
     """
     from stemcal.cli.session import read_study
     from stemcal.measured.channels import CurveOptions
-    from stemcal.measured.shear_curves import speed_of
     from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
     from stemcal.study.reading.read import with_rows
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
-    known = speed_of(speed) if speed is not None else None
-    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, known, preload)
+    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, _speed(speed), preload)
     found = measure_tests(read_study(spec), folder, how, exclude or [])
     section = "\n  - ".join(["targets:", *(row for rows in found.targets.values() for row in rows)])
     content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
@@ -226,6 +222,14 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)
+
+
+def _speed(text: str | None) -> float | None:
+    """Return a speed in mm/s."""
+    from stemcal.study.reading.messages import checked
+    from stemcal.study.types.field_types import Speed
+
+    return None if text is None else float(checked(Speed, text, "--speed"))
 
 
 def _numbers(text: str | None) -> list[float]:

@@ -85,7 +85,7 @@ def compute_again(work: Session) -> None:
 def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
-    from stemcal.report.drawing import draw
+    from stemcal.report.page import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
@@ -113,7 +113,7 @@ def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
     from stemcal.cli.show import show_known
-    from stemcal.report.drawing import draw_early
+    from stemcal.report.page import draw_early
     from stemcal.stages.fresh import finished
     from stemcal.stages.results import fresh_results
     from stemcal.stages.stage import stages_of
@@ -181,7 +181,7 @@ def report(
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.report.drawing import draw
+    from stemcal.report.page import draw
     from stemcal.stages.verdict.rules import verdict_of
 
     study, folder, results = finished_work(spec, out, quiet)
@@ -197,8 +197,9 @@ def report(
 
 
 Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
-_REPLACE = "Reason for replacing earlier results."
-Replace = Annotated[str, typer.Option("--replace", metavar="WHY", help=_REPLACE, show_default=False)]
+Replace = Annotated[
+    str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
+]
 Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Operator of rows without a name.", show_default="you")]
 
 
@@ -219,9 +220,13 @@ def enter(
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
     from stemcal.by_hand import Correction, enter, user_name
-    from stemcal.solvers.sheet.reading import filled
+    from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
-    content, how = _content(sheet), Correction(replace.strip(), who or user_name())
+    try:
+        content = read_plain(sheet, MAX_BYTES)
+    except OSError as error:
+        raise UsageError(f"{sheet}: {error.strerror}; name the sheet with the results") from None
+    how = Correction(replace.strip(), who or user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
         if as_json:
@@ -235,12 +240,3 @@ def enter(
         show = go_through(work, tell=not as_json)
     if not as_json:
         show(False, quiet)
-
-
-def _content(file: Path) -> bytes:
-    from stemcal.solvers.sheet.reading import MAX_BYTES
-
-    try:
-        return read_plain(file, MAX_BYTES)
-    except OSError as error:
-        raise UsageError(f"{file}: {error.strerror}; name the sheet with the results") from None

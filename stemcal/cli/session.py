@@ -13,6 +13,7 @@ import typer
 from stemcal.cli.console import await_, envelope, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
 from stemcal.files.reading import read_plain
+from stemcal.words import counted
 
 
 def _spec_meant(given: Path) -> Path:
@@ -190,8 +191,8 @@ def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
 
     sheet, count = hand_out(work.study, work.folder, waiting)
     work.folder.remember_spec(work.study.source)
-    results = f"{count} result{'' if count == 1 else 's'} of {waiting.stage}"
-    return f"Waiting for {results}; fill in {sheet}, then: stemcal run {spec}"
+    results = counted(count, "result")
+    return f"Waiting for {results} of {waiting.stage}; fill in {sheet}, then: stemcal run {spec}"
 
 
 def require_sense(demand: Demand, workers: int, here: bool = True) -> None:

@@ -28,6 +28,8 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
     If the finished stages show that the study is not calibrated, no interval is shown.
     """
+    from stemcal.report.records import read_records, run_warnings
+
     if as_json:
         say_json(result.to_json())
     else:
@@ -42,17 +44,10 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
             note(f"note: {found}")
         if not verdict.holds and any(found.kind == KNOWN for found in shown_notes(result, holds=True)):
             note(f"note: {opening(verdict)}")
-    warn_of_runs(result, folder)
+    for warning in run_warnings(read_records(result, folder)):
+        warn(str(warning))
     if warn_of_failed(result):
         raise typer.Exit(SOME_RUNS_FAILED)
-
-
-def warn_of_runs(results: Results | StageResult, folder: StudyFolder) -> None:
-    """Pass on what the solver warned of in the results' runs."""
-    from stemcal.report.records import read_records, run_warnings
-
-    for found in run_warnings(read_records(results, folder)):
-        warn(str(found))
 
 
 def show_known(result: StageResult) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +14,7 @@ from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.reading import csv_text
 from stemcal.files.typed import from_json, to_json
-from stemcal.words import nearest
+from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -91,7 +91,9 @@ def simulate(
         else:
             result = simulate_test(study, test, levels, at, frames=frames)
     if csv_file:
-        write_history(result, csv_file)
+        columns = vars(result.history)  # s, mm, N, mJ
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        write_atomic(csv_file, csv_text([columns, *rows], newline="\r\n"))
     if figure:
         _write_figure(result, figure, of_blade=cuts)
     if as_json:
@@ -119,8 +121,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
         if not equals:
             raise UsageError(f"--set {setting}: write it as factor=value")
         if name not in levels:
-            remedy = _suggestion(name, levels, "the study's factors")
-            raise UsageError(f"--set {setting}: no factor {name!r}; {remedy}")
+            raise UsageError(f"--set {setting}: no factor {name!r}; {did_you_mean(name, levels)}")
         levels[name] = typed_level(study.factor(name), text.strip())
     return levels
 
@@ -133,26 +134,16 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
         raise UsageError("\n".join(wrong))
 
 
-def _suggestion(name: str, known: Iterable[str], what: str) -> str:
-    meant = nearest(name, known)
-    return f"did you mean {meant}?" if meant else f"{what} are {', '.join(known)}"
-
-
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
-    if not study.kind.force_history:
-        _require_embedded({**others, "--figure": figure})
+    given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
+    if given and not study.kind.force_history:
+        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
-
-
-def _require_embedded(options: Mapping[str, object]) -> None:
-    """Refuse options that only the embedded solver supports."""
-    if given := [name for name, value in options.items() if value is not None]:
-        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
 
 
 def test_called(study: Study, test: str | None) -> LaboratorySection | None:
@@ -163,8 +154,7 @@ def test_called(study: Study, test: str | None) -> LaboratorySection | None:
         if section.name == test:
             return section
     known = [CUTTING, *(section.name for section in study.tests)]
-    remedy = _suggestion(test, known, "the spec's tests")
-    raise UsageError(f"--test {test[:60]!r}: no test has this name; {remedy}")
+    raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
 
 
 def summary(result: CuttingResult, test: str = "cutting") -> object:
@@ -181,13 +171,6 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
         responses = {"force": result.peak_force, "travel": result.peak_travel, "work": work}
     head = {"test": test, "responses": responses}
     return {**head, **numbers, "warnings": warnings}
-
-
-def write_history(result: CuttingResult, path: Path) -> None:
-    """Write the history, a column per quantity (s, mm, N, mJ)."""
-    columns = vars(result.history)
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    write_atomic(path, csv_text([columns, *rows], newline="\r\n"))
 
 
 def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
@@ -228,7 +211,10 @@ def one_run(
     for warning in answer.details.get("warnings", []):
         warn(str(from_json(Note, warning)))
     if csv_file:
-        _write_curve(answer, csv_file)
+        if (curve := answer.details.get("curve")) is None:
+            raise UsageError("--csv: this program returns a number, not a curve")
+        rows = zip(curve["travel"], curve["force"], strict=True)
+        write_atomic(csv_file, csv_text([["travel", "force"], *rows], newline="\r\n"))
         if not quiet:
             note(f"wrote {csv_file}")
 
@@ -245,11 +231,3 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     if "deleted_in_all" in details:
         lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
     return lines
-
-
-def _write_curve(answer: Answer, path: Path) -> None:
-    """Write force over travel if the run has a curve."""
-    if (curve := answer.details.get("curve")) is None:
-        raise UsageError("--csv: this program returns a number, not a curve")
-    rows = zip(curve["travel"], curve["force"], strict=True)
-    write_atomic(path, csv_text([["travel", "force"], *rows], newline="\r\n"))

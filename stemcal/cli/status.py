@@ -14,7 +14,7 @@ from stemcal.files.typed import to_json
 from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.folder import Holder, StudyFolder
+    from stemcal.folder import StudyFolder
     from stemcal.naming import Names
     from stemcal.overview.status import Inspection, StageStatus, Status
     from stemcal.study.model import Study
@@ -83,20 +83,14 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
 
 def state(found: Status, names: Names) -> list[str]:
     """Return the process at work, failures, stale stages, and the verdict with all its reasons."""
+    from stemcal.naming import capital
     from stemcal.stages.verdict.words import in_full
 
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
         stages.append(f"Waiting for results: fill in {found.sheet}, then `stemcal run SPEC`.")
-    return [_worker(found.working), *stages, *in_full(found.verdict, names)]
-
-
-def _worker(working: Holder | None) -> str:
-    if working is None:
-        return "No process is working on this study."
-    if working.pid is None:
-        return "A process is working on this study."
-    return f"Process {working.pid} on {working.host} has been working on this study since {working.since}."
+    working = "no process is working on this study" if found.working is None else str(found.working)
+    return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
 
 
 def _stage(stage: StageStatus) -> Iterator[str]:

@@ -33,28 +33,6 @@ from stemcal.cutting.result import (
 )
 from stemcal.fem.stepper import Inspect, simulate
 
-__all__ = [
-    "REVISION",
-    "SHARES",
-    "Blade",
-    "CuttingResult",
-    "Discretisation",
-    "ForceHistory",
-    "Loading",
-    "MeshSize",
-    "Shape",
-    "ShearTest",
-    "Stem",
-    "Supports",
-    "Symmetry",
-    "build",
-    "mesh_size",
-    "placed",
-    "rate_filter",
-    "shear",
-    "stem_mesh",
-]
-
 # Raised whenever a change makes the same test give another force, so that stored runs are not taken for new ones.
 REVISION = 8
 

@@ -56,7 +56,8 @@ def stem_mesh(
     whole where the edge comes down over elements; its far nodes are ghosts.
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
-    widths = _widths(outer, how) if widths is None else widths
+    if widths is None:  # from the bottom to the top under the edge
+        widths = np.linspace(how.coarsening_around, 1.0, around_half(outer, how))
     through = through_wall(stem, how)
     layers = _layers(stem.length, how) if layers is None else layers
     if rests_at is not None:
@@ -91,12 +92,8 @@ def around_half(radius: float, how: Discretisation) -> int:
 def pairs_along(length: float, how: Discretisation) -> int:
     """Return how many elements there are on either side of the cut, next to a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
-    return max(1, ceil((length / (mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
-
-
-def mean_length(how: Discretisation) -> float:
-    """Return the mean length of the elements along the stem over that of those under the edge."""
-    return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
+    mean = 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)  # length over that of those under the edge
+    return max(1, ceil((length / (mean * how.element_size) - odd) / 2 - 1e-9))
 
 
 def _lengths(length: float, how: Discretisation) -> Array:
@@ -109,11 +106,6 @@ def _lengths(length: float, how: Discretisation) -> Array:
     lengths = np.interp(outwards, (EVEN_SHARE, 1.0), (1.0, how.coarsening))
     lengths[0] *= 1.0 - 0.5 * odd
     return lengths
-
-
-def _widths(radius: float, how: Discretisation) -> Array:
-    """Return how wide the elements around half the stem are, from the bottom to the top under the edge."""
-    return np.linspace(how.coarsening_around, 1.0, around_half(radius, how))
 
 
 def _layers(length: float, how: Discretisation) -> Array:

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.model import Model
 from stemcal.fem.stepper import History
-from stemcal.note import Note
-from stemcal.run_warnings import stroke_too_short
+from stemcal.note import Note, stroke_too_short
 
 Array = NDArray[np.float64]
 End = Literal["broken", "fallen", "rising", "regained", "falling"]
@@ -130,11 +129,11 @@ class Shape:
     def packed(self) -> dict[str, Any]:
         """Return the shape as JSON values: single precision, compressed, base 64."""
         return {
-            "reference": _packed(self.reference, "<f4"),
-            "nodes": _packed(self.nodes, "<f4"),
-            "hexes": _packed(self.hexes, "<i4"),
-            "standing": _packed(self.standing, "|u1"),
-            "plastic_strain": _packed(self.plastic_strain, "<f4"),
+            "reference": packed_text(self.reference, "<f4"),
+            "nodes": packed_text(self.nodes, "<f4"),
+            "hexes": packed_text(self.hexes, "<i4"),
+            "standing": packed_text(self.standing, "|u1"),
+            "plastic_strain": packed_text(self.plastic_strain, "<f4"),
             "tools": [np.round(tool, 4).tolist() for tool in self.tools],
             "symmetry": self.symmetry,
         }
@@ -143,11 +142,11 @@ class Shape:
     def unpacked(cls, packed: Mapping[str, Any]) -> Shape:
         """Return the shape that `packed` made."""
         return cls(
-            reference=_unpacked(packed["reference"], "<f4", 3).astype(float),
-            nodes=_unpacked(packed["nodes"], "<f4", 3).astype(float),
-            hexes=_unpacked(packed["hexes"], "<i4", 8).astype(np.int32),
-            standing=_unpacked(packed["standing"], "|u1").astype(bool),
-            plastic_strain=_unpacked(packed["plastic_strain"], "<f4").astype(float),
+            reference=unpacked_text(packed["reference"], "<f4", 3).astype(float),
+            nodes=unpacked_text(packed["nodes"], "<f4", 3).astype(float),
+            hexes=unpacked_text(packed["hexes"], "<i4", 8).astype(np.int32),
+            standing=unpacked_text(packed["standing"], "|u1").astype(bool),
+            plastic_strain=unpacked_text(packed["plastic_strain"], "<f4").astype(float),
             tools=tuple(np.array(tool) for tool in packed["tools"]),
             symmetry=str(packed["symmetry"]),
         )
@@ -178,10 +177,12 @@ def swollen(corners: Array, radius: float) -> Array:
     return np.asarray(farthest + radius * directions)
 
 
-def _packed(array: NDArray[Any], kind: str) -> str:
+def packed_text(array: NDArray[Any], kind: str) -> str:
+    """Return an array of a kind as text: compressed, base 64."""
     return base64.b64encode(zlib.compress(array.astype(kind).tobytes(), 9)).decode("ascii")
 
 
-def _unpacked(text: str, kind: str, columns: int = 0) -> NDArray[Any]:
+def unpacked_text(text: str, kind: str, columns: int = 0) -> NDArray[Any]:
+    """Return the array that `packed_text` packed, (N,) or (N, columns)."""
     flat = np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=kind)
     return flat.reshape(-1, columns) if columns else flat

@@ -12,12 +12,12 @@ from stemcal.cutting.parts import Moved
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 from stemcal.fem.stepper import History
-from stemcal.note import Note
-from stemcal.run_warnings import (
+from stemcal.note import (
     MOST_DRIFT,
     MOST_HOURGLASS,
     MOST_INERTIA,
     NEGLIGIBLE_MASS,
+    Note,
     energy_drifts,
     force_after_break,
     hourglass_energy,
@@ -236,7 +236,7 @@ def evaluate(
         raise SimulationFailed("no_contact", "no contact force: check gap, speed and duration")
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
     added = 100.0 * history.added_mass
-    checks = {
+    checks: dict[str, Any] = {
         "energy_drift_percent": history.drift_percent(balanced),
         "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
         "hourglass_ratio_percent": _ratio_percent(curve.hourglass, curve, peak),
@@ -252,10 +252,7 @@ def evaluate(
         steps=history.steps,
         wall_seconds=wall,
         element_steps_per_second=elements * history.steps / wall,
-        energy_drift_percent=checks["energy_drift_percent"],
-        kinetic_ratio_percent=checks["kinetic_ratio_percent"],
-        hourglass_ratio_percent=checks["hourglass_ratio_percent"],
-        inertia_percent=checks["inertia_percent"],
+        **checks,
         contact_energy_percent=_least_contact_percent(curve, broken),
         stroke_was_enough=end.was_enough,
         stroke_end=end.kind,

@@ -125,7 +125,7 @@ class DaskExecutor(RunExecutor):
 
     def _check_versions(self) -> None:
         try:
-            found: dict[str, str] = self._client.run(_version)
+            found: dict[str, str] = self._client.run(code_version)
         except Exception as error:
             raise UsageError(
                 f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); install stemcal "
@@ -142,10 +142,14 @@ def supervised(blob: bytes, time_limit: float | None, version: str, session: str
     """Compute a pickled call in a process of this machine. Runs in a thread of a Dask worker."""
     if version != code_version():
         raise WorkerDied(_mismatch("this worker", code_version(), version))
+    from distributed import get_worker
+
     with _making:
         if session in _ended:
             raise WorkerDied("the command that asked for it has ended")
-        crew = _sessions.get(session) or _sessions.setdefault(session, _started_processes())
+        if session not in _sessions:
+            _sessions[session] = LocalExecutor(min(int(get_worker().state.nthreads), _MOST_PROCESSES))
+        crew = _sessions[session]
     return crew.submit_pickled(blob, time_limit).result()
 
 
@@ -161,16 +165,6 @@ def end_session(session: str) -> None:
         crew = _sessions.pop(session, None)
     if crew is not None:
         threading.Thread(target=crew.stop, name="end of session", daemon=True).start()
-
-
-def _started_processes() -> LocalExecutor:
-    from distributed import get_worker
-
-    return LocalExecutor(min(int(get_worker().state.nthreads), _MOST_PROCESSES))
-
-
-def _version() -> str:
-    return code_version()
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:

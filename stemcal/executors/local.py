@@ -19,8 +19,6 @@ from stemcal.processes import Child, ChildDied, ChildLate
 P = ParamSpec("P")
 T = TypeVar("T")
 
-__all__ = ["LocalExecutor", "RunTimedOut", "WorkerDied", "available_cores"]
-
 # The runs share the cores.
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -92,7 +90,9 @@ class LocalExecutor(RunExecutor):
         try:
             result, error = self._child().call(blob, limit)
         except (ChildDied, ChildLate) as problem:
-            self._lose_child()
+            self._own.child.kill()
+            self._children.discard(self._own.child)
+            self._own.child = None
             if self._stopping.is_set():
                 raise WorkerDied("stopped before it finished") from None
             if isinstance(problem, ChildLate):
@@ -110,8 +110,3 @@ class LocalExecutor(RunExecutor):
         if self._stopping.is_set():  # which may have come while it started
             raise ChildDied("stopped")
         return self._own.child  # type: ignore[no-any-return]
-
-    def _lose_child(self) -> None:
-        self._own.child.kill()
-        self._children.discard(self._own.child)
-        self._own.child = None

@@ -119,15 +119,13 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
 POINTS_PER_FACE = 4
 
 
-def edge_arrays(
-    tools: tuple[Tool, ...], x: NDArray[np.float64], size: float, per_face: int = POINTS_PER_FACE
-) -> EdgeArrays:
-    """Return sample points along the first tool edge that is a line, `per_face` to an element of the given size.
+def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float) -> EdgeArrays:
+    """Return sample points along the first tool edge that is a line, four to an element of the given size.
 
     They lie symmetric about y = 0 and reach one element past the body.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
-    spacing = size / per_face
+    spacing = size / POINTS_PER_FACE
     first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
     last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
     y = np.asarray((np.arange(first, last) + 0.5) * spacing, dtype=np.float64)
@@ -136,7 +134,7 @@ def edge_arrays(
         tool=tool,
         x=0.0 if edge is None else float(edge),
         y=y,
-        per_face=float(per_face),
+        per_face=float(POINTS_PER_FACE),
         traction=np.zeros((2 * y.size, 3)),
         depth=size,
     )

@@ -1,7 +1,7 @@
 """Frames of a simulation for ParaView and other VTK readers: .vtu files at intervals, and a .pvd file of them."""
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -42,7 +42,8 @@ class FrameWriter:
             name = f"frame-{len(self._frames):04d}.vtu"
             self._write(self.folder / name, state, self._start)
             self._frames.append((time, name))
-            write_pvd(self.folder / "frames.pvd", self._frames)
+            entries = [f'<DataSet timestep="{at:.9g}" part="0" file="{name}"/>' for at, name in self._frames]
+            _write(self.folder / "frames.pvd", "Collection", "\n".join(["<Collection>", *entries, "</Collection>"]))
         self._seen += 1
 
     def _write(self, path: Path, state: State, start: Array) -> None:
@@ -108,12 +109,6 @@ def write_vtu(
     )
     piece = f'<Piece NumberOfPoints="{len(nodes)}" NumberOfCells="{count}">\n{body}\n</Piece>'
     _write(path, "UnstructuredGrid", f"<UnstructuredGrid>\n{piece}\n</UnstructuredGrid>")
-
-
-def write_pvd(path: Path, frames: Sequence[tuple[float, str]]) -> None:
-    """Write the list of frames: time in s and the file's name next to the .pvd file."""
-    entries = "\n".join(f'<DataSet timestep="{time:.9g}" part="0" file={quoteattr(name)}/>' for time, name in frames)
-    _write(path, "Collection", f"<Collection>\n{entries}\n</Collection>")
 
 
 def _write(path: Path, kind: str, content: str) -> None:

@@ -277,7 +277,9 @@ def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volume
     state[:, block.RATE_FACTOR] = 1.0
     state[:, block.VISCOUS_LENGTH] = lanes.spread(length, 1.0)
     state[:, block.FAILURE_STRAIN] = lanes.spread(np.full_like(length, model.material.own_failure_strain), 1.0)
-    state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(hourglass_stiffness(model, length), 0.0)
+    # the resistance a of elements to a modal sum Γ·u, N/mm: a = 0.038 · hourglass · (λ+2μ) V^⅓
+    stiffness = model.hourglass * (HOURGLASS_SHARE * model.material.p_wave_modulus * length)
+    state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(stiffness, 0.0)
     return state
 
 
@@ -290,11 +292,6 @@ def element_shares(model: Model) -> Array:
     ghost = np.zeros(len(model.mesh.nodes), dtype=bool)
     ghost[_ghosts(model)[:, 0]] = True
     return np.where(ghost[model.mesh.hexes].any(axis=1), 0.5, 1.0)
-
-
-def hourglass_stiffness(model: Model, length: Array) -> Array:
-    """Return the resistance a of elements to a modal sum Γ·u, N/mm: a = 0.038 · hourglass · (λ+2μ) V^⅓."""
-    return np.asarray(model.hourglass * (HOURGLASS_SHARE * model.material.p_wave_modulus * length))
 
 
 def _candidates(tools: int, nodes: int, elements: int, skin: int) -> Candidates:

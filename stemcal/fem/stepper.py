@@ -109,7 +109,9 @@ class Marching:
     """
 
     def __init__(self, state: State, count: int) -> None:
-        self._team, self._shares = team_of(count), shares_of(state, count)
+        met, outcome = np.zeros(1, dtype=np.int64), np.full(1, GOING_ON, dtype=np.int64)
+        self._team = Team(count, met, met.copy(), np.zeros(count, dtype=np.int64), outcome)
+        self._shares = shares_of(state, count)
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
         self._begin = Barrier(count)
 
@@ -133,17 +135,6 @@ class Marching:
         """Do a thread's share, once all are there: an interrupt before that leaves no thread waiting in the loop."""
         self._begin.wait()
         return int(march(until, share, self._team, *state.parts()))
-
-
-def march_to(until: float, state: State) -> int:
-    """Advance the model to time `until` with this thread alone; returns why it stopped."""
-    return Marching(state, 1)(until, state)
-
-
-def team_of(count: int) -> Team:
-    """Return a team of threads."""
-    single = np.zeros(1, dtype=np.int64)
-    return Team(count, single, single.copy(), np.zeros(count, dtype=np.int64), np.full(1, GOING_ON, dtype=np.int64))
 
 
 def shares_of(state: State, count: int) -> list[Share]:
@@ -288,11 +279,13 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
     internal = state.shares * rows[:, INTERNAL_ENERGY]
     hourglass = state.shares * rows[:, HOURGLASS_ENERGY]
     ledger = state.ledger
+    # at the time of the last forces; before the first step that of the velocities
+    kinetic = ledger.kinetic[0] if state.clock.steps[0] else kinetic_energy(state.body.v, state.body.mass)
     return {
         "time": float(state.clock.time[0]),
         "force": (ledger.impulse - impulse_before) / (state.clock.time[0] - time_before),
         "height": state.tools.height.copy(),
-        "kinetic": _kinetic(state),
+        "kinetic": float(kinetic),
         "internal": float(internal[alive].sum()),
         "hourglass": float(hourglass[alive].sum()),
         "eroded": float(internal[~alive].sum() + hourglass[~alive].sum() + ledger.lost_kinetic[0]),
@@ -302,26 +295,15 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
     }
 
 
-def _kinetic(state: State) -> float:
-    """Return the kinetic energy at the time of the last forces, mJ; before the first step that of the velocities."""
-    if state.clock.steps[0] == 0:
-        return float(kinetic_energy(state.body.v, state.body.mass))
-    return float(state.ledger.kinetic[0])
-
-
 def _history(model: Model, state: State, rows: list[dict[str, Any]]) -> History:
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    shares = element_shares(model)
+    true = model.material.density * float(shares @ model.mesh.volumes())
     return History(
         **columns,
         steps=int(state.clock.steps[0]),
         x=state.body.x,
         state=state.lanes.gathered(state.body.state),
         standing=state.topology.standing,
-        added_mass=_added_mass(model, state),
+        added_mass=float(shares @ state.body.element_mass) / true - 1.0,
     )
-
-
-def _added_mass(model: Model, state: State) -> float:
-    shares = element_shares(model)
-    true = model.material.density * float(shares @ model.mesh.volumes())
-    return float(shares @ state.body.element_mass) / true - 1.0

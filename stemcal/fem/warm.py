@@ -100,12 +100,8 @@ def is_compiled() -> bool:
 
 
 def _mark() -> Path:
-    return CACHE / f"complete-{_machine()}"
-
-
-def _machine() -> str:
-    """Return what compiled code is bound to next to its sources: the processor and Python."""
-    return f"{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
+    """Return the file of what compiled code is bound to next to its sources: the processor and Python."""
+    return CACHE / f"complete-{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
 
 
 def sweep(cache: Path) -> None:
@@ -140,16 +136,12 @@ def compile_all() -> None:
 
 
 def _smallest_simulation() -> None:
-    """Take a few steps of the smallest model."""
-    simulate(smallest_model(), 1.0e-6)
-
-
-def smallest_model() -> Model:
-    """Return one element with an edge pressed into it; its wanted time step calls the kernel of mass scaling."""
+    """Take a few steps of one element with an edge pressed into it; its wanted time step calls mass scaling."""
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
-    return Model(
+    smallest = Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
         material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
         tools=(wedge,),
         integration=Integration(outputs=1, precision="mixed", time_step=1.0e-9),
     )
+    simulate(smallest, 1.0e-6)

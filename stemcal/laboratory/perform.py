@@ -22,8 +22,7 @@ from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.build import LaboratoryTest, build, rounded
-from stemcal.note import Note
-from stemcal.run_warnings import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maximum_not_passed
+from stemcal.note import MOST_BUCKLING, STROKE_TOO_SHORT, Note, buckles, maximum_not_passed
 
 Array = NDArray[np.float64]
 
@@ -192,16 +191,13 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
     responses, r2 = responses_of(curve, result, broken)
     shape = shape_of(model, history, how.symmetry)
-    warnings = _of_tests(result) + _buckling(gauges, curve)
+    whole = np.flatnonzero(curve.deleted == 0)[
+        -1
+    ]  # of a pressed piece: how far out of shape as the first element fails
+    percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
+    warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
     more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more})
-
-
-def _buckling(gauges: Gauges, curve: ForceHistory) -> tuple[Note, ...]:
-    """Return the doubt about a pressed piece that is out of shape when the first element fails."""
-    whole = np.flatnonzero(curve.deleted == 0)[-1]
-    percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
-    return (buckles(percent),) if percent > MOST_BUCKLING else ()
 
 
 def cut(test: ShearTest, inspect: Inspect | None = None) -> LaboratoryResult:

@@ -156,15 +156,11 @@ def measure_shear(
 def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[Note]:
     """Return a note on the names in the index that do not exist."""
     there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
-    missing = [name for name in index if name not in there and _without_suffix(name) not in there]
+    parts = {name: name.partition("#") for name in index}  # the specimen ``a.csv#1`` may be called ``a#1``
+    stems = {name: f"{Path(file).stem}{mark}{label}" for name, (file, mark, label) in parts.items()}
+    missing = [name for name, stem in stems.items() if name not in there and stem not in there]
     text = f"The index lists files that do not exist: {_some_of(missing)}."
     return [Note("not_there", "warning", text)] if missing else []
-
-
-def _without_suffix(name: str) -> str:
-    """Return the name of a specimen in a file as the index may have it: ``a.csv#1`` is ``a#1``."""
-    file, mark, label = name.partition("#")
-    return f"{Path(file).stem}{mark}{label}"
 
 
 def _equal(what: str, things: Sequence[tuple[str, object]]) -> Iterator[Note]:

@@ -1,6 +1,5 @@
 """One force–displacement file of one specimen: read, sign set right, preload trimmed, maximum found."""
 
-import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,34 +10,13 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.measured.channels import Channels, CurveOptions, channels_of
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, as_number, is_missing, millimetres_in, shown
+from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, is_missing, millimetres_in, shown
 from stemcal.measured.tables import TextTable, read_tables, scale_of
 from stemcal.note import Note
 from stemcal.words import counted
 
 Array = NDArray[np.float64]
 RISE = 0.2  # share of the maximum that settling never reaches
-
-
-def speed_of(text: str) -> float:
-    """Return a speed in mm/s.
-
-    >>> speed_of("600 mm/min"), speed_of("0.5m/s")
-    (10.0, 500.0)
-
-    Raises
-    ------
-    UsageError
-        If it is not a number with a unit, or none above zero.
-    """
-    match = re.fullmatch(r"\s*([0-9.eE+-]{1,24})\s*([a-zµμ]{1,4})\s*/\s*([a-z]{1,3})\s*", text)
-    value = as_number(match[1]) if match else None
-    if match is None or value is None or match[2] not in MILLIMETRES or match[3] not in SECONDS:
-        raise UsageError(f"--speed {shown(text)[1:-1]}: give a number and its unit, as in 20mm/min or 0.5m/s")
-    speed = value * MILLIMETRES[match[2]] / SECONDS[match[3]]
-    if not 0.0 < speed < math.inf:
-        raise UsageError(f"--speed {shown(text)[1:-1]}: {speed:g} mm/s is not a blade speed")
-    return speed
 
 
 @dataclass(frozen=True)
@@ -121,7 +99,9 @@ def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[Shear
 def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
     """Return the curve of one specimen."""
     for column in (channels.across, channels.up):
-        _refuse_words(table, column)
+        if all(table.number(row, column) is None for row in range(len(table.rows))):
+            held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
+            raise UsageError(f"{table.source}: {shown(table.columns[column])} has no numbers but {shown(held)}")
     rows, notes = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
         raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a specimen needs more.")
@@ -145,12 +125,6 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
         label=label,
         over=channels.diameter if channels.diameter is not None else millimetres_in(label),
     )
-
-
-def _refuse_words(table: TextTable, column: int) -> None:
-    if all(table.number(row, column) is None for row in range(len(table.rows))):
-        held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
-        raise UsageError(f"{table.source}: {shown(table.columns[column])} has no numbers but {shown(held)}")
 
 
 def _travel(table: TextTable, channels: Channels, how: CurveOptions, notes: list[Note]) -> Array:

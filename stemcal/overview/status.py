@@ -233,7 +233,7 @@ def retry(
 
     A record is replaced when its new answer is there, not before.
     """
-    policy = study.runs.model_copy(update={"quorum": 0.0})
+    policy = study.runs._replace(quorum=0.0)
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder, solver)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))

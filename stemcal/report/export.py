@@ -120,7 +120,6 @@ HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package 
 \begin{document}
 """
 LONGEST = 16  # characters of a heading on one line
-STARS = re.compile(r"(.*?) (\*\*?)")
 
 
 def document(tables: Sequence[PaperTable]) -> str:
@@ -132,10 +131,10 @@ def latex(table: PaperTable) -> str:
     """Return a table as a float that carries the number it has in the published study."""
     import pandas as pd
 
-    kinds = ["l" if column.left else "r" for column in table.table.columns]
-    stars = [column.form is starred for column in table.table.columns]
+    # cells with stars are aligned left, so that the digits are below each other
+    kinds = ["l" if column.left or column.form is starred else "r" for column in table.table.columns]
     heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
-    rows = [[_cell(*cell) for cell in zip(row, stars, strict=True)] for row in table.cells]
+    rows = [list(map(escaped, row)) for row in table.cells]
     lines = [
         rf"\setcounter{{table}}{{{table.number - 1}}}",
         r"\begin{table}[htbp]",
@@ -157,16 +156,6 @@ def _heading(name: str, kind: str) -> str:
     lines = textwrap.wrap(name, LONGEST, break_long_words=False) or [""]
     stack = r"\\".join(map(escaped, lines))
     return stack if len(lines) == 1 else rf"\shortstack[{kind}]{{\strut {stack}}}"
-
-
-def _cell(text: str, has_stars: bool) -> str:
-    """Return a cell; in a column with stars each leaves their room, so that the digits are below each other."""
-    found = STARS.fullmatch(text)
-    if not has_stars or not text:
-        return escaped(text)
-    number, stars = (found[1], found[2]) if found else (text, "")
-    room = r"\phantom{" + "*" * (2 - len(stars)) + "}" if len(stars) < 2 else ""
-    return f"{escaped(number)}~{stars}{room}"
 
 
 _ESCAPES = {

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Literal
 
 from rich import table as rich
 from rich.box import SIMPLE_HEAD
@@ -56,43 +55,22 @@ def drawn(table: Table) -> list[RenderableType]:
         pad_edge=False,
         show_edge=False,
     )
-    for column, texts in zip(table.columns, columns := _fitted(table), strict=True):
-        shown.add_column(Text(texts[0]), justify="left" if column.left else "right", overflow="fold")
-    for index, row in enumerate(zip(*(texts[1:] for texts in columns), strict=True)):
-        style = "bold" if index in table.strong else ""
-        shown.add_row(*(Text(cell, style=style) for cell in row))
+    texts = list(zip(table.heads, *table.cells, strict=True))
+    words = [_widest(word for text in each for word in text.split()) for each in texts]
+    whole = [max(word, _widest(cells)) for word, (_, *cells) in zip(words, texts, strict=True)]
+    least = whole if sum(whole) + (2 if len(texts) < CROWDED else 1) * len(texts) <= WIDTH else words
+    for column, each, narrowest in zip(table.columns, texts, least, strict=True):  # headings are broken before cells
+        justify: Literal["left", "right"] = "left" if column.left else "right"
+        whole_line = _widest(each) == narrowest
+        shown.add_column(Text(each[0]), justify=justify, overflow="fold", min_width=narrowest, no_wrap=whole_line)
+    for index, row in enumerate(table.cells):
+        shown.add_row(*(Text(cell, style="bold" if index in table.strong else "") for cell in row))
     foot = [Padding(Text(line, style="dim"), (0, 0, 0, 2), expand=False) for line in (*table.foot, *table.claimed)]
     return [shown, *foot, Text("")]
 
 
-def _fitted(table: Table) -> list[list[str]]:
-    """Return each column, its heading first, on several lines where a terminal is too narrow: headings before cells."""
-    columns = [[str(text) for text in texts] for texts in zip(table.heads, *table.cells, strict=True)]
-    if sum(_widest(texts) + 2 for texts in columns) <= WIDTH:
-        return columns
-    room = WIDTH - (2 if len(columns) < CROWDED else 1) * len(columns)
-    least = [max(_widest(word) for word in map(str.split, texts)) for texts in columns]
-    whole = [max(words, _widest(cells)) for words, (_, *cells) in zip(least, columns, strict=True)]
-    widths = whole if sum(whole) <= room else _shared(least, whole, room)
-    return [[_wrapped(text, width) for text in texts] for texts, width in zip(columns, widths, strict=True)]
-
-
 def _widest(texts: Iterable[str]) -> int:
     return max(map(cell_len, texts), default=1)
-
-
-def _shared(least: Sequence[int], whole: Sequence[int], room: int) -> list[int]:
-    """Return columns' widths: the longest word of each, then what each needs of the rest, small needs first."""
-    widths, left = list(least), max(room - sum(least), 0)
-    for done, i in enumerate(sorted(range(len(widths)), key=lambda i: whole[i] - least[i])):
-        more = min(whole[i] - least[i], left // (len(widths) - done))
-        widths[i], left = widths[i] + more, left - more
-    return widths
-
-
-def _wrapped(text: str, width: int) -> str:
-    """Return a text on as many lines as a column so wide needs; no word is broken."""
-    return "\n".join(textwrap.wrap(text, max(width, 1), break_long_words=False, break_on_hyphens=False)) or text
 
 
 def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:

@@ -19,7 +19,6 @@ from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
-from stemcal.naming import Naming
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
@@ -96,7 +95,9 @@ class Embedded(Solver):
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         result = replace(result, warnings=(*result.warnings, *beside.warnings))
-        details = _details(result)
+        scalars = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
+        curve = kept_curve(result.history.travel, result.history.force_filtered)
+        details = {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
         if further := {**beside.responses, **scores}:
             details |= {RESPONSES: further}
         if beside.details:
@@ -146,11 +147,6 @@ class Embedded(Solver):
         if study.material.failure_strain is None or "failure_strain" in study.names:
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
-
-    @property
-    def naming(self) -> Naming:
-        """What the study calls its responses, those of laboratory tests among them."""
-        return self.study.naming
 
     def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
@@ -286,37 +282,26 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
 
     Else the number would jump from one level to the next, and the force with it.
     """
-    solver = _options(study)
-    symmetry: cutting.Symmetry = "quarter" if study.blade.bevel == "both" else "half"
-    how = _as_in_spec(solver.at_speed(study.loading.speed), diameter, symmetry)
-    if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
-        return how
-    thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
-    return replace(
-        how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
-    )
-
-
-def _as_in_spec(solver: EmbeddedSolver, diameter: float, symmetry: cutting.Symmetry) -> cutting.Discretisation:
-    """Return mesh and integration as the options have them."""
-    return cutting.Discretisation(
+    solver = _options(study).at_speed(study.loading.speed)
+    how = cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry=symmetry,
+        symmetry="quarter" if study.blade.bevel == "both" else "half",
         edge_over=solver.edge_over,
         hourglass=solver.hourglass,
         integration=Integration(
-            solver.mass_scaling,
-            solver.time_step_safety,
-            solver.outputs,
-            solver.threads,
-            solver.time_step,
-            "mixed",
+            solver.mass_scaling, solver.time_step_safety, solver.outputs, solver.threads, solver.time_step, "mixed"
         ),
         filter_window=solver.filter_window,
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
         break_drop=BREAK_DROP,
+    )
+    if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
+        return how
+    thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
+    return replace(
+        how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
     )
 
 
@@ -358,10 +343,3 @@ def pictured(result: cutting.CuttingResult, film: Film) -> dict[str, Any]:
         return {"energies": energies}
     frames = film.packed(result)
     return {"energies": energies, "shape": result.shape.packed(), **({"film": frames} if frames else {})}
-
-
-def _details(result: cutting.CuttingResult) -> dict[str, Any]:
-    """Return the result's numbers and its curve, thinned, as JSON values."""
-    scalars: dict[str, Any] = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
-    curve = kept_curve(result.history.travel, result.history.force_filtered)
-    return {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}

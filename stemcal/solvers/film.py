@@ -1,7 +1,5 @@
 """What a shear test looked like on its way: some frames of the body, small enough for a run's record."""
 
-import base64
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting import CuttingResult
-from stemcal.cutting.end_state import Shape
+from stemcal.cutting.end_state import Shape, packed_text, unpacked_text
 from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 
@@ -69,7 +67,7 @@ class Film:
             "travel": _at(times, history.time, history.travel),
             "force": _at(times, history.time, history.force_filtered),
             "stroke": round(float(history.travel[-1]), 4),
-            "standing": _packed(np.packbits(np.array([moment.standing for moment in moments]), axis=1)),
+            "standing": packed_text(np.packbits(np.array([moment.standing for moment in moments]), axis=1), "|u1"),
             "displacement": _quantised(np.array(moved)),
             "plastic_strain": _quantised(np.array([moment.plastic_strain for moment in moments])),
         }
@@ -78,7 +76,7 @@ class Film:
 def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
     """Return the frames that `Film.packed` made; `shape` is how the test ended."""
     count, elements = len(packed["travel"]), len(shape.hexes)
-    bits = np.frombuffer(_unpacked(packed["standing"]), np.uint8).reshape(count, -1)
+    bits = unpacked_text(packed["standing"], "|u1").reshape(count, -1)
     standing = np.unpackbits(bits, axis=1)[:, :elements].astype(bool)
     moved = _restored(packed["displacement"], count).reshape(count, -1, 3)
     strains = _restored(packed["plastic_strain"], count)
@@ -114,18 +112,10 @@ def _quantised(values: Array) -> dict[str, Any]:
     """Return values (frame, …) in steps, each frame as its difference from the one before, and what a step is."""
     step = float(np.abs(values).max(initial=0.0)) / _STEPS or 1.0
     counts = np.round(values / step)
-    return {"step": step, "counts": _packed(np.diff(counts, axis=0, prepend=np.zeros_like(counts[:1])).astype("<i2"))}
+    return {"step": step, "counts": packed_text(np.diff(counts, axis=0, prepend=np.zeros_like(counts[:1])), "<i2")}
 
 
 def _restored(packed: Mapping[str, Any], frames: int) -> Array:
     """Return what `_quantised` packed as (frame, values)."""
-    counts = np.frombuffer(_unpacked(packed["counts"]), "<i2").reshape(frames, -1)
+    counts = unpacked_text(packed["counts"], "<i2").reshape(frames, -1)
     return np.asarray(np.cumsum(counts, axis=0, dtype=float) * float(packed["step"]))
-
-
-def _packed(array: NDArray[Any]) -> str:
-    return base64.b64encode(zlib.compress(array.tobytes(), 9)).decode("ascii")
-
-
-def _unpacked(text: str) -> bytes:
-    return zlib.decompress(base64.b64decode(text))

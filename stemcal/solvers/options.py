@@ -5,14 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    StringConstraints,
-    ValidationInfo,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema, model_validator
 
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Remedy
@@ -108,15 +101,6 @@ BREAK_DROP = 0.5
 # Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
 _SLOW = 100.0 / 60.0
 # Keys that the embedded solver and the decks of other programs have in common.
-HourglassCoefficient = Annotated[
-    Number,
-    Field(
-        ge=0,
-        le=1,
-        description="Hourglass coefficient, defined as QH of type 4 in LS-DYNA. If it is too small, elements deform "
-        "without resistance; if it is too large, the stem is too stiff.",
-    ),
-]
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
     Field(description="Number of elements through the wall; by default none is longer than `element_size`."),
@@ -128,23 +112,10 @@ MassScaling = Annotated[
         description="Factor on all mass. It increases time step and kinetic energy; each run checks the latter.",
     ),
 ]
-Outputs = Annotated[Whole, Field(ge=10, le=100_000, description="Points of the force history.")]
 FilterWindow = Annotated[
     float,
     Quantity("time", at_least=0),
     Field(description="Window of the low-pass filter of the force; 0 s for none."),
-]
-EdgeOver = Annotated[
-    Literal["elements", "nodes"],
-    Field(description="Whether the edge is above a row of nodes or above the middle of a row of elements."),
-]
-Coarsening = Annotated[
-    Number,
-    Field(ge=1, le=10, description="Ratio of the element length at the ends of the stem to that under the edge."),
-]
-CoarseningAround = Annotated[
-    Number,
-    Field(ge=1, le=10, description="Ratio of the element width at the bottom of the section to that under the edge."),
 ]
 
 
@@ -160,17 +131,23 @@ class EmbeddedSolver(SolverOptions):
     """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
     `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
-    edge_over: EdgeOver = "nodes"
-    hourglass: HourglassCoefficient = 0.01
+    edge_over: Literal["elements", "nodes"] = "nodes"
+    """Whether the edge is above a row of nodes or above the middle of a row of elements."""
+    hourglass: Annotated[Number, Field(ge=0, le=1)] = 0.01
+    """Hourglass coefficient, defined as QH of type 4 in LS-DYNA. If it is too small, elements deform without
+    resistance; if it is too large, the stem is too stiff."""
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
     """Mass is added to elements whose stable time step is smaller; without the key none is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     """Fraction of the stable time step that is used."""
-    outputs: Outputs = 500
+    outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
+    """Points of the force history."""
     filter_window: FilterWindow = 0.010
-    coarsening: Coarsening = 6.0
-    coarsening_around: CoarseningAround = 2.0
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
+    """Ratio of the element length at the ends of the stem to that under the edge."""
+    coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
+    """Ratio of the element width at the bottom of the section to that under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
@@ -182,10 +159,6 @@ class EmbeddedSolver(SolverOptions):
     @property
     def version(self) -> str:
         return __version__
-
-    @property
-    def repeats(self) -> int:
-        return self.replicates or 0
 
     @property
     def run_limit(self) -> float | None:
@@ -291,10 +264,6 @@ class CommandSolver(ProgramOptions):
     design once, repeated centre points too. Without the key the program must be deterministic: the first run is
     repeated to check this."""
 
-    @property
-    def repeats(self) -> int:
-        return self.replicates or 0
-
     def without_curve(self) -> tuple[str, str] | None:
         reader = self.result.get(FIRST)
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
@@ -384,10 +353,6 @@ class DeckSolver(ProgramOptions):
         return Remedy(f"Set a fixed order of sums: {how}")
 
 
-OF_LSDYNA = ("command",)
-OF_OPENRADIOSS = ("programs",)
-
-
 class SheetSolver(SolverOptions):
     """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
 
@@ -404,10 +369,6 @@ class SheetSolver(SolverOptions):
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Repeats of every run of a design, in random order, if equal levels give different results;
     their scatter counts. Without the key equal levels are run once."""
-
-    @property
-    def repeats(self) -> int:
-        return self.replicates or 0
 
 
 class PythonSolver(SolverOptions):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import digest, make_folder, write_atomic
@@ -25,6 +25,7 @@ from stemcal.solvers.readers import read_curve, read_number
 from stemcal.study.model import Study
 from stemcal.study.types.named import REPLICATE, SEED, fill, number, template_bytes
 
+O = TypeVar("O", bound=ProgramOptions)
 OUTPUT = "program-output.txt"
 MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 _KEY_LENGTH = 32
@@ -112,7 +113,7 @@ _KEPT_OUTPUT = 2000
 
 
 @dataclass(frozen=True)
-class Program(Solver, ABC):
+class Program(Solver, ABC, Generic[O]):
     """Answers requests by running a program in its own folder.
 
     A kind of program defines its input files, how a run is written and made, and what next to the files
@@ -135,15 +136,9 @@ class Program(Solver, ABC):
         object.__setattr__(self, "inputs", self._inputs())
 
     @property
-    def options(self) -> ProgramOptions:
+    def options(self) -> O:
         """The keys of the program in the spec."""
-        assert isinstance(self.study.solver, ProgramOptions)
-        return self.study.solver
-
-    @property
-    def naming(self) -> Naming:
-        """What the study calls what is asked and answered."""
-        return self.study.naming
+        return cast(O, self.study.solver)
 
     def placed(self, place: Path) -> Self:
         """Return the same solver with its run folders below `place`."""
@@ -271,14 +266,8 @@ def code_is_zero(ended: Ended) -> None:
 
 
 @dataclass(frozen=True)
-class Command(Program):
+class Command(Program[CommandSolver]):
     """Answers requests by any program; see `study.outside.CommandSolver`."""
-
-    @property
-    def options(self) -> CommandSolver:
-        """The keys of the program in the spec."""
-        assert isinstance(self.study.solver, CommandSolver)
-        return self.study.solver
 
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""

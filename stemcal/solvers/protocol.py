@@ -144,4 +144,5 @@ class Solver:
     @property
     def naming(self) -> Naming:
         """What its study calls responses and condition."""
-        return CUTTING
+        naming: Naming = self.study.naming if hasattr(self, "study") else CUTTING
+        return naming

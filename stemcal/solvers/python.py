@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.naming import Naming
 from stemcal.solvers.options import PythonSolver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
@@ -38,11 +37,6 @@ class PythonClass(Solver):
         assert isinstance(self.study.solver, PythonSolver)
         return self.study.solver
 
-    @property
-    def naming(self) -> Naming:
-        """What the study calls responses and condition."""
-        return self.study.naming
-
     def prepare(self) -> None:
         """Refuse to begin if the class cannot be made."""
         self._made()
@@ -64,16 +58,14 @@ class PythonClass(Solver):
             if file_hash(self.options.file) != self.code:
                 raise SimulationFailed("input_changed", f"{self.options.file.name} has changed since the study began")
             found = self._made().solve(dict(request.levels), request.condition)
-            values = {named.name: _number(found, named.name) for named in self._responses()}
+            responses = (self.naming.response, *self.naming.others)
+            values = {named.name: _number(found, named.name) for named in responses}
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         except Exception as error:  # of the user's code
             return Answer("failed", reason="raised", message=f"{type(error).__name__}: {error}")
         first = values.pop(self.naming.response.name)
         return Answer("ok", first, details={RESPONSES: values} if values else {})
-
-    def _responses(self) -> list[Any]:
-        return [self.naming.response, *self.naming.others]
 
     def _made(self) -> Any:
         return _object(self.options.file, self.options.class_, self.code)

@@ -151,6 +151,13 @@ def _regex(text: str, file: str, pattern: str) -> Series:
 
 # ---- from a series to one number
 
+REDUCTIONS: dict[str, Callable[[Array], float]] = {
+    "max": np.max,
+    "min": np.min,
+    "first": lambda y: y[0],
+    "last": lambda y: y[-1],
+}
+
 
 def reduce_series(series: Series, reduction: str) -> float:
     """Return the one number that `reduction` makes of a series.
@@ -168,8 +175,12 @@ def reduce_series(series: Series, reduction: str) -> float:
 
 def plotted(series: Series) -> tuple[Array, Array]:
     """Return what a series is plotted along, and its numbers; raise `SimulationFailed` as `reduce_series` does."""
-    y = _finite(series)
-    return _abscissa(series, y.size), y
+    y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
+    if x.size != y.size:
+        raise SimulationFailed("bad_result", f"the curve has {y.size} numbers and {x.size} values of the travel")
+    if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
+        raise SimulationFailed("bad_result", "the travel of the curve does not rise")
+    return x, y
 
 
 def _finite(series: Series) -> Array:
@@ -181,23 +192,6 @@ def _finite(series: Series) -> Array:
             "nan", f"number {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"
         )
     return y
-
-
-REDUCTIONS: dict[str, Callable[[Array], float]] = {
-    "max": np.max,
-    "min": np.min,
-    "first": lambda y: y[0],
-    "last": lambda y: y[-1],
-}
-
-
-def _abscissa(series: Series, size: int) -> Array:
-    x = np.asarray([] if series.x is None else series.x, dtype=float)
-    if x.size != size:
-        raise SimulationFailed("bad_result", f"the curve has {size} numbers and {x.size} values of the travel")
-    if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
-        raise SimulationFailed("bad_result", "the travel of the curve does not rise")
-    return x
 
 
 def required_number(text: str) -> float:

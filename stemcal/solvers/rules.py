@@ -1,17 +1,9 @@
 """What must hold for the keys of one kind of solver: templates, results, decks, elements."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from stemcal.naming import CUTTING, FIRST, FORCE
-from stemcal.solvers.options import (
-    OF_LSDYNA,
-    OF_OPENRADIOSS,
-    CommandSolver,
-    DeckSolver,
-    EmbeddedSolver,
-    SheetSolver,
-)
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
 from stemcal.study.model import Study
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
@@ -38,43 +30,39 @@ def elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
+def _texts(solver: CommandSolver | SheetSolver) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
+    """Yield place, name and content of each template, or why it cannot be read; then of the command's arguments."""
+    for index, path in enumerate(solver.templates):
+        try:
+            yield ("solver", "templates", index), path.name, template_bytes(path)
+        except OSError as error:
+            yield ("solver", "templates", index), path.name, error
+    for index, argument in enumerate(solver.command if isinstance(solver, CommandSolver) else ()):
+        yield ("solver", "command", index), "", argument.encode()
+
+
 def placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
-    for index, path in enumerate(solver.templates):
-        yield from _unknown_in_file(("solver", "templates", index), path, known)
-    for index, argument in enumerate(_command(solver)):
-        for _, name in placeholders(argument.encode()):
-            if name not in known or index == 0:
-                message = (
-                    f"{{{{{name[:60]}}}}} is not a factor" if index else "the program itself cannot be a placeholder"
-                )
-                yield Finding(("solver", "command", index), message, did_you_mean(name, known) if index else "name it")
-
-
-def _command(solver: CommandSolver | SheetSolver) -> tuple[str, ...]:
-    """Return the arguments of the program; none where people start it."""
-    return solver.command if isinstance(solver, CommandSolver) else ()
-
-
-def _unknown_in_file(node: NodePath, path: Path, known: tuple[str, ...]) -> Iterator[Finding]:
-    try:
-        content = template_bytes(path)
-    except OSError as error:
-        yield Finding(node, f"cannot be read: {error.strerror}", "check the file")
-        return
-    unknown = [(line, name) for line, name in placeholders(content) if name not in known]
-    for line, name in unknown[:_MOST_UNKNOWN]:
-        yield Finding(node, f"{path.name}:{line}: {{{{{name[:60]}}}}} is not a factor", did_you_mean(name, known))
+    for node, file, content in _texts(solver):
+        if isinstance(content, OSError):
+            yield Finding(node, f"cannot be read: {content.strerror}", "check the file")
+        elif node == ("solver", "command", 0) and any(placeholders(content)):
+            yield Finding(node, "the program itself cannot be a placeholder", "name it")
+        else:
+            unknown = [(line, name) for line, name in placeholders(content) if name not in known]
+            for line, name in unknown[:_MOST_UNKNOWN]:
+                place = f"{file}:{line}: " if file else ""
+                yield Finding(node, f"{place}{{{{{name[:60]}}}}} is not a factor", did_you_mean(name, known))
 
 
 def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
     """Every factor is in a template or an argument; one that does not has no effect."""
-    contents = [*map(_content, solver.templates), *(argument.encode() for argument in solver.command)]
-    if None in contents:
+    contents = [content for _, _, content in _texts(solver)]
+    used = {name for one in contents if not isinstance(one, OSError) for _, name in placeholders(one)}
+    if any(isinstance(content, OSError) for content in contents):
         return
-    used = {name for content in contents for _, name in placeholders(content or b"")}
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command contains {{{{{factor.name}}}}}"
@@ -83,24 +71,12 @@ def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Findi
 
 def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
-    if solver.repeats:
-        return
-    places: list[tuple[NodePath, bytes]] = []
-    places += [(("solver", "templates", i), _content(path) or b"") for i, path in enumerate(solver.templates)]
-    places += [(("solver", "command", i), argument.encode()) for i, argument in enumerate(_command(solver))]
-    for node, content in places:
-        for name in dict.fromkeys(name for _, name in placeholders(content)):
+    for node, _, content in () if solver.repeats else _texts(solver):
+        found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
+        for name in dict.fromkeys(found):
             if name in CHANCE and name not in draft.names:
                 message = f"{{{{{name}}}}} is for a stochastic program"
                 yield Finding(node, message, "write replicates: 1 under solver")
-
-
-def _content(path: Path) -> bytes | None:
-    """Return what a template holds; None where it cannot be read, which another rule reports."""
-    try:
-        return template_bytes(path)
-    except OSError:
-        return None
 
 
 def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
@@ -171,10 +147,9 @@ def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
 
 def keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
-    foreign, other = (OF_OPENRADIOSS, "openradioss") if solver.program == "lsdyna" else (OF_LSDYNA, "lsdyna")
-    for key in foreign:
-        if key in solver.model_fields_set:
-            yield Finding(("solver", key), f"is a key of program: {other} (program is {solver.program})", "remove it")
+    key, other = ("programs", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
+    if key in solver.model_fields_set:
+        yield Finding(("solver", key), f"is a key of program: {other} (program is {solver.program})", "remove it")
 
 
 def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""The stages of a study. `base` has the one list of them; each has a module or folder with its result and its function.
+"""The stages of a study. `stage` has the one list of them; each has a folder with its entry point, options and result.
 
 design      which design a stage runs, in coded and natural units, and its runs once answered
 result      what every stage's result has: how it begins, JSON, tables, runs

@@ -159,7 +159,7 @@ def _simulating(work: Work, there: Study, size: float, positions: int) -> Simula
     meshed = meshed_as(there, size)
     placed = meshed.solver.model_copy(update={"replicates": positions})
     solver = Embedded(meshed.model_copy(update={"solver": placed}), drawn=False)
-    policy = there.runs.model_copy(update={"quorum": 0.0})
+    policy = there.runs._replace(quorum=0.0)
 
     def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
         rows = enumerate(points, first)

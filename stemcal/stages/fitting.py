@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import hypot
 
@@ -130,16 +130,8 @@ class FitSummary:
     @classmethod
     def of(cls, fit: Surface, whole: bool) -> FitSummary:
         """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
-        return cls(
-            Rows(fit.coefficients),
-            fit.r2,
-            fit.adjusted_r2,
-            fit.predicted_r2,
-            fit.press,
-            fit.cv_percent,
-            fit.runs_failed,
-            Rows(fit.anova if whole else ()),
-        )
+        told = {one.name: getattr(fit, one.name) for one in fields(cls)}
+        return cls(**(told if whole else {**told, "anova": Rows()}))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ What a stage is made of is imported in its methods: asking for its name, its tit
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -84,12 +85,18 @@ class Stage(Checked, Generic[R]):
         return None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        """Return what must hold for its section: functions of a draft that yield what is wrong."""
-        return ()
+        """Return what must hold for its section, functions of a draft that yield what is wrong: `RULES` beside it."""
+        found: Sequence[Callable[[Draft], Iterator[Finding]]] = self._beside_section("RULES", ())
+        return found
 
     def doubts(self, study: Study) -> Iterator[Finding]:
-        """Yield what is possible but looks like a slip."""
-        yield from ()
+        """Yield what is possible but looks like a slip, as the function `doubts` beside its section does."""
+        yield from self._beside_section("doubts", lambda _study: ())(study)
+
+    def _beside_section(self, name: str, default: object) -> Any:
+        """Return a name of the module that its section is defined in."""
+        section = self.section()
+        return default if section is None else getattr(sys.modules[section.__module__], name, default)
 
     def beforehand(self, study: Study) -> Iterator[Note]:
         """Yield notes of `check` on the stage; none is a mistake."""

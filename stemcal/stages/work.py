@@ -51,7 +51,7 @@ class Work:
             If the program answers the first of them differently the second time, and no chance was declared.
         """
         if again := second_time(self.study, requests):
-            policy = self.study.runs.model_copy(update={"quorum": 0.0})  # failures are judged in their stage
+            policy = self.study.runs._replace(quorum=0.0)  # failures are judged in their stage
             _require_same(self.study, again, answer_all(again, self.solver, self.folder, self.executor, ignore, policy))
         return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
 
@@ -62,7 +62,7 @@ class Work:
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
-        policy = self.study.runs.model_copy(update={"quorum": 0.0})
+        policy = self.study.runs._replace(quorum=0.0)
 
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -36,32 +35,11 @@ RUNNING = "sys.argv[0] = 'stemcal'; runpy.run_module('stemcal', run_name='__main
 HEAVY = ("numpy", "scipy", "pandas", "numba", "pydantic", "statsmodels", "matplotlib", "jinja2", "yaml")
 
 
-def cost(begin: Callable[[], Any]) -> float:
-    """Return the least CPU time of three processes, s."""
-    used = []
-    for _ in range(3):
-        before = os.times()
-        begin()
-        after = os.times()
-        used.append(after.children_user + after.children_system - before.children_user - before.children_system)
-    return min(used)
-
-
-def test_help_names_every_command_and_costs_little_more_than_its_libraries(tmp_path: Path) -> None:
-    done = process(tmp_path, "--help")
-    assert done.returncode == 0
-    for name in COMMANDS:
-        assert f" {name} " in done.stdout
-    libraries = [sys.executable, "-c", "import typer, typer.rich_utils"]
-    assert cost(lambda: process(tmp_path, "--help")) < 2.5 * cost(lambda: subprocess.run(libraries, check=True))
-
-
-def test_starting_imports_nothing_heavy() -> None:
-    code = "import sys, stemcal.cli.app; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, timeout=60
-    )
-    assert not set(HEAVY) & set(done.stdout.split())
+def test_help_names_every_command_and_imports_nothing_heavy(tmp_path: Path) -> None:
+    done = process(tmp_path, "--help", PYTHONPROFILEIMPORTTIME="1")
+    assert done.returncode == 0 and all(f" {name} " in done.stdout for name in COMMANDS)
+    imported = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.splitlines()}
+    assert "typer" in imported and not set(HEAVY) & imported
 
 
 def test_showing_what_is_finished_loads_no_solver() -> None:
@@ -73,15 +51,11 @@ def test_showing_what_is_finished_loads_no_solver() -> None:
     assert not {"numba", "scipy", "pandas"} & set(done.stdout.split())
 
 
-def test_every_command_has_help_with_an_example() -> None:
-    for name in COMMANDS:
-        shown = command(name, "--help")
-        assert shown.exit_code == 0
-        assert f"Example: stemcal {name}" in shown.stdout
-
-
 def test_help_of_a_command_is_short_and_begins_with_its_purpose() -> None:
-    """At most 40 lines at 100 columns; the purpose is one sentence of at most 72 characters."""
+    """At most 40 lines at 100 columns; the purpose is one sentence of at most 72 characters; then there is an example.
+
+    The library sets placeholders in brackets; ours within would be doubled.
+    """
     todo: list[tuple[tuple[str, ...], Any]] = [((), get_command(app))]
     while todo:
         words, found = todo.pop()
@@ -90,6 +64,9 @@ def test_help_of_a_command_is_short_and_begins_with_its_purpose() -> None:
         assert len(shown.splitlines()) <= 40, words
         purpose = found.help.strip().split("\n\n")[0]
         assert len(purpose) <= 72 and purpose.endswith(".") and "\n" not in purpose, words
+        usage = next(line for line in shown.splitlines() if "Usage:" in line)
+        assert " ".join(["stemcal", *words, "[OPTIONS]"]) in usage and "[[" not in usage
+        assert not words or f"Example: {' '.join(['stemcal', *words])}" in shown, words
 
 
 def test_version() -> None:
@@ -168,11 +145,11 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_unknown_executors_leave_no_folder(tmp_path: Path) -> None:
+def test_unknown_executors_leave_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     for name, words in (("dask://host", "write it as dask://HOST:PORT"), ("slurm", "unknown")):
-        done = process(tmp_path, "run", REPLAY, "--executor", name)
-        assert done.returncode == 2
-        assert words in done.stderr
+        done = command("run", REPLAY, "--executor", name)
+        assert done.exit_code == 2 and words in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -184,33 +161,15 @@ def test_typing_errors_are_usage_errors() -> None:
 
 
 def test_no_colour_in_pipes_and_with_no_color(tmp_path: Path) -> None:
-    assert "\x1b[" not in process(tmp_path, "run", BAD_SPEC).stderr
-    assert "\x1b[3" not in process(tmp_path, "run", BAD_SPEC, NO_COLOR="1", FORCE_COLOR="1").stderr
+    assert "31m" in process(tmp_path, "init", "con", FORCE_COLOR="1").stderr
+    assert "31m" not in process(tmp_path, "init", "con", NO_COLOR="1", FORCE_COLOR="1").stderr
+    assert "\x1b[" not in process(tmp_path, "init", "con").stderr
 
 
 def test_output_that_the_terminal_cannot_encode(tmp_path: Path) -> None:
     done = process(tmp_path, "screen", REPLAY, PYTHONUTF8="0", PYTHONIOENCODING="ascii")
     assert done.returncode == 0
     assert "yield_stress" in done.stdout
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pipes of this kind")
-def test_pipe_closed_by_the_reader() -> None:
-    reader, writer = os.pipe()
-    os.close(reader)
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", "stemcal", "check", str(REPLAY)],
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            text=True,
-            cwd=ROOT,
-            timeout=60,
-        )
-    finally:
-        os.close(writer)
-    assert done.returncode == 0
-    assert all(line.startswith("note: ") for line in done.stderr.splitlines())
 
 
 SLOW = """

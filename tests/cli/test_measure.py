@@ -282,7 +282,11 @@ def test_time_and_force_with_the_speed(tmp_path: Path) -> None:
     [
         ("Time (ms),Force (N)", "0.01 mm/s", ()),
         ("Zeit,Kraft", "10mm/s", ("--time-unit", "s")),
-        ("t/min,F/N", "60cm/h", ("--time-column", "1", "--force-column", "2", "--time-unit", "s", "--speed", "10mm/s")),
+        (
+            "t/min,F/N",
+            "10 mm/min",
+            ("--time-column", "1", "--force-column", "2", "--time-unit", "s", "--speed", "10mm/s"),
+        ),
     ],
 )
 def test_units_of_time(tmp_path: Path, head: str, speed: str, options: tuple[str, ...]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from commanding import REPLAY, SMOKE, command
 
 from stemcal.cutting.result import CuttingResult, ForceHistory
-from stemcal.run_warnings import inertia_in_force
+from stemcal.note import inertia_in_force
 
 THREE = SMOKE.with_name("three-tests.yaml")
 
@@ -79,7 +79,7 @@ def test_json(calls: list[Any]) -> None:
     ("setting", "words"),
     [
         ("yeild_stress=18", "did you mean yield_stress?"),
-        ("mass=3", "the study's factors are elastic_modulus"),
+        ("mass=3", "use elastic_modulus"),
         ("yield_stress", "factor=value"),
         ("yield_stress=18 mm", "yield_stress"),
         ("yield_stress=nan", "yield_stress"),
@@ -139,7 +139,7 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 
     from stemcal.laboratory.perform import LaboratoryResult
-    from stemcal.run_warnings import maximum_not_passed
+    from stemcal.note import maximum_not_passed
     from stemcal.solvers import embedded
 
     curve = replace(

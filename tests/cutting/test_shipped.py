@@ -14,9 +14,7 @@ from stemcal.fem.model import Integration
 MATERIAL = Material(1.1e-9, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 0.03, "paper", internal_length=8.0 / 4.5)
 
 
-def test_of(
-    material: Material = MATERIAL, mass_scaling: float = 1.0e4, duration: float = 0.5, **mesh: Any
-) -> ShearTest:
+def cut_of(material: Material = MATERIAL, mass_scaling: float = 1.0e4, duration: float = 0.5, **mesh: Any) -> ShearTest:
     """Return a test of an 8 mm stem; its time step is 53 µs with mass scaling 1e4 and goes with its root."""
     step = 53.0e-6 * (mass_scaling / 1.0e4) ** 0.5
     how = Discretisation(
@@ -31,12 +29,9 @@ def test_of(
     )
 
 
-test_of.__test__ = False  # type: ignore[attr-defined]
-
-
 @cache
 def centre() -> CuttingResult:
-    return shear(test_of())
+    return shear(cut_of())
 
 
 def test_hard_and_soft_stems_shake_nothing_loose() -> None:
@@ -45,7 +40,7 @@ def test_hard_and_soft_stems_shake_nothing_loose() -> None:
     Without the resistance that grows with the stress they shake: kinetic energy is 20 to 35 % of internal energy then,
     the force a third lower, and contact creates up to the whole work of the blade.
     """
-    result = shear(test_of(replace(MATERIAL, yield_stress=60.0), duration=1.0))
+    result = shear(cut_of(replace(MATERIAL, yield_stress=60.0), duration=1.0))
     assert result.contact_energy_percent > 0.0
     assert result.kinetic_ratio_percent < 1.0
     assert result.hourglass_ratio_percent < 5.0
@@ -64,7 +59,7 @@ def test_what_contact_holds_is_told_apart() -> None:
 def test_vibration_is_no_rate() -> None:
     """Cowper and Symonds' law gives one force with mass scaling 1e4 and 1e3; rates of single steps gave 205 and 183."""
     law = replace(MATERIAL, rate_law="cowper_symonds", rate_filter=0.048)
-    forces = [shear(test_of(law, scale)).peak_force for scale in (1.0e4, 1.0e3)]
+    forces = [shear(cut_of(law, scale)).peak_force for scale in (1.0e4, 1.0e3)]
     assert forces[0] == pytest.approx(forces[1], rel=0.005)
     assert forces[0] > 1.3 * centre().peak_force
 
@@ -76,11 +71,11 @@ def test_fine_meshes_break_as_coarse_ones_do() -> None:
     Were strains of failed elements left out of the mean, it would bear on for 130 µm and more with d/32.
     """
     soft = replace(MATERIAL, elastic_modulus=1500.0, poisson_ratio=0.25, yield_stress=12.0, failure_strain=0.045)
-    how = test_of().discretisation.integration
+    how = cut_of().discretisation.integration
     fine = {"element_size": 8.0 / 32.0, "integration": replace(how, time_step=20.0e-6)}
     peaks = []
     for mesh in ({}, fine):
-        result = shear(test_of(soft, **mesh))
+        result = shear(cut_of(soft, **mesh))
         failed = result.history.travel[int(np.argmax(result.history.deleted > 0))]
         assert result.break_travel is not None
         assert result.break_travel - failed < 0.01
@@ -91,7 +86,7 @@ def test_fine_meshes_break_as_coarse_ones_do() -> None:
 @pytest.mark.parametrize("symmetry", ["half", pytest.param("none", marks=pytest.mark.slow)])
 def test_mirror_planes_leave_out_images_only(symmetry: Any) -> None:
     """The whole curve until the first element fails, to 1e-4 of its peak."""
-    whole, part = shear(test_of(symmetry=symmetry, stop_after_peak=True)), centre()
+    whole, part = shear(cut_of(symmetry=symmetry, stop_after_peak=True)), centre()
     until = int(np.argmax(part.history.deleted > 0)) or len(part.history.time)
     off = np.abs(whole.history.force[:until] - part.history.force[:until]).max() / part.peak_force
     assert off < 1e-4

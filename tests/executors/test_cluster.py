@@ -90,7 +90,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 
 @pytest.fixture
 def executor(cluster: Cluster) -> Iterator[DaskExecutor]:
-    with DaskExecutor(cluster.address, time_limit=3.0) as executor:
+    with DaskExecutor(cluster.address, time_limit=1.5) as executor:
         eventually_true(lambda: executor.workers >= 2)
         yield executor
 
@@ -130,18 +130,18 @@ def test_exceptions_and_time_limits_come_back(executor: DaskExecutor) -> None:
     with pytest.raises(ZeroDivisionError):
         wrong.result(timeout=30)
     begun = time.monotonic()
-    with pytest.raises(RunTimedOut, match="3 s"):
+    with pytest.raises(RunTimedOut, match=r"1\.5 s"):
         late.result(timeout=30)
     assert time.monotonic() - begun < 8.0
 
 
 def test_a_cold_worker_gets_ready_before_the_clock_starts(executor: DaskExecutor) -> None:
-    """Compiling on a worker that has no kernels yet takes longer than many a limit, here of 3 s."""
-    assert executor.submit(Prepared(4.0, 0.1)).result(timeout=60) == "done"
+    """Compiling on a worker that has no kernels yet takes longer than many a limit, here of 1.5 s."""
+    assert executor.submit(Prepared(2.0, 0.1)).result(timeout=60) == "done"
 
 
 def test_cancelled_calls_are_not_run(executor: DaskExecutor, tmp_path: Path) -> None:
-    blocking = [executor.submit(time.sleep, 1.0) for _ in range(2)]
+    blocking = [executor.submit(time.sleep, 0.5) for _ in range(2)]
     cancelled = executor.submit(Path.touch, tmp_path / "touched")
     assert cancelled.cancel()
     assert [future.result(timeout=30) for future in blocking] == [None, None]
@@ -149,46 +149,31 @@ def test_cancelled_calls_are_not_run(executor: DaskExecutor, tmp_path: Path) -> 
 
 
 @POSIX
-def test_a_worker_killed_in_mid_study(tmp_path: Path) -> None:
-    """Its runs go to the other worker; the tables are the same to the byte."""
+def test_a_lost_worker_costs_nothing_and_a_lost_scheduler_ends_the_study_but_fails_no_run(tmp_path: Path) -> None:
+    """The runs of a killed worker go to the other one; in the end the tables are the same to the byte."""
     cluster, witness = Cluster(tmp_path, workers=2), tmp_path / "witness"
     folder, study = StudyFolder(tmp_path / "there"), make_study(tmp_path, MANY)
+    workers = []
 
-    def kill_one() -> None:
+    def kill_both() -> None:
         eventually_true(lambda: len(lines(witness)) >= 8)
         kill_group(cluster.workers[0])
-
-    try:
-        with DaskExecutor(cluster.address) as executor:
-            eventually_true(lambda: executor.workers >= 2)
-            killer = threading.Thread(target=kill_one)
-            killer.start()
-            workflow.calibrate(study, folder, executor, solver=FakeSolver(witness, seconds=0.1))
-            killer.join()
-            assert executor.workers == 1
-    finally:
-        cluster.close()
-    assert tables(folder) == unbroken(tmp_path)
-
-
-@POSIX
-def test_a_lost_scheduler_ends_the_study_but_fails_no_run(tmp_path: Path) -> None:
-    cluster, witness = Cluster(tmp_path, workers=1), tmp_path / "witness"
-    folder, study = StudyFolder(tmp_path / "there"), make_study(tmp_path, MANY)
-
-    def kill_scheduler() -> None:
-        eventually_true(lambda: len(lines(witness)) >= 5)
+        eventually_true(lambda: len(lines(witness)) >= 16)
+        workers.append(executor.workers)
         kill_group(cluster.scheduler)
 
     try:
         with pytest.raises(ClusterLost, match="the Dask scheduler"), DaskExecutor(cluster.address) as executor:
-            killer = threading.Thread(target=kill_scheduler)
+            eventually_true(lambda: executor.workers >= 2)
+            killer = threading.Thread(target=kill_both)
             killer.start()
             workflow.calibrate(study, folder, executor, solver=FakeSolver(witness, seconds=0.1))
     finally:
         cluster.close()
+    killer.join()
     kept = [folder.load(key) for key in folder.keys()]  # noqa: SIM118
-    assert kept and all(record is not None and record["status"] == "ok" for record in kept)
+    assert workers == [1] and len(kept) > 8
+    assert all(record is not None and record["status"] == "ok" for record in kept)
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert tables(folder) == unbroken(tmp_path)
 
@@ -196,7 +181,7 @@ def test_a_lost_scheduler_ends_the_study_but_fails_no_run(tmp_path: Path) -> Non
 @pytest.mark.parametrize("greeting", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"SSH-2.0-OpenSSH_9.6\r\n", bytes(16)])
 def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """A silent port, a web server, SSH and zeros: one message within the limit of the handshake."""
-    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 1.0)
+    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
         answering = threading.Thread(target=lambda: kept.append(server.accept()[0]) or kept[0].sendall(greeting))
         kept: list[socket.socket] = []
@@ -210,7 +195,7 @@ def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: p
 
 
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 2.0)
+    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 0.5)
     begun = time.monotonic()
     with pytest.raises(UsageError, match="no Dask scheduler answers"):
         DaskExecutor("127.0.0.1:9")
@@ -244,7 +229,7 @@ def test_code_that_differs_has_another_version_whatever_its_number(tmp_path: Pat
 def test_ctrl_c_ends_the_runs_on_the_workers(cluster: Cluster, tmp_path: Path) -> None:
     """Also a run that would go on for ever, and another command's runs go on."""
     with DaskExecutor(cluster.address) as other:
-        going_on = other.submit(pause, str(tmp_path / "other"), 6.0)
+        going_on = other.submit(pause, str(tmp_path / "other"), 3.0)
         with pytest.raises(KeyboardInterrupt), DaskExecutor(cluster.address) as executor:
             executor.submit(pause, str(tmp_path / "mine"), 600.0)
             eventually_true(lambda: (tmp_path / "mine").exists() and (tmp_path / "other").exists())

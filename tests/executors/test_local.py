@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from fakes import ENVIRONMENT
 
-from stemcal.executors import InlineExecutor
-from stemcal.executors.local import LocalExecutor, RunTimedOut, WorkerDied, available_cores
+from stemcal.executors import InlineExecutor, RunTimedOut, WorkerDied, available_cores
+from stemcal.executors.local import LocalExecutor
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 

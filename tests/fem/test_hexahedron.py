@@ -16,9 +16,7 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import start
 from stemcal.fem.stepper import simulate
 
-contract, corners, minor_derivatives = map(
-    called, (hexahedron.contract, hexahedron.corners, hexahedron.minor_derivatives)
-)
+contract, corners, minors = map(called, (hexahedron.contract, hexahedron.corners, hexahedron.minors))
 modes, velocity_gradient = called(hexahedron.modes), called(hexahedron.velocity_gradient)
 rotate_tensor, spin_rotation = called(hexahedron.rotate_tensor), called(hexahedron.spin_rotation)
 
@@ -29,6 +27,10 @@ seeds = st.integers(0, 2**32 - 1)
 
 def shape(seed: int) -> np.ndarray:
     return CUBE + np.random.default_rng(seed).uniform(-0.2, 0.2, (8, 3))
+
+
+def minor_derivatives(p: tuple[float, ...], q: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(8.0 * b for b in minors(p, q))
 
 
 def kernel_b(x: np.ndarray) -> tuple[np.ndarray, float]:

@@ -10,7 +10,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
-from stemcal.fem.stepper import march_to
+from stemcal.fem.stepper import Marching
 
 work_out_compliance, list_met = map(called, (spread.work_out_compliance, spread.list_met))
 
@@ -28,7 +28,7 @@ def pressed() -> State:
         integration=Integration(mass_scaling=1e4),
     )  # fmt: skip
     state = start(model)
-    march_to(1e-3, state)
+    Marching(state, 1)(1e-3, state)
     assert (state.spread.force[:, 0] > 0.0).sum() > 3
     return state
 

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from stemcal.report.figures.style import svg
 from stemcal.report.showing import tables_of
 from stemcal.stages.climb.result import ClimbResult
-from stemcal.stages.invert.figures import profiles
+from stemcal.stages.invert.showing import profiles
 
 CLIMB: dict[str, Any] = {
     "schema_version": 2,

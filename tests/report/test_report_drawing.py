@@ -7,9 +7,8 @@ from typing import Any
 import pytest
 
 from stemcal.folder import StudyFolder
-from stemcal.report import drawing, gallery
-from stemcal.report import page as pages
-from stemcal.report.page import Shown, shown
+from stemcal.report import page as module
+from stemcal.report.page import Shown, draw, shown
 
 
 @pytest.fixture
@@ -27,8 +26,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         folder.mkdir(exist_ok=True)
         return []
 
-    monkeypatch.setattr(pages, "write_page", page)
-    monkeypatch.setattr(gallery, "write_figures", figures)
+    monkeypatch.setattr(module, "write_page", page)
+    monkeypatch.setattr(module, "write_figures", figures)
     return drawn
 
 
@@ -44,21 +43,19 @@ def test_only_what_changed_is_drawn_again(
 
     def drawn(study: Any = study, **choice: bool) -> list[str]:
         counted.clear()
-        drawing.draw(study, folder, results, verdict, **choice)
+        draw(study, folder, results, verdict, **choice)
         return list(counted)
 
     assert drawn() == ["figures", "page"]
     assert drawn() == []
-    assert drawn(again=True, figures=False) == ["page"]
-    assert drawn(figures=False) == []
-    assert drawn() == ["figures", "page"]
+    assert drawn(again=True) == ["figures", "page"]
     assert drawn(study.model_copy(update={"title": "Another"})) == ["figures", "page"]
     assert drawn() == ["figures", "page"]
     stage = tmp_path / "validate.json"
     stage.write_text(stage.read_text("utf-8") + "\n", "utf-8")
     assert drawn() == ["figures", "page"]
     assert drawn() == []
-    monkeypatch.setattr(drawing, "code_version", lambda: "other")
+    monkeypatch.setattr(module, "code_version", lambda: "other")
     assert drawn() == ["figures", "page"]
     (tmp_path / "report.html").unlink()
     assert drawn() == ["figures", "page"]
@@ -73,9 +70,9 @@ def test_what_the_page_does_not_show_is_left_to_plot(
     what = shown(study, StudyFolder(tmp_path))
     hidden = replace(what.plots[0], name="hidden", on_page=False)
     written: list[str] = []
-    monkeypatch.setattr(pages, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
-    monkeypatch.setattr(gallery, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
-    monkeypatch.setattr(pages, "write_page", lambda *_: None)
+    monkeypatch.setattr(module, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
+    monkeypatch.setattr(module, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
+    monkeypatch.setattr(module, "write_page", lambda *_: None)
     (tmp_path / "figures").mkdir()
-    drawing.draw(study, StudyFolder(tmp_path), what.results, what.verdict)
+    draw(study, StudyFolder(tmp_path), what.results, what.verdict)
     assert written == [plot.name for plot in what.plots]

@@ -10,7 +10,7 @@ from stemcal.cli.export import _width
 from stemcal.errors import UsageError
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import write_as
-from stemcal.stages.invert.figures import profile_points
+from stemcal.stages.invert.showing import profile_points
 from stemcal.stages.surface.contour import Solution, levels_of, relief
 from stemcal.stages.validate.figures import validation
 

@@ -15,7 +15,7 @@ from stemcal.report.figures.curves import energies
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import resize, styled
 from stemcal.report.gallery import gallery, write_figures
-from stemcal.stages.invert.figures import solutions
+from stemcal.stages.invert.showing import solutions
 from stemcal.stages.surface.contour import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
 

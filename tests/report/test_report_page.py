@@ -14,10 +14,9 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
-from stemcal.note import Note
+from stemcal.note import Note, hourglass_energy, nothing_deleted
 from stemcal.report.page import coded, part, render, shown, write_page
 from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
-from stemcal.run_warnings import hourglass_energy, nothing_deleted
 from stemcal.stages.results import Results
 
 BLANK = pytest.mark.usefixtures("blank_figures")

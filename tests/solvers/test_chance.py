@@ -14,8 +14,7 @@ from stemcal.solvers.program import Command, seed_of
 from stemcal.solvers.protocol import Request
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.analysis import SurfaceResult, fit_response_surface
-from stemcal.stages.surface.design import surface_design
+from stemcal.stages.surface.analysis import SurfaceResult, fit_response_surface, surface_design
 from stemcal.stages.validate.analysis import requests_at
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

@@ -15,7 +15,7 @@ from stemcal.folder import StudyFolder
 from stemcal.overview.plan import judged, plan
 from stemcal.stages.design import Design
 from stemcal.stages.screen.analysis import screening_design
-from stemcal.stages.surface.design import surface_design
+from stemcal.stages.surface.analysis import surface_design
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 

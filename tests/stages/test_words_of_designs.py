@@ -6,16 +6,16 @@ import pytest
 
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
-from stemcal.note import SEVERITIES
+from stemcal.note import SEVERITIES, energy_drifts
 from stemcal.report.showing import notes_of_all, read_first
-from stemcal.run_warnings import energy_drifts
 from stemcal.stages.result import DesignRuns, Head
-from stemcal.stages.screen import words as screen
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface import words as surface
+from stemcal.stages.screen.showing import ScreenShowing, standing
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.surface.showing import SurfaceShowing
 
+screen, surface = ScreenShowing(), SurfaceShowing()
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
@@ -42,7 +42,7 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
         "Without an estimate of error, effects on the maximum force cannot be tested. The largest is that of "
         f"Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
-    assert screen.standing(stage.effects[0], stage) == "not tested"
+    assert standing(stage.effects[0], stage) == "not tested"
 
 
 def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
@@ -54,9 +54,7 @@ def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) ->
 
 def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
     """The paper keeps strain_rate_c by F(1, 2); Lenth's method does not."""
-    short = {
-        effect.factor: screen.standing(effect, results.of(ScreenResult)) for effect in results.of(ScreenResult).effects
-    }
+    short = {effect.factor: standing(effect, results.of(ScreenResult)) for effect in results.of(ScreenResult).effects}
     assert short["yield_stress"] == "significant" and short["density"] == "not significant"
     assert short["strain_rate_c"] == "methods disagree"
 

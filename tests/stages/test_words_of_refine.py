@@ -9,11 +9,12 @@ import pytest
 from stemcal.files.rows import Rows
 from stemcal.naming import Named, Names, Naming, program
 from stemcal.runs.record import Outcome
+from stemcal.stages.refine.analysis import notes_of
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
-from stemcal.stages.refine.showing import refine_tables
-from stemcal.stages.refine.words import certainty, notes_of, outcome, shortfall
+from stemcal.stages.refine.showing import RefineShowing, refine_tables, shortfall
 from stemcal.stages.result import Head
 
+certainty, outcome = RefineShowing().certainty, RefineShowing().outcome
 STEM = Names()
 HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
 RUN = RefineRun(

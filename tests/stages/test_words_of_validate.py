@@ -7,9 +7,11 @@ from stemcal.files.rows import Rows
 from stemcal.naming import Named, Names, Naming
 from stemcal.note import Note
 from stemcal.stages.fitting import Measured
+from stemcal.stages.validate.analysis import notes_of
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
-from stemcal.stages.validate.words import certainty, notes_of, outcome
+from stemcal.stages.validate.showing import ValidateShowing
 
+certainty, outcome = ValidateShowing().certainty, ValidateShowing().outcome
 ANGLE = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
 
 
@@ -30,7 +32,7 @@ def test_outcome_and_certainty(results: Any) -> None:
     assert "5 values" in size and "7.8 %" in size and "6.7 %" in size
     checked, formula, table = certainty(results.of(ValidateResult), Names())
     assert checked.startswith("At 7, 9, 10 and 11 mm") and "7.8 %; 4 of 4 are within 10 %" in checked
-    assert "d^2.5 through 8 mm" in formula and "7.3 %" in formula and "only within 7.8 %" in formula
+    assert "d^2.5 fitted at 8 mm" in formula and "7.3 %" in formula and "only to within 7.8 %" in formula
     assert table in [note.text for note in results.of(ValidateResult).notes if note.kind == "from_table"]
     assert "1 of 4 are within 6 %" in certainty(replace(results.of(ValidateResult), tolerance_percent=6.0), Names())[0]
 

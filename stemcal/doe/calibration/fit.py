@@ -123,14 +123,18 @@ class Fit:
 
     def gaps(self, points: Array) -> Array:
         """Return r at (points, k), with −z of the priors behind it."""
-        return np.column_stack([self.measured - self.predict(points), *(-prior.z(points) for prior in self.priors)])
+        of_data = self.measured - self.predict(points)
+        return np.column_stack([of_data, *(-prior.z(points) for prior in self.priors)]) if self.priors else of_data
 
     def slopes(self, x: Array) -> Array:
         """Return −∂r/∂x at one point, (observations and priors, factors)."""
+        of_data = self.beta @ term_gradient(x)
+        if not self.priors:
+            return np.asarray(of_data)
         rows = np.zeros((len(self.priors), self.region.k))
         for row, prior in zip(rows, self.priors, strict=True):
             row[prior.j] = prior.slope(x[None])[0]
-        return np.vstack([self.beta @ term_gradient(x), rows])
+        return np.vstack([of_data, rows])
 
     # ---- the misfit
 

@@ -38,6 +38,11 @@ class Shape:
     eigenvalues: tuple[float, ...]
     axes: tuple[dict[str, float], ...]
 
+    @property
+    def called(self) -> str:
+        """Its kind in words."""
+        return f"{self.kind} with a ridge" if self.ridge and self.kind != "plane" else self.kind
+
 
 def canonical_analysis(surface: Surface, coding: Coding) -> Shape:
     """Find the stationary point and the principal axes of a surface."""

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
@@ -79,20 +80,23 @@ def term_names(names: Sequence[str]) -> tuple[str, ...]:
     return ("1", *names, *interactions, *(f"{name}^2" for name in names))
 
 
+@cache
+def _pairs(k: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the factors of every interaction, in the order of `term_names`."""
+    return np.triu_indices(k, 1)
+
+
 def term_columns(coded: ArrayLike) -> Array:
     """Evaluate every term at (m, k) coded points; returns (m, p)."""
     x = np.atleast_2d(np.asarray(coded, dtype=float))
-    k = x.shape[1]
-    products = [x[:, i] * x[:, j] for i, j in combinations(range(k), 2)]
-    return np.column_stack([np.ones(len(x)), x, *products, x**2])
+    first, second = _pairs(x.shape[1])
+    return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second], x**2], axis=1)
 
 
 def term_gradient(coded: ArrayLike) -> Array:
     """Differentiate every term at one coded point; returns (p, k)."""
     x = np.asarray(coded, dtype=float)
-    k = x.size
-    pairs = list(combinations(range(k), 2))
-    products = np.zeros((len(pairs), k))
-    for row, (i, j) in enumerate(pairs):
-        products[row, i], products[row, j] = x[j], x[i]
-    return np.vstack([np.zeros(k), np.eye(k), products, 2.0 * np.diag(x)])
+    first, second = _pairs(x.size)
+    products, rows = np.zeros((len(first), x.size)), np.arange(len(first))
+    products[rows, first], products[rows, second] = x[second], x[first]
+    return np.concatenate([np.zeros((1, x.size)), np.eye(x.size), products, np.diag(2.0 * x)])

@@ -31,6 +31,7 @@ from stemcal.doe.regression.least_squares import (
     t_quantile,
 )
 from stemcal.errors import UsageError
+from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import signed_probability
@@ -52,8 +53,8 @@ class Surface:
     """
 
     names: tuple[str, ...]
-    coefficients: tuple[Coefficient, ...]
-    anova: tuple[AnovaRow, ...]
+    coefficients: Rows[Coefficient]
+    anova: Rows[AnovaRow]
     r2: float | None
     adjusted_r2: float | None
     predicted_r2: float | None
@@ -61,7 +62,7 @@ class Surface:
     press: float | None
     cv_percent: float | None
     lack_of_fit_testable: bool
-    runs_diagnostics: tuple[RunDiagnostics, ...]
+    runs_diagnostics: Rows[RunDiagnostics]
     runs_failed: int
     notes: tuple[Note, ...]
     design: Array
@@ -77,6 +78,14 @@ class Surface:
     def terms(self) -> tuple[str, ...]:
         """The terms that were fitted, the mean among them."""
         return tuple(coefficient.term for coefficient in self.coefficients)
+
+    @property
+    def covariance(self) -> tuple[tuple[float, ...], ...] | None:
+        """Covariance of the coefficients, s²(XᵀX)⁻¹, in their order; None without a degree of freedom."""
+        if self.mean_square is None:
+            return None
+        kept = [term_names(self.names).index(term) for term in self.terms]
+        return tuple(map(tuple, (self.mean_square * self.unscaled_covariance[np.ix_(kept, kept)]).tolist()))
 
     @property
     def design_radius(self) -> float:
@@ -217,8 +226,8 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
     covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
     return Surface(
         names=runs.names,
-        coefficients=coefficients,
-        anova=anova_table(fit, terms, split),
+        coefficients=Rows(coefficients),
+        anova=Rows(anova_table(fit, terms, split)),
         r2=share_explained(fit.residual_ss, fit),
         adjusted_r2=adjusted_r2(fit),
         predicted_r2=None if missed is None else share_explained(missed, fit),
@@ -226,7 +235,7 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
         press=missed,
         cv_percent=cv_percent(fit),
         lack_of_fit_testable=split.testable,
-        runs_diagnostics=diagnostics,
+        runs_diagnostics=Rows(diagnostics),
         runs_failed=runs.failed,
         notes=tuple(notes),
         design=runs.design,

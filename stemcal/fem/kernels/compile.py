@@ -29,7 +29,11 @@ _ROOM = 2**20  # bytes that must go in
 
 def cache_folder() -> Path:
     """Return the folder for compiled kernels: the user's own, or, where that is unusable, one that is temporary."""
-    return own_folder() if not unusable(own_folder()) else _spare_folder()
+    if not unusable(own_folder()):
+        return own_folder()
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    found = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"  # the same for this user's later commands
+    return Path(tempfile.mkdtemp(prefix="stemcal-kernels-")) if unusable(found) else found
 
 
 def own_folder() -> Path:
@@ -54,13 +58,6 @@ def unusable(folder: Path) -> str:
     if os.name != "nt" and (found.st_uid != os.geteuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
         return f"other users may write to {folder}"
     return ""
-
-
-def _spare_folder() -> Path:
-    """Return a folder among the temporary files: the same for this user's later commands, else for this process."""
-    user = os.geteuid() if hasattr(os, "geteuid") else "user"
-    found = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"
-    return Path(tempfile.mkdtemp(prefix="stemcal-kernels-")) if unusable(found) else found
 
 
 def _name() -> str:

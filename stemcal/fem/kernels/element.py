@@ -59,13 +59,7 @@ from stemcal.fem.kernels.hexahedron import (
     velocity_gradient,
 )
 from stemcal.fem.kernels.hourglass import damped, dot3, modal_rate, resist, taken_by_stress, taken_from_stress
-from stemcal.fem.kernels.plasticity import (
-    double_dot,
-    elastic_trial,
-    radial_return,
-    rate_factor,
-    smoothed,
-)
+from stemcal.fem.kernels.plasticity import double_dot, elastic_trial, radial_return, rate_factor, smoothed
 
 Array = NDArray[np.float64]
 Floats = Any

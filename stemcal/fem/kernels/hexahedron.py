@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stemcal.fem.kernels.compile import EIGHT, EIGHTH, HALF, ONE, QUARTER, ZERO, inlined, like
+from stemcal.fem.kernels.compile import EIGHTH, HALF, ONE, QUARTER, ZERO, inlined, like
 
 # Numba infers these tuples of floats; the alias is for the reader.
 Floats = Any
@@ -95,13 +95,6 @@ def minors(p: Floats, q: Floats) -> Floats:
         p4 * q[3] - q4 * p[3] + p[1] * q6 - q[1] * p6,
         p[2] * q4 - q[2] * p4 + p5 * q[1] - q5 * p[1],
     )
-
-
-@inlined
-def minor_derivatives(p: Floats, q: Floats) -> Floats:
-    """Return one component of bₘ = ∂V/∂xₘ from the modes of the two coordinates that follow it, as `minors` does."""
-    b = minors(p, q)
-    return EIGHT * b[0], EIGHT * b[1], EIGHT * b[2], EIGHT * b[3], EIGHT * b[4], EIGHT * b[5]
 
 
 @inlined

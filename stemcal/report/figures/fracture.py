@@ -79,7 +79,8 @@ def section_faces(shape: Shape) -> tuple[Array, Array]:
     behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
     corners, owner = _faces(shape.hexes, behind)
     before = shape.reference[corners]
-    close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * _edge(before)
+    edges = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2)
+    close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * (float(np.median(edges)) if len(before) else 0.0)
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
     return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
@@ -110,11 +111,6 @@ def _faces(hexes: NDArray[np.int32], chosen: NDArray[np.bool_]) -> tuple[NDArray
 def _normals(points: Array) -> Array:
     """Return the area vectors of quadrilaterals (F, 4, 3): half the product of their diagonals."""
     return np.asarray(0.5 * np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1]))
-
-
-def _edge(points: Array) -> float:
-    """Return the median length of the faces' edges."""
-    return float(np.median(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2))) if len(points) else 0.0
 
 
 def draw_faces(
@@ -176,12 +172,15 @@ def fracture_frames(frames: Sequence[Frame]) -> Figure:
 
 def mesh(shape: Shape) -> Figure:
     """Return the mesh before the test: from the side with blade and supports, and the stem's cross-section."""
+    up = 0.0 if not shape.tools else shape.reference[:, 2].max() - shape.tools[0][:, 1].min()
     whole = replace(
         shape,
         nodes=shape.reference,
         standing=np.ones(len(shape.hexes), bool),
         plastic_strain=np.zeros(len(shape.hexes)),
-        tools=_touching(shape),
+        tools=tuple(
+            tool + np.array([0.0, 0.0 if n else up]) for n, tool in enumerate(shape.tools)
+        ),  # the blade touches
     )
     scale = strain_scale([whole])
     with new_figure(width=6.4, height=1.9) as figure:
@@ -191,14 +190,6 @@ def mesh(shape: Shape) -> Figure:
         side.set_ylabel("z, mm")
         _draw_across(across, whole)
     return figure
-
-
-def _touching(shape: Shape) -> tuple[Array, ...]:
-    """Return the tools with the blade where it touches the stem."""
-    if not shape.tools:
-        return ()
-    up = shape.reference[:, 2].max() - shape.tools[0][:, 1].min()
-    return (shape.tools[0] + [0.0, up], *shape.tools[1:])
 
 
 def _draw_across(axes: Axes, shape: Shape) -> None:

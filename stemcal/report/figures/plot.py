@@ -119,14 +119,14 @@ def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[
             style = _style(value)
             yield "class", shared.styles.setdefault(style, f"s{len(shared.styles)}")
         elif name == "d":
-            yield name, shortened(value)
+            yield name, rounded(value)
         elif name == _HREF:
             yield "href", f"#{ids[value[1:]]}" if value.startswith("#") else re.sub(r"\s", "", value)
         elif name == "clip-path":
             yield name, f"url(#{ids[value[5:-1]]})"
         elif name in _ROUNDED and "scale" not in value:
             if not value.startswith("rotate(-0 "):
-                yield name, re.sub(r"-?\d+\.\d+", lambda number: _short(round(10 * float(number[0]))), value)
+                yield name, rounded(value)
         elif name != "id":
             yield name, value
 
@@ -140,46 +140,14 @@ def _style(style: str) -> str:
     return style
 
 
-def shortened(path: str) -> str:
-    """Return a path to a tenth of its unit, in steps.
+def rounded(text: str) -> str:
+    """Return a text with its numbers to a tenth, as a path with no blanks around its commands.
 
-    >>> shortened("M 10.04 20 L 13.333 20 L 13.333 16.7 z M 1 1 C 1 2 3 4 5 6")
-    'M10 20h3.3v-3.3zM1 1c0 1 2 3 4 5'
+    >>> rounded("M 10.04 20 L 13.333 20.96 z")
+    'M10 20L13.3 21z'
     """
-    written, at = [], (0, 0)
-    for command, numbers in re.findall(r"([MLQCzZ])([^MLQCzZ]*)", path):
-        tenths = [round(10 * float(number)) for number in numbers.split()]
-        points = list(zip(tenths[::2], tenths[1::2], strict=True))
-        if command in "QC":
-            written.append(command.lower() + _pairs([(x - at[0], y - at[1]) for x, y in points]))
-        elif command in "zZ":
-            written.append("z")
-        for point in points if command in "ML" else ():
-            written.append(f"M{_pairs([point])}" if command == "M" else _line(point[0] - at[0], point[1] - at[1]))
-            at = point
-        at = points[-1] if points else at
-    return "".join(written)
-
-
-def _line(dx: int, dy: int) -> str:
-    """Return a step; nothing where it is shorter than a tenth."""
-    if dx and dy:
-        return f"l{_pairs([(dx, dy)])}"
-    return f"h{_short(dx)}" if dx else f"v{_short(dy)}" if dy else ""
-
-
-def _pairs(points: list[tuple[int, int]]) -> str:
-    return " ".join(f"{_short(x)} {_short(y)}" for x, y in points).replace(" -", "-")
-
-
-def _short(tenths: int) -> str:
-    """Return tenths as a number.
-
-    >>> _short(33), _short(-5), _short(40)
-    ('3.3', '-.5', '4')
-    """
-    whole, rest = divmod(abs(tenths), 10)
-    return f"{'-' if tenths < 0 else ''}{whole or ('' if rest else 0)}{f'.{rest}' if rest else ''}"
+    tenths = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), text)
+    return re.sub(r"\s*([MLQCz])\s*", r"\1", tenths)
 
 
 # ---- values under the pointer

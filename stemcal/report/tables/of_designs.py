@@ -9,13 +9,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.naming import FIRST, Named, Names
 from stemcal.numbers import fixed, significant
 from stemcal.report.records import Records, distinct_of
-from stemcal.report.tables.columns import (
-    condition,
-    level,
-    levels,
-    simulated,
-    to_decimals,
-)
+from stemcal.report.tables.columns import condition, level, levels, simulated, to_decimals
 from stemcal.stages.result import DesignRuns
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
-from stemcal.study.model.shear_test import LoadingSection
 from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
@@ -93,22 +92,22 @@ def _measured(study: Study) -> Table:
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
 
 
-def _stroke(loading: LoadingSection) -> str:
-    return f"for {loading.duration:g} s" if loading.stroke is None else f"over {loading.stroke}"
-
-
 def _virtual_test(study: Study, solver: Explicit) -> dict[str, str]:
     """Return each part of the virtual shear test and how it is simulated."""
     blade, supports, contact, law = study.blade, study.supports, study.contact, {"paper": "as printed in the paper"}
     rate = study.solver.rate or "none"
+    loading, stem = study.loading, study.specimen
+    stroke = f"for {loading.duration:g} s" if loading.stroke is None else f"over {loading.stroke}"
+    bore = f"bore {stem.diameter_ratio:g} of it" if stem.diameter_ratio > 0.0 else "solid"
+    wall = "wall a factor" if "wall_thickness" in study.names else bore
     bevels, part = ("both sides", "quarter") if blade.bevel == "both" else ("one side", "half")
     rubbing = f"{contact.static_friction:g} at rest, {contact.dynamic_friction:g} sliding"
     return {
-        "Stem": _stem(study),
+        "Stem": f"{stem.outer_diameter:g} mm, {wall}, {stem.length:g} mm long",
         "Blade": f"{blade.thickness:g} mm thick, edge of {blade.edge_angle:g}°, {bevels} bevelled",
         "Edge radius": f"{short(blade.edge_radius)} mm",
         "Supports": f"{supports.clearance:g} mm apart, edges rounded by {supports.fillet_radius:g} mm",
-        "Loading": f"{significant(60.0 * study.loading.speed)} mm/min {_stroke(study.loading)}",
+        "Loading": f"{significant(60.0 * loading.speed)} mm/min {stroke}",
         "Friction": "a factor" if "stem_friction" in study.names else rubbing,
         "Model": f"{part}, mirrored; elements of {solver.element_size}",
         "Edge spread": f"{study.blade.edge_spread}",
@@ -116,13 +115,6 @@ def _virtual_test(study: Study, solver: Explicit) -> dict[str, str]:
         "Strain-rate law": law.get(rate, rate.replace("_", "–")),
         "Mass scaling": f"× {short(solver.mass_scaling)}",
     }
-
-
-def _stem(study: Study) -> str:
-    stem = study.specimen
-    bore = f"bore {stem.diameter_ratio:g} of it" if stem.diameter_ratio > 0.0 else "solid"
-    wall = "wall a factor" if "wall_thickness" in study.names else bore
-    return f"{stem.outer_diameter:g} mm, {wall}, {stem.length:g} mm long"
 
 
 def _material(study: Study) -> dict[str, str]:

@@ -24,16 +24,10 @@ _APART = {"environment", "time_limit", "files", "programs"}
 
 
 @dataclass(frozen=True)
-class DeckProgram(Program):
+class DeckProgram(Program[DeckSolver]):
     """Answers requests by the program of a `DeckSolver`."""
 
     revision: ClassVar[int] = 8
-
-    @property
-    def options(self) -> DeckSolver:
-        """The keys of the program in the spec."""
-        assert isinstance(self.study.solver, DeckSolver)
-        return self.study.solver
 
     @property
     def _is_lsdyna(self) -> bool:

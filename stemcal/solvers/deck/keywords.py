@@ -16,8 +16,6 @@ from stemcal.study.model import Study
 Card = Mapping[str, float | int | str]
 
 STANDARD, LONG = 10, 20
-# Comments for content without a card begin with this.
-SETTINGS = "$> "
 _HEADING = "$#"
 
 

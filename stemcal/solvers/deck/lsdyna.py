@@ -10,7 +10,7 @@ import numpy as np
 from stemcal.errors import SimulationFailed
 from stemcal.files.reading import lenient, open_plain
 from stemcal.processes import Ended
-from stemcal.solvers.deck.peak import Array, ContactForce
+from stemcal.solvers.deck.peak import ContactForce
 from stemcal.solvers.deck.writer import BLADE_CONTACT, DECK
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_command
@@ -57,16 +57,11 @@ def contact_force(text: str) -> ContactForce:
     side = mine[0][1].lower()
     series = [(number_of(match[3]), number_of(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
-    if not np.isfinite(time).all() or not np.isfinite(force).all():
-        raise SimulationFailed("nan", f"the force of the blade is NaN from {_last_good(time, force):g} s on")
+    if not (good := np.isfinite(time) & np.isfinite(force)).all():
+        raise SimulationFailed("nan", f"the force of the blade is NaN from {time[good].max(initial=0.0):g} s on")
     if len(time) < 2 or not (np.diff(time) > 0).all():
         raise SimulationFailed("bad_result", f"the times of the blade's contact in {FORCES} do not rise")
     return ContactForce.turned(time, force)
-
-
-def _last_good(time: Array, force: Array) -> float:
-    good = np.isfinite(time) & np.isfinite(force)
-    return float(time[good].max(initial=0.0))
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor, pi
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from stemcal.solvers.deck.equivalents import (
 )
 from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.solvers.options import BREAK_DROP, DeckSolver, EmbeddedSolver
+from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study
 from stemcal.study.types.field_types import Length
 
@@ -55,26 +54,15 @@ class Parts:
 
 @dataclass(frozen=True)
 class Deck:
-    """The deck of a shear test at given levels (units of the spec) and stem diameter (mm).
-
-    `force_to_give` (N) is written in its comments where it is known.
-    """
+    """The deck of a shear test at given levels (units of the spec) and stem diameter (mm)."""
 
     study: Study
     levels: Mapping[str, float]
     diameter: float
     form: DeckForm
-    force_to_give: float | None = None
 
     @classmethod
-    def of(
-        cls,
-        study: Study,
-        levels: Mapping[str, float],
-        diameter: float,
-        form: DeckForm | None = None,
-        force_to_give: float | None = None,
-    ) -> Deck:
+    def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
         """Return a deck in the form that the study's solver reads, unless another is given.
 
         Raises
@@ -85,7 +73,7 @@ class Deck:
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             known = "`solver: {kind: embedded}` or {kind: deck}"
             raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
-        return cls(study.at(levels), levels, diameter, form or form_of(study), force_to_give)
+        return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:
@@ -203,28 +191,6 @@ class Deck:
     def notes(self) -> list[str]:
         """The differences of the deck from the study."""
         return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter(), *self._rounded()]
-
-    @cached_property
-    def settings(self) -> dict[str, Any]:
-        """Parts of the model without a card, in mm, t, s, N, which are written as comments."""
-        study, solver, given = self.study, self.solver, self.given
-        kept = {
-            "edge_spread": self.edge_spread,
-            "edge_radius": study.blade.edge_radius,
-            "density_factor": self.density_factor,
-            **{name: given[name] for name in ("hardening_parameter", "strain_rate_c", "strain_rate_p")},
-            "rate_law": self._rate_law,
-            **{name: getattr(solver, name) for name in ("mass_scaling", "filter_window")},
-            "break_drop": BREAK_DROP,
-        }
-        kept["internal_length"] = self.internal_length
-        kept |= {"speed": study.loading.speed, "gap": GAP}
-        if self.force_to_give is not None:
-            kept["force_to_give"] = self.force_to_give
-        if not isinstance(solver, EmbeddedSolver):
-            return kept
-        names = ("time_step",)
-        return {**kept, **{name: getattr(solver, name) for name in names}}
 
     @property
     def _element_size(self) -> float:

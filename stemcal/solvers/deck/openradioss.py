@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import write_atomic
+from stemcal.note import nothing_deleted
 from stemcal.processes import Ended, run_program
-from stemcal.run_warnings import nothing_deleted
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.openradioss_output import (
     contact_force,
@@ -81,7 +81,9 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
         raise UsageError(f"solver.programs.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
     given: Mapping[str, str] = {str(name): program for name, program in options.programs.items()}
     programs = {name: _program(name, given.get(name), home, folder) for name in _BEGINNINGS}
-    environment = {**_variables(home or _home_of(programs["starter"])), **options.environment}
+    if home is None and (at := Path(programs["starter"]).resolve().parent.parent / _DEFINITIONS_FOLDER).is_dir():
+        home = at.parent  # of a starter on PATH
+    environment = {**_variables(home), **options.environment}
     _require_definitions(environment)
     return Installation(**programs, environment=environment)
 
@@ -94,12 +96,6 @@ def program_version(there: Installation) -> str:
         return ""
     found = [" ".join(match[0].split()) for match in _VERSION.finditer(said)]
     return ", ".join(dict.fromkeys(found))
-
-
-def _home_of(starter: str) -> Path | None:
-    """Return the home that a starter on PATH is in, if it is one."""
-    home = Path(starter).resolve().parent.parent
-    return home if (home / _DEFINITIONS_FOLDER).is_dir() else None
 
 
 def _require_definitions(environment: Mapping[str, str]) -> None:
@@ -117,7 +113,8 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
 def _program(name: str, given: str | None, home: Path | None, folder: Path) -> str:
     if given is not None:
         return executable(given, folder, key=name)
-    found = sorted(_in_home(name, home), key=lambda path: (len(path.name), path.name))
+    there = [] if home is None else (home / "exec").glob(f"{_BEGINNINGS[name]}*")
+    found = sorted((path for path in there if os.access(path, os.X_OK)), key=lambda path: (len(path.name), path.name))
     if found:
         return str(found[0].absolute())
     for candidate in _ON_PATH[name]:
@@ -127,12 +124,6 @@ def _program(name: str, given: str | None, home: Path | None, folder: Path) -> s
             continue
     where = f"in {home / 'exec'} nor on PATH" if home is not None else f"on PATH, and {HOME} is not set"
     raise UsageError(f"solver.programs: there is no {name} {where}; install OpenRadioss, or name it in solver.programs")
-
-
-def _in_home(name: str, home: Path | None) -> list[Path]:
-    if home is None:
-        return []
-    return [path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK)]
 
 
 def _variables(home: Path | None) -> dict[str, str]:

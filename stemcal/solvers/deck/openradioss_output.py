@@ -126,11 +126,6 @@ def _expected(written: Mapping[str, float]) -> dict[str, float]:
     }
 
 
-def is_normal_end(text: str) -> bool:
-    """Return whether the engine reports normal termination."""
-    return "NORMAL TERMINATION" in text
-
-
 def deleted_elements(listing: str, printed: str) -> list[float]:
     """Return when each element was deleted, s: as printed, or the time of the cycle before it in the listing."""
     times: dict[int, float] = {}
@@ -214,7 +209,7 @@ def engine_ran(folder: Path, ended: Ended) -> None:
         raise SimulationFailed(
             "no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there"
         )
-    if ended.code == 0 and is_normal_end(said):
+    if ended.code == 0 and "NORMAL TERMINATION" in said:
         return
     if "ERROR TERMINATION" in said:
         wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]

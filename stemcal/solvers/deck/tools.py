@@ -1,6 +1,5 @@
 """Blade and supports as meshes of hexahedra: rigid, so only their surface matters."""
 
-from collections.abc import Callable
 from math import ceil, cos, pi, radians, sin, tan
 
 import numpy as np
@@ -71,7 +70,12 @@ def blade_section(blade: Blade, size: float, stroke: float | None = None, line: 
         right = touch + (z - r + r * sin(lean_right)) * tan(lean_right)
         return max(body[0], left), min(body[1], right)
 
-    edge = _vee(min(size, _VEE * t), ends) if line else _rounding(r, lean_left, lean_right, size)
+    if line:  # its lowest point, and the flanks at a height
+        height = min(size, _VEE * t)
+        (left, right) = ends(height)
+        edge = np.array([[left, height], [0.0, 0.0], [right, height]])
+    else:
+        edge = _rounding(r, lean_left, lean_right, size)
     rows = [edge]
     start = float(edge[[0, -1], 1].max())
     touched = blade.width if stroke is None else min(blade.width, shoulder + 2.0 * stroke)
@@ -79,12 +83,6 @@ def blade_section(blade: Blade, size: float, stroke: float | None = None, line: 
     for z in (*_even(start, shoulder, size)[1:], *_even(shoulder, touched, 4 * size)[1:], *top):
         rows.append(np.stack([np.linspace(*ends(z), len(edge)), np.full(len(edge), z)], axis=-1))
     return np.stack(rows)
-
-
-def _vee(height: float, ends: Callable[[float], tuple[float, float]]) -> Array:
-    """Return the nodes (3, 2) of a sharp edge: its lowest point, and the flanks at a height."""
-    left, right = ends(height)
-    return np.array([[left, height], [0.0, 0.0], [right, height]])
 
 
 def _rounding(r: float, lean_left: float, lean_right: float, size: float) -> Array:
@@ -132,13 +130,8 @@ def _one_drawn_out(section: Array, y: Array) -> tuple[Array, NDArray[np.int64]]:
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
     quads = np.stack([corner, corner + 1, corner + columns + 1, corner + columns], axis=-1)
     # x → z → −y is right-handed: a quad turning left has its far face at smaller y
-    turning_left = _area(flat[quads]) > 0.0
+    here, after = flat[quads], np.roll(flat[quads], -1, axis=1)
+    turning_left = np.sum(here[..., 0] * after[..., 1] - here[..., 1] * after[..., 0]) > 0.0  # twice the area
     quads = quads if turning_left else quads[:, ::-1]
     layers = np.arange(len(y) - 1)[:, None, None] * rows * columns
     return nodes, np.concatenate([quads + layers + rows * columns, quads + layers], axis=2).reshape(-1, 8)
-
-
-def _area(quads: Array) -> float:
-    """Return the signed area of quadrilaterals (Q, 4, 2)."""
-    after = np.roll(quads, -1, axis=1)
-    return float(0.5 * np.sum(quads[..., 0] * after[..., 1] - quads[..., 1] * after[..., 0]))

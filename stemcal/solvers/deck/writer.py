@@ -4,14 +4,13 @@ No keyword but those that OpenRadioss's reader of LS-DYNA decks lists, too: hm_c
 data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 """
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
 
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
-from stemcal.solvers.deck.keywords import SETTINGS, Card, DeckForm, fitted, keyword
+from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import HOURGLASS, Deck, Parts
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import DAMPING
@@ -49,7 +48,10 @@ def deck_lines(deck: Deck) -> Iterator[str]:
     yield from _output(deck)
     yield from stem_material(deck.material, deck.form)
     if deck.form.for_ls_dyna and deck.nonlocal_length > 0.0:
-        yield from _nonlocal(deck.nonlocal_length)
+        # the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents
+        length = float(fitted(deck.nonlocal_length, 10))
+        weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": length, "nfreq": 100, "nhv": 1, "nhvt": 0}
+        yield from keyword("MAT_NONLOCAL", weight, {"nl1": 1})
     # OpenRadioss decides by the first group of elements whether failure is nonlocal (``sforc3.F``), and sorts
     # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
     held = deck.form.by_density
@@ -68,7 +70,6 @@ def _head(deck: Deck) -> Iterator[str]:
     yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
     for note in deck.notes:
         yield from wrap(f"Difference from the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
-    yield from wrap(json.dumps(deck.settings), 78, initial_indent=SETTINGS, subsequent_indent=SETTINGS)
 
 
 def _control(deck: Deck) -> Iterator[str]:
@@ -106,12 +107,6 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
     rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": 0.0}
     curve: list[Card] = [{f"{name}{i}": 0.0 for i in range(1, 9)} for name in ("eps", "es")]
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve)
-
-
-def _nonlocal(length: float) -> Iterator[str]:
-    """Yield *MAT_NONLOCAL: the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents."""
-    weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": float(fitted(length, 10)), "nfreq": 100}
-    yield from keyword("MAT_NONLOCAL", {**weight, "nhv": 1, "nhvt": 0}, {"nl1": 1})
 
 
 def _tool_materials(law: Material) -> Iterator[str]:
@@ -168,23 +163,21 @@ def _contacts(deck: Deck) -> Iterator[str]:
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
+    kinds = {"sstyp": _BY_PART, "mstyp": _BY_PART, "sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
     for number, name, tool, title, cards in (
         (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
         (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
     ):
         heading = f"{number:10d}{title}"
-        yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", _pair(tool), *cards, title=heading)
+        yield from keyword(
+            f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", {"ssid": STEM, "msid": tool, **kinds}, *cards, title=heading
+        )
 
 
 def _scales(deck: Deck, share: float, place: tuple[float, float, float]) -> dict[str, float]:
     factor = float(f"{contact_scale(deck.solver, deck.parts.stem, deck.law, share, place):.4g}")
     unused = {"sst": 0.0, "mst": 0.0, "sfst": 1.0, "sfmt": 1.0, "fsf": 1.0, "vsf": 1.0}
     return {"sfs": factor, "sfm": factor, **unused}
-
-
-def _pair(tool: int) -> dict[str, int]:
-    kinds = {"sstyp": _BY_PART, "mstyp": _BY_PART, "sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
-    return {"ssid": STEM, "msid": tool, **kinds}
 
 
 def _mesh(parts: Parts) -> Iterator[str]:

@@ -17,7 +17,7 @@ from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.program import Inputs, seed_of, values_of
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled, run_name
-from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in, unreadable
+from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.study.model import Study
 
 SHEET_VERSION = 1
@@ -176,10 +176,10 @@ def _level(cells: Filled, name: str, unit: str) -> float | None:
     """Return the number under a heading, None where there is none."""
     if not (text := cells.levels.get(name)):
         return None
-    level = number_in(text, cells.decimal, cells.units.get(name, unit), unit)
-    if isinstance(level, Unread):
-        raise RowRefused(cells, "unreadable", f"{cells.run}, {name}: {unreadable(level, text, unit)}")
-    return level
+    try:
+        return number_in(text, cells.decimal, cells.units.get(name, unit), unit)
+    except Unread as why:
+        raise RowRefused(cells, "unreadable", f"{cells.run}, {name}: {why}") from None
 
 
 def _gaps(source: str, rows: Mapping[str, Sequence[KnownRow]]) -> list[str]:

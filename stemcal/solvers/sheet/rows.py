@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import as_number
@@ -10,22 +9,17 @@ from stemcal.naming import Named
 from stemcal.solvers.protocol import NOT_RUN, RESPONSES, Answer, Request
 from stemcal.solvers.sheet.reading import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.study.model import Study
+from stemcal.study.types.field_types import MOST
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
 
 _MOST_TOLD = 20
-MOST = 1e30  # numbers whose powers are still numbers
 _WITH_UNIT = re.compile(r"([-+−]?(?:\d[\d.,'’]*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.,].*)")
 _OTHER = {".": ",", ",": "."}
 _LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
 
 
-@dataclass(frozen=True)
-class Unread:
-    """Why a cell holds no number: it is ``no_number``, ``ambiguous``, ``too_large`` or of an ``other_unit``."""
-
-    why: str
-    unit: str = ""
-    readings: tuple[float, ...] = ()
+class Unread(UsageError):
+    """A cell that holds no number in the unit that is wanted: why, and what to write."""
 
 
 class RowRefused(UsageError):
@@ -89,8 +83,10 @@ def _is_level(row: Filled, name: str, asked: float, near: float, unit: str) -> b
     if name not in row.levels:
         return True
     given = row.levels[name]
-    told = number_in(given, row.decimal, row.units.get(name, unit), unit)
-    possible = readings(given) if isinstance(told, Unread) else [told]
+    try:
+        possible = [number_in(given, row.decimal, row.units.get(name, unit), unit)]
+    except Unread:
+        possible = readings(given)
     return any(abs(value - asked) <= near for value in possible)
 
 
@@ -116,68 +112,49 @@ def _value(row: Filled, response: Named) -> float:
     if not text:
         message = f"{row.run} has no {response.name}; write its value too, or `failed: why`"
         raise RowRefused(row, "incomplete", message)
-    value = number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
-    if isinstance(value, Unread):
-        why = unreadable(value, text, response.unit)
-        raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: why`")
-    return value
-
-
-def unreadable(found: Unread, text: str, unit: str) -> str:
-    """Return why a cell is no number in a unit, and what to write."""
-    if found.why == "ambiguous":
-        low, high = found.readings
-        return f"{text!r} may be {low:.6g} or {high:.6g}; write it without a comma"
-    return {
-        "no_number": f"{text!r} is not a number; write a number",
-        "too_large": f"{text!r} is beyond 1e30; correct it",
-        "other_unit": f"{text!r} is in {found.unit}, not in {unit}; convert it",
-    }[found.why]
+    try:
+        return number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
+    except Unread as why:
+        raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: why`") from None
 
 
 # ---- a cell as a number in the unit that is wanted
 
 
-def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float | Unread:
+def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
     """Return the number of a cell in the unit `wanted`; one without a unit has that of its column's `heading`.
 
     >>> number_in("12,5", ".", "N", "N"), number_in("0.0125 kN", ".", "N", "N"), number_in("12.5", ".", "kN", "N")
     (12.5, 12.5, 12500.0)
-    >>> number_in("1,234", ".", "N", "N").why, number_in("1,234", ",", "N", "N"), number_in("12 mm", ".", "N", "N").why
-    ('ambiguous', 1.234, 'other_unit')
+    >>> number_in("1,234", ",", "N", "N")
+    1.234
+
+    Raises
+    ------
+    Unread
+        If there is none, or not in this unit, or if a single mark before three digits, 1,234, is ambiguous.
     """
-    found, unit = _number(cell, decimal), heading
-    if isinstance(found, Unread) and found.why == "no_number" and (match := _WITH_UNIT.fullmatch(cell)):
-        found, unit = _number(match[1], decimal), match[2].strip()
-    if isinstance(found, Unread):
-        return found
-    value = _converted(found, unit, wanted)
+    text, unit = cell, heading
+    if not readings(cell) and (match := _WITH_UNIT.fullmatch(cell)):
+        text, unit = match[1], match[2].strip()
+    other = _OTHER[decimal]
+    first, second = as_number(text, decimal), as_number(text, other)
+    if first is not None and second is not None and first != second and other in text:
+        raise Unread(f"{cell!r} may be {first:.6g} or {second:.6g}; write it without a comma")
+    value = second if first is None else first
     if value is None:
-        return Unread("other_unit", unit)
-    return value if abs(value) <= MOST else Unread("too_large")
+        raise Unread(f"{cell!r} is not a number; write a number")
+    if unit != wanted and (unit or wanted != "1"):
+        try:
+            known, into = parse_unit(unit), parse_unit(wanted)
+            value = value if known == into else from_internal(convert(value, unit, into.dimension), wanted)
+        except UnitError:
+            raise Unread(f"{cell!r} is in {unit}, not in {wanted}; convert it") from None
+    if abs(value) > MOST:
+        raise Unread(f"{cell!r} is beyond 1e30; correct it")
+    return value
 
 
 def readings(cell: str) -> list[float]:
     """Return what a cell without a unit may mean, by either decimal mark."""
     return [value for mark in _OTHER if (value := as_number(cell, mark)) is not None]
-
-
-def _number(cell: str, decimal: str) -> float | Unread:
-    """Read a number; a single mark before three digits, 1,234, is ambiguous unless the sheet decides."""
-    first, second = as_number(cell, decimal), as_number(cell, _OTHER[decimal])
-    if first is None or _OTHER[decimal] not in cell:
-        first, second = (second, None) if first is None else (first, None)
-    if first is None:
-        return Unread("no_number")
-    return first if second is None or second == first else Unread("ambiguous", readings=(first, second))
-
-
-def _converted(value: float, unit: str, wanted: str) -> float | None:
-    """Return a value in another unit, None if that is not known or measures something else."""
-    if unit == wanted or (not unit and wanted == "1"):
-        return value
-    try:
-        known, into = parse_unit(unit), parse_unit(wanted)
-        return value if known == into else from_internal(convert(value, unit, into.dimension), wanted)
-    except UnitError:
-        return None

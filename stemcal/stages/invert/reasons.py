@@ -11,7 +11,7 @@ from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.refine.options import refined_here
 from stemcal.stages.verdict import advice, words
-from stemcal.stages.verdict.evidence import BEYOND_DOUBT, Evidence
+from stemcal.stages.verdict.rules import BEYOND_DOUBT, Evidence
 from stemcal.stages.verdict.trend import standard_error, trend_reason
 from stemcal.study.model import Study
 from stemcal.words import series

@@ -8,8 +8,8 @@ from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.naming import FIRST
-from stemcal.note import Note
+from stemcal.naming import FIRST, Names
+from stemcal.note import Note, Remedy
 from stemcal.runs.answer import ignore
 from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
@@ -19,7 +19,6 @@ from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.refine.options import RefineOptions
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
 from stemcal.stages.refine.steps import SurfaceSteps
-from stemcal.stages.refine.words import notes_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
@@ -188,3 +187,89 @@ def later(study: Study) -> Later | None:
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
     text = f"refine: at most {counted(options.budget, 'more run')}, chosen one by one."
     return Later([round_] * min(_USUAL_ROUNDS, options.budget), Note("decided_later", "caution", text))
+
+
+# ---- notes
+
+
+def notes_of(stage: RefineResult, study: Study) -> list[Note]:
+    """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
+    names = Names(stage.naming)
+    return [
+        *_not_reached(stage, names),
+        *_first_outside(stage, names),
+        *(_in_another_model(stage, study, names) if stage.elsewhere else _found_by_simulation(stage)),
+    ]
+
+
+def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
+    if stage.stopped == "tolerance":
+        return
+    missed, response = abs(stage.error_percent), names.response.long
+    factors = names.factors(one.factor for one in stage.adjusted)
+    still = f"The {response} is still {missed:.2f} % from the target; the best point is kept."
+    text, remedy = {
+        (False, "budget"): (
+            still,
+            f"Raise refine.budget, or check whether the {response} jumps between neighbouring points.",
+        ),
+        (False, "settled"): (
+            f"The error is {missed:.2f} %, and no parameters nearby reduce it. The rest is model error or measurement "
+            f"scatter.",
+            "",
+        ),
+        (True, "budget"): (still, f"Raise refine.budget, or give {factors} a wider range under refine.adjust."),
+        (True, "out_of_reach"): (
+            f"The {response} is {missed:.1f} % from the target at the end of the range of {factors}.",
+            "Give it a wider range, or add another factor, under refine.adjust.",
+        ),
+        (True, "settled"): (
+            f"The {response} is {missed:.1f} % from the target, and smaller steps do not help: it jumps, or does not "
+            f"depend on {factors}.",
+            "Average over several positions of the mesh (replicates of the embedded solver), or adjust another factor.",
+        ),
+    }[stage.elsewhere, stage.stopped]
+    yield Note("not_reached", "warning", text, Remedy(remedy) if remedy else None)
+
+
+def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
+    """Compare the runs of the first point, the solution of the surface, with their prediction intervals."""
+    first = [run for run in stage.made if run.levels == stage.made[0].levels and run.how == stage.made[0].how]
+    if outside := [run.condition for run in first if run.inside_interval is False]:
+        where = f" ({names.conditions(outside)})" if names.placed else ""
+        text = (
+            f"At the solution of the surface the simulated {names.response.long} is outside its prediction "
+            f"interval{where}: the surface is less accurate there than its residuals indicate."
+        )
+        yield Note("first_outside", "warning", text)
+
+
+def _found_by_simulation(stage: RefineResult) -> Iterator[Note]:
+    if stage.parameters != stage.made[0].levels:
+        text = "The parameters are results of the refinement, not of `invert.rule`."
+        yield Note("found_by_simulation", "info", text)
+
+
+def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterator[Note]:
+    for one in stage.adjusted:
+        factor = study.factor(one.factor)
+        if not factor.low <= one.value <= factor.high:
+            text = (
+                f"{one.factor} {one.value:.4g} is outside the study's range ({factor.low:g} to {factor.high:g}); that "
+                "range is for the study's own model."
+            )
+            yield Note("beyond_range", "warning", text)
+    if censored := sum(run.outcome.censored for run in stage.made):
+        bounds = "it is a lower bound" if censored == 1 else "they are lower bounds"
+        runs = counted(censored, "run")
+        text = f"In {runs} the {names.response.long} was still rising at the end of the stroke: {bounds}."
+        yield Note("still_rose", "warning", text, Remedy("Increase refine.duration."))
+    after = {run.condition: run.outcome for run in stage.made if run.levels == stage.parameters}
+    if left := [row.condition for row in stage.rows if row.condition not in after]:
+        why = "the budget is spent" if stage.converged else "the target at the calibration was not reached"
+        remedy = Remedy("Raise refine.budget.") if stage.converged else None
+        text = f"The result was not simulated at {names.conditions(left)}, because {why}."
+        yield Note("not_run_there", "warning", text, remedy)
+    if failed := [at for at, found in after.items() if not found.ok]:
+        text = f"Runs with the result failed{names.at(*failed)} ({after[failed[0]].reason})."
+        yield Note("failed_there", "warning", text)

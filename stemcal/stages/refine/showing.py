@@ -1,16 +1,19 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
+from collections.abc import Iterator
 from functools import partial
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names, program
+from stemcal.note import Note, Remedy
 from stemcal.numbers import interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, PaperTable, condition, factor, levels, printed, run_heads, simulated
-from stemcal.stages.refine import words
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.verdict.rules import Evidence
+from stemcal.words import counted, series
 
 _SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
 
@@ -21,13 +24,24 @@ class RefineShowing(Showing[RefineResult]):
     claims = "agreement"
 
     def outcome(self, result: RefineResult, names: Names) -> list[str]:
-        return words.outcome(result, names)
+        """Return what the refinement changed, and the error that is left."""
+        if result.elsewhere:
+            return _there(result, names)
+        count = len(result.made)
+        runs = "1 run at the solution" if count == 1 else f"{count} runs corrected the solution"
+        error = f"{abs(result.error_percent):.2f} %, {'' if result.converged else 'not '}within the tolerance of"
+        return [f"{runs}: the error is {error} {result.tolerance_percent:g} %."]
 
     def certainty(self, result: RefineResult, names: Names) -> list[str]:
-        return words.certainty(result, names)
+        """Return how large the errors are in another model."""
+        if not result.elsewhere or result.max_abs_error_percent is None:
+            return []
+        at = [row.condition for row in result.rows if row.error_percent is not None]
+        where = f" ({names.conditions(at)})" if names.placed else ""
+        return [f"In {program(result.model.kind)} the largest error is {result.max_abs_error_percent:.1f} %{where}."]
 
     def warnings(self, result: RefineResult) -> list[str]:
-        return [] if result.converged else [words.shortfall(result)]
+        return [] if result.converged else [shortfall(result)]
 
     def tables(self, result: RefineResult, names: Names, judged: bool = False) -> list[Table]:
         return refine_tables(result, names)
@@ -130,3 +144,42 @@ def refined(stage: RefineResult) -> Figure:
         axes.set_ylim(bottom=0)
         legend_above(axes, most=3)
     return figure
+
+
+def _there(stage: RefineResult, names: Names) -> list[str]:
+    row, there = stage.fitted, program(stage.model.kind)
+    if row.after is None:
+        return []
+    target = f"the target is {names.quantity(stage.aim)}"
+    moved = [one for one in stage.adjusted if one.value != one.calibrated]
+    if not moved:
+        return [f"In {there} the calibrated parameters give {names.quantity(row.after)}; {target}."]
+    values = ", ".join(f"{names.factor(one.factor)} {significant(one.value)}" for one in moved)
+    before = "" if row.before is None else f", the calibrated values give {names.quantity(row.before)}"
+    return [f"For {there}: {values}. These give {names.quantity(row.after)}{before}; {target}."]
+
+
+def shortfall(stage: RefineResult) -> str:
+    """Return how far from the target a refinement ended that did not reach it."""
+    return f"refine: {abs(stage.error_percent):.2f} % from the target after {counted(len(stage.made), 'run')}"
+
+
+def missed(evidence: Evidence) -> Iterator[Note]:
+    """Yield that the other model does not reach its target."""
+    found = evidence.of(RefineResult)
+    if found is None or not found.elsewhere or found.converged:
+        return
+    budget, factors = 2 * found.budget, series([one.factor for one in found.adjusted])
+    wider = f"give {factors} a wider range under `refine.adjust`"
+    remedies = {
+        "budget": Remedy(f"Raise `refine.budget` to {budget}, or {wider}.", f"refine: {{budget: {budget}}}"),
+        "out_of_reach": Remedy(f"{wider.capitalize()}, or add another factor there."),
+    }
+    aim = "the measured one" if found.aims_at_measured else "that of the study's own model"
+    missed = f"differs from {aim} by {abs(found.error_percent):.1f} %."
+    text = f"In {found.model.kind} the {evidence.names.response.long} {missed}"
+    smoother = Remedy("Average over mesh positions in `refine.in`, or adjust another factor.")
+    yield Note("missed_there", "warning", text, remedies.get(found.stopped, smoother))
+
+
+RULES = (missed,)

@@ -6,6 +6,7 @@ from functools import partial
 from statistics import NormalDist
 from typing import Any
 
+from stemcal.doe.effects import Effect
 from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
@@ -27,19 +28,51 @@ from stemcal.report.tables.columns import (
     to_decimals,
 )
 from stemcal.report.tables.of_designs import design_table
-from stemcal.stages.screen import words
 from stemcal.stages.screen.result import Limit, ScreenResult
-from stemcal.stages.screen.words import limit_label
+from stemcal.words import series
 
 
 class ScreenShowing(Showing[ScreenResult]):
     """The words, tables and figures of a screening."""
 
     def outcome(self, result: ScreenResult, names: Names) -> list[str]:
-        return words.outcome(result, names)
+        """Return which factors are significant."""
+        effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
+        count = f"{len(effects)} factors were screened in {len(result.design.runs)} runs."
+        chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
+        if chosen:
+            shares = series(
+                f"{names.factor(name)} ({fixed(effects[name].contribution_percent, 1)} %)" for name in chosen
+            )
+            return [count, f"Factors that affect the {response} (share of the sum of squares): {shares}."]
+        if (largest := _largest_untested(result)) is None:
+            return [count, f"None of them affects the {response} significantly."]
+        effect = names.quantity(largest.effect, "+.4g")
+        return [
+            count,
+            f"Without an estimate of error, effects on the {response} cannot be tested. The largest is that of "
+            f"{names.factor(largest.factor)} ({effect}, {largest.contribution_percent:.1f} % of the sum of squares).",
+        ]
 
     def certainty(self, result: ScreenResult, names: Names) -> list[str]:
-        return words.certainty(result, names)
+        """Return which of the significant factors the other method confirms."""
+        me = result.lenth.me
+        chosen = [effect for effect in result.effects if effect.factor in result.significant]
+        if me is None or not chosen:
+            return []
+        if result.by_lenth:
+            method, other = "Lenth's method", "F test"
+            votes = [(effect.factor, effect.p is not None and effect.p < result.alpha) for effect in chosen]
+        else:
+            method, other = "F test", "Lenth's method"
+            votes = [(effect.factor, abs(effect.effect) > me) for effect in chosen]
+        found = [f"Selected by: {method}."]
+        firm, weak = ([name for name, vote in votes if vote is wanted] for wanted in (True, False))
+        if firm:
+            found.append(f"Confirmed by the other method ({other}): {names.factors(firm)}.")
+        if weak:
+            found.append(f"Not confirmed by the other method ({other}): {names.factors(weak)}.")
+        return found
 
     def tables(self, result: ScreenResult, names: Names, judged: bool = False) -> list[Table]:
         return [effects_table(one, names.of(one.naming), judged) for one in result.all_responses]
@@ -66,7 +99,7 @@ class ScreenShowing(Showing[ScreenResult]):
 def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Table:
     """Return the effects as papers print them, with F test and Lenth's t; a `judged` table has a verdict in words."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
-    rows = [{**to_json(e), "p": (e.p, stars(e.p)), "standing": words.standing(e, stage)} for e in effects]
+    rows = [{**to_json(e), "p": (e.p, stars(e.p)), "standing": standing(e, stage)} for e in effects]
     empty = dict.fromkeys(("symbol", "standing", "effect", "f", "lenth_t"), "")
     share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
     rows.append({**empty, "factor": "Residual", "contribution_percent": share, **to_json(residual)})
@@ -178,3 +211,27 @@ def half_normal(screen: ScreenResult) -> Figure:
         axes.set_xlabel("half-normal score")
         axes.set_ylabel(plain(screen.naming.response.headed("|effect|")))
     return figure
+
+
+def _largest_untested(stage: ScreenResult) -> Effect | None:
+    """Return the largest effect where none could be tested; None where some could, or all are zero."""
+    largest = max(stage.effects, key=lambda effect: abs(effect.effect), default=None)
+    if largest is None or largest.effect == 0.0 or any(effect.p is not None for effect in stage.effects):
+        return None
+    return largest if stage.lenth.me is None else None
+
+
+def standing(effect: Effect, stage: ScreenResult) -> str:
+    """Return in a word or two whether a factor is significant."""
+    votes = [] if effect.p is None else [effect.p < stage.alpha]
+    votes += [] if stage.lenth.me is None else [abs(effect.effect) > stage.lenth.me]
+    if not votes:
+        return "not tested"
+    if len(set(votes)) > 1:
+        return "methods disagree"
+    return "significant" if votes[0] else "not significant"
+
+
+def limit_label(limit: Limit, alpha: float) -> str:
+    """Name a limit beyond which effects are significant."""
+    return {"lenth": "Lenth ME", "lenth_all": "Lenth SME", "t": f"t test, p = {alpha:g}"}[limit.method]

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class ResponseSurface(Stage["SurfaceResult"]):
@@ -44,18 +42,8 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
         return RsmOptions
 
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.surface.options import RULES
-
-        return RULES
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        from stemcal.stages.surface.options import doubts
-
-        return doubts(study)
-
     def beforehand(self, study: Study) -> Iterator[Note]:
-        from stemcal.stages.surface.design import beforehand
+        from stemcal.stages.surface.analysis import beforehand
 
         return beforehand(study)
 

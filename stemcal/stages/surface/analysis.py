@@ -1,32 +1,37 @@
 """The response surface as a stage: its design run, its terms fitted."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from math import isclose
 
+import numpy as np
+
+from stemcal.doe.designs import catalogue
 from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_surface
 from stemcal.doe.regression.canonical import Shape, canonical_analysis
+from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST, Names
-from stemcal.note import Note
+from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.design import Asked, Design, runs_of
+from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
+from stemcal.stages.screen.options import is_screened
 from stemcal.stages.stage import stage_called
-from stemcal.stages.surface.design import surface_design
-from stemcal.stages.surface.options import RsmOptions, Screened, surface_factors
+from stemcal.stages.surface.options import RsmOptions, Screened, factors_taken, surface_factors
 from stemcal.stages.surface.result import SurfaceResult, told_by
-from stemcal.stages.surface.runs import pure_error_of
-from stemcal.stages.surface.words import shape_name
 from stemcal.stages.work import Work, a_stage, repeats_itself
-from stemcal.study.model import Study, Target
+from stemcal.study.model import Growth, Study, Target
 from stemcal.words import series
 
 _USUAL_FACTORS = 3  # that a screening keeps
@@ -69,7 +74,7 @@ def _shape(shape: Shape, names: Names) -> str:
     if shape.predicted is None:
         return "The surface has no single stationary point: it is a plane, or constant along some direction."
     return (
-        f"The stationary point ({shape_name(shape)}) has {names.quantity(shape.predicted)} at coded radius "
+        f"The stationary point ({shape.called}) has {names.quantity(shape.predicted)} at coded radius "
         f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the region of the runs."
     )
 
@@ -92,7 +97,7 @@ def _result(
         fixed={name: level for name, level in study.midlevels().items() if name not in design.names},
         radius=study.of(RsmOptions).radius(len(design.names)),
         design=runs,
-        anova=Rows(fit.anova),
+        anova=fit.anova,
         **told_by(fit),
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
@@ -184,8 +189,7 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
     requests = design.requests(condition)
     answers = work.answers(requests)
     outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
-    told_of = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    runs = told_of
+    runs = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
     with reasons_given(requests, answers):
         fits = {name: _summary(study, result, runs, name, condition) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
@@ -205,3 +209,110 @@ def _summary(
             "solver; use another study folder (--out), or remove the response from invert.responses"
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
+
+
+# ---- the design, and the notes of `check` on it
+
+
+def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
+    """Return the design of the spec over the named factors, or the rows the solver has."""
+    coding, rsm = surface_coding(study, names), study.of(RsmOptions)
+    given = solver.given_design("rsm")
+    if given is None:
+        coded = catalogue.surface_runs(len(names), rsm.chosen())
+        once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
+        return once.repeated(study.replicates)
+    return Design("rsm", "given", coding, given_coded(coding, given), given_levels(study, given))
+
+
+def surface_coding(study: Study, names: Sequence[str]) -> Coding:
+    """Return the coding of the spec; factors without one have the outermost runs at low and high."""
+    factors, rsm = [study.factor(name) for name in names], study.of(RsmOptions)
+    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=rsm.reach(len(names)))
+    coded = {name: rsm.coded(name) for name in rsm.coding}
+    return Coding(
+        tuple(names),
+        tuple(coded[n][0] if n in coded else c for n, c in zip(names, ranged.centre, strict=True)),
+        tuple(coded[n][1] if n in coded else h for n, h in zip(names, ranged.half_step, strict=True)),
+    )
+
+
+def beforehand(study: Study) -> Iterator[Note]:
+    """Yield notes on a design that takes other numbers of factors than may be significant, and on factors left out."""
+    rsm = study.of(RsmOptions)
+    least, most = factors_taken(rsm.design)
+    if least > 2 and rsm.factors == "significant":
+        yield _factors_wanted(rsm.design, least, most, len(study.factors))
+    if not isinstance(rsm.factors, str):
+        yield from _not_varied(study, rsm.factors)
+
+
+def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
+    needs = f"rsm.design {design} needs {least} to {most} factors"
+    if factors < least:
+        text = f"{needs}, but this study has {factors}: it will stop after the screening."
+        return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
+    text = (
+        f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
+        f"its terms are noise; if more, the {most} strongest."
+    )
+    remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
+    return Note("factors_wanted", "caution", text, remedy)
+
+
+def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
+    """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
+    at = study.targets.calibrate_at
+    grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
+    unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
+    for factor in study.factors:
+        screened = is_screened(study) and factor.name not in unseen
+        if not screened and factor.name not in chosen:
+            text = (
+                f"No run varies {factor.name}, which is neither screened nor listed in rsm.factors; it stays at "
+                f"{factor.centre:g}."
+            )
+            remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")
+            yield Note("not_varied", "caution", text, remedy)
+
+
+# ---- what repeated runs show
+
+
+def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:
+    """Return what repeated runs show; None if there are none.
+
+    A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
+    program with chance in it.
+    """
+    groups: dict[tuple[float, ...], list[float]] = {}
+    for run in design.runs:
+        if run.response is not None:
+            groups.setdefault(tuple(run.coded.values()), []).append(run.response)
+    repeated = [responses for responses in groups.values() if len(responses) > 1]
+    if not repeated:
+        return None
+    widest = max(repeated, key=lambda responses: max(responses) - min(responses))
+    same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
+    if same and by_chance:
+        remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.")
+        return Note("equal_seeds", "caution", "Runs with different seeds agree exactly.", remedy)
+    if same:
+        text = "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
+        return Note("equal_repeats", "caution", text)
+    if by_chance:
+        return _scatter(repeated, names)
+    text = (
+        f"{len(widest)} runs at the same levels gave {names.quantity(min(widest), 'g')} to "
+        f"{names.quantity(max(widest), 'g')}. A deterministic solver gives one response for one set of levels, so "
+        "these runs differed in something not recorded."
+    )
+    return Note("unequal_repeats", "caution", text)
+
+
+def _scatter(repeated: Sequence[Sequence[float]], names: Names) -> Note:
+    df = sum(len(responses) - 1 for responses in repeated)
+    square = sum(float(np.sum((np.array(responses) - np.mean(responses)) ** 2)) for responses in repeated) / df
+    sd = names.quantity(square**0.5, ".3g")
+    text = f"Runs at the same levels, each with its own seed, scatter with a standard deviation of {sd} ({df} df)."
+    return Note("scatter_of_seeds", "caution", text)

@@ -17,7 +17,7 @@ from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.evidence import Evidence
+from stemcal.stages.verdict.rules import Evidence
 from stemcal.stages.work import SAME
 from stemcal.study.model import Study
 from stemcal.words import counted, series

@@ -41,7 +41,8 @@ class Prediction:
 class SurfaceResult(Surfaces):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
-    `deterministic`: equal inputs are known to give equal answers.
+    `covariance` is that of the coefficients, in their order. `deterministic`: equal inputs are known to give equal
+    answers.
     """
 
     name: ClassVar[str] = "rsm"
@@ -55,6 +56,7 @@ class SurfaceResult(Surfaces):
     radius: float
     design: DesignRuns
     coefficients: Rows[Coefficient]
+    covariance: tuple[tuple[float, ...], ...] | None = None
     anova: Rows[AnovaRow]
     r2: float | None
     adjusted_r2: float | None
@@ -104,7 +106,7 @@ class SurfaceResult(Surfaces):
             self,
             head=replace(self.head, naming=self.naming.with_primary(response)),
             design=replace(self.design, runs=Rows(design_runs)),
-            anova=Rows(fit.anova),
+            anova=fit.anova,
             **told_by(fit),
             pure_error=None,
             canonical=None,
@@ -177,17 +179,12 @@ class SurfaceResult(Surfaces):
         yield "names", term_names(self.names), terms
 
 
+_TOLD = (
+    *("coefficients", "covariance", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
+    *("lack_of_fit_testable", "runs_failed", "runs_diagnostics"),
+)
+
+
 def told_by(fit: Surface) -> dict[str, Any]:
     """Return what a result keeps of a fit as it is, field by field."""
-    return {
-        "coefficients": Rows(fit.coefficients),
-        "r2": fit.r2,
-        "adjusted_r2": fit.adjusted_r2,
-        "predicted_r2": fit.predicted_r2,
-        "adequate_precision": fit.adequate_precision,
-        "press": fit.press,
-        "cv_percent": fit.cv_percent,
-        "lack_of_fit_testable": fit.lack_of_fit_testable,
-        "runs_failed": fit.runs_failed,
-        "runs_diagnostics": Rows(fit.runs_diagnostics),
-    }
+    return {name: getattr(fit, name) for name in _TOLD}

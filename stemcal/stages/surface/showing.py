@@ -9,7 +9,7 @@ from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
-from stemcal.numbers import fixed, short, significant
+from stemcal.numbers import fixed, short, signed_probability, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.page import for_notebook
 from stemcal.report.showing import Setting, Showing
@@ -29,7 +29,7 @@ from stemcal.report.tables.columns import (
     to_decimals,
 )
 from stemcal.report.tables.of_designs import design_table
-from stemcal.stages.surface import figures, words
+from stemcal.stages.surface import figures
 from stemcal.stages.surface.contour import Solution
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import Prediction, SurfaceResult
@@ -44,10 +44,27 @@ class SurfaceShowing(Showing[SurfaceResult]):
     """The words, tables and figures of a response surface."""
 
     def outcome(self, result: SurfaceResult, names: Names) -> list[str]:
-        return words.outcome(result, names)
+        """Return what was fitted to which runs; copies of a deterministic run do not count."""
+        responses = [run.response for run in result.design.runs if run.response is not None]
+        count = len(result.runs_diagnostics)
+        text = (
+            f"A quadratic surface in {names.factors(result.names)} was fitted to {count} runs with responses from "
+            f"{names.quantity(min(responses))} to {names.quantity(max(responses))}."
+        )
+        copies = len(responses) - count
+        if result.deterministic and copies > 0:
+            text += f" Of its {len(responses)} runs {copies} repeat others; without scatter they add no information."
+        return [text]
 
     def certainty(self, result: SurfaceResult, names: Names) -> list[str]:
-        return words.certainty(result, names)
+        """Return how well the surface explains its runs."""
+        if result.r2 is None:
+            return ["All runs gave the same response, so the surface has no variation to explain."]
+        explained = (
+            f"The surface explains {fixed(100.0 * result.r2, 1)} % of the variation between its runs "
+            f"(R² {fixed(result.r2, 3)}, predicted R² {fixed(result.predicted_r2, 3)})."
+        )
+        return [explained, _lack_of_fit(result)]
 
     def tables(self, result: SurfaceResult, names: Names, judged: bool = False) -> list[Table]:
         return [*surface_tables(result, names), *_of_others(result, names)]
@@ -192,7 +209,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     point = "No single stationary point: the surface is a plane, or constant along some direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
-            f"Stationary point: {words.shape_name(shape)}, {names.quantity(shape.predicted)} at "
+            f"Stationary point: {shape.called}, {names.quantity(shape.predicted)} at "
             f"{level_list(shape.natural, names)}; coded radius {shape.coded_radius:.2f}, "
             f"{'inside' if shape.inside else 'outside'} the region of the runs."
         )
@@ -236,3 +253,11 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     return PaperTable(
         NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
     )
+
+
+def _lack_of_fit(stage: SurfaceResult) -> str:
+    lack = stage.anova_row("Lack of fit")
+    if lack is None or lack.p is None or not stage.lack_of_fit_testable:
+        return "Its lack of fit cannot be tested."
+    significance = "significant" if lack.p < 0.05 else "not significant"
+    return f"Its lack of fit is {significance} (p {signed_probability(lack.p)})."

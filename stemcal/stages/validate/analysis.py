@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -12,7 +12,9 @@ from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_c
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
-from stemcal.note import Note
+from stemcal.naming import Names
+from stemcal.note import Note, Severity
+from stemcal.numbers import interval, significant
 from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
@@ -22,9 +24,10 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
 from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
-from stemcal.stages.validate.words import notes_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
+
+_TRAVEL_APART = 50.0  # percent of the measured travel: a larger difference is not the stem's alone
 
 
 @a_stage(ValidateResult)
@@ -138,3 +141,60 @@ def _row(
         replicates=outcome.replicates,
         further=Rows(further),
     )
+
+
+# ---- notes
+
+
+def notes_of(stage: ValidateResult) -> list[Note]:
+    """Return what follows from the comparison: its independence, failed runs, growth, travel and a formula."""
+    names = Names(stage.naming)
+    severity: Severity = "warning" if stage.no_better_than_formula else "info"
+    return [
+        *_fitted(stage, names),
+        *_failed(stage, names),
+        *_growth(stage),
+        *_travel(stage, names),
+        *(Note("beside_formula", severity, text) for text in stage.beside_formula(names)),
+    ]
+
+
+def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
+    if stage.fitted:
+        where = names.at(*stage.fitted) if names.placed else " to this response"
+        text = f"The parameters were fitted{where}, so the error there is not an independent check."
+        yield Note("fitted", "info", text)
+
+
+def _failed(stage: ValidateResult, names: Names) -> Iterator[Note]:
+    failed = [row.condition for row in stage.compared if row.simulated is None]
+    if failed:
+        text = f"There is no simulated {names.response.long}{names.at(*failed)}: the run failed."
+        yield Note("failed", "warning", text)
+
+
+def _growth(stage: ValidateResult) -> Iterator[Note]:
+    lab, model = stage.measured_exponent, stage.simulated_exponent
+    if lab is not None and model is not None:
+        text = f"The measured force grows as d^{lab.value:.2f}, the simulated as d^{model.value:.2f}."
+        yield Note("growth", "info", text)
+
+
+def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
+    """Compare the travel to the maximum, where a machine's was measured besides the forces of stems."""
+    pairs = [one for row in stage.rows for one in row.further if one.response == "travel"]
+    if not names.naming.is_cutting or all(abs(one.error_percent or 0.0) <= _TRAVEL_APART for one in pairs):
+        return
+    measured, simulated = _range(one.measured for one in pairs), _range(one.simulated for one in pairs)
+    text = (
+        f"The measured force has its maximum at {measured} mm of travel, the simulated at {simulated} mm. A measured "
+        "travel includes the compliance of the machine's frame and clamps and of the stem between preload and cut. "
+        "Compare the forces; fit the travel only after that compliance is measured and subtracted."
+    )
+    yield Note("travel_apart", "caution", text)
+
+
+def _range(values: Iterable[float]) -> str:
+    values = sorted(values)
+    low, high = values[0], values[-1]
+    return significant(low, 3) if low == high else interval((low, high), 3)

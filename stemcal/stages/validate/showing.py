@@ -8,7 +8,7 @@ from typing import Any
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import FORCE, Named, Names
-from stemcal.numbers import fixed, short, significant
+from stemcal.numbers import fixed, short, significant, tenths
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -23,7 +23,7 @@ from stemcal.report.tables.columns import (
     titled,
     to_decimals,
 )
-from stemcal.stages.validate import figures, words
+from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult, ValidateRow
 from stemcal.words import series
 
@@ -37,10 +37,22 @@ class ValidateShowing(Showing[ValidateResult]):
     claims = "agreement"
 
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
-        return words.outcome(result, names)
+        """Return by how much simulation and measurement differ."""
+        if result.worst_percent is None:
+            return ["No run of the validation gave a response."]
+        if len(result.rows) == 1:
+            return [_single_outcome(result, names)]
+        responses = "responses" if names.naming.others else names.response.long
+        worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
+        return [
+            f"At {len(result.rows)} values of the {names.condition.long}, the simulated and measured {responses} "
+            f"differ by at most {worst} %, on average by {mean} %."
+        ]
 
     def certainty(self, result: ValidateResult, names: Names) -> list[str]:
-        return words.certainty(result, names)
+        """Return what checks the result independently, and whether a formula does as well."""
+        tables = [note.text for note in result.notes if note.kind == "from_table"]
+        return [_independent(result, names), *result.beside_formula(names), *tables]
 
     def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
         return validation_tables(result, names)
@@ -135,3 +147,26 @@ def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateR
         return named.counted(told, found.measured) if told is not None and key in ("measured", "simulated") else told
 
     return lambda key: partial(value, key)
+
+
+def _single_outcome(stage: ValidateResult, names: Names) -> str:
+    (row,) = stage.rows
+    errors = {names.response.long: row.compared.error_percent}
+    errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
+    each = [f"{tenths(None if error is None else abs(error))} % ({response})" for response, error in errors.items()]
+    return f"Simulated and measured values differ by {series(each)}."
+
+
+def _independent(stage: ValidateResult, names: Names) -> str:
+    errors = [abs(row.error_percent or 0.0) for row in stage.held_out]
+    if not errors:
+        return "Only fitted values were compared, so there is no independent check."
+    places, within = names.conditions(row.condition for row in stage.held_out), f"{stage.tolerance_percent:g} %"
+    if len(errors) == 1:
+        agree = "agrees" if errors[0] <= stage.tolerance_percent else "does not agree"
+        return f"At {places}, not used for calibration, the error is {tenths(errors[0])} %: it {agree} within {within}."
+    good = sum(error <= stage.tolerance_percent for error in errors)
+    return (
+        f"At {places}, not used for calibration, the error is at most {tenths(max(errors))} %; {good} of {len(errors)} "
+        f"are within {within}."
+    )

@@ -8,9 +8,8 @@ from typing import Any, Literal
 import numpy as np
 
 from stemcal.folder import StudyFolder
-from stemcal.note import Remedy
+from stemcal.note import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS, Remedy
 from stemcal.numbers import outwards
-from stemcal.run_warnings import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study

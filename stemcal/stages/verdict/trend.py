@@ -18,7 +18,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.stages.verdict.evidence import Evidence
+from stemcal.stages.verdict.rules import Evidence
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
 _LEAST_CHANGE = 0.03

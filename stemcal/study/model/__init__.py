@@ -1,12 +1,33 @@
 """The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
 
 A key of a spec is a field, and its meaning is the docstring below it: the JSON schema, the reference page, the spec
-that `stemcal init` writes, `check` and `explain` all take it from there.
+that `stemcal init` writes, `check` and `explain` all take it from there. Only `Factor` keeps the unit its author chose:
+designs, tables and results show levels in that unit, and `Factor.internal` converts where a solver needs it.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
+
+from stemcal.errors import UsageError
+from stemcal.naming import DIAMETER, FORCE, Naming
+from stemcal.registry import stages
 from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
-from stemcal.study.model.laboratory_kind import TESTS, LaboratoryKind, LaboratoryMeans, LaboratorySection, PieceSection
-from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets
+from stemcal.study.model.laboratory_kind import (
+    TESTS,
+    AnyTest,
+    LaboratoryKind,
+    LaboratoryMeans,
+    LaboratorySection,
+    PieceSection,
+    named_responses,
+)
+from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets, named_modes
 from stemcal.study.model.shear_test import (
     DAMPING,
     GAP,
@@ -18,49 +39,313 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.model.whole_study import RunsOptions, Study, StudyForm
 from stemcal.study.types.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
-from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of
+from stemcal.study.types.field_types import Frozen, Number, StudyName, Time, Title
+from stemcal.study.types.named import naming_of
+from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of, usual_solver
+from stemcal.words import counted, did_you_mean
 
-# fmt: off
-__all__ = [
-    "AROUND",
-    "DAMPING",
-    "EMBEDDED",
-    "GAP",
-    "MOST_EXPONENT",
-    "MOST_FACTORS",
-    "PARAMETERS",
-    "SOLVERS",
-    "TESTS",
-    "AnySolver",
-    "BladeSection",
-    "ContactSection",
-    "Factor",
-    "Grades",
-    "Growth",
-    "LaboratoryKind",
-    "LaboratoryMeans",
-    "LaboratorySection",
-    "LoadingSection",
-    "MachineSection",
-    "MaterialSection",
-    "Mean",
-    "Mesh",
-    "OwnQuantity",
-    "Parameter",
-    "PieceSection",
-    "RunsOptions",
-    "SolverKind",
-    "SolverOptions",
-    "SpecimenSection",
-    "Study",
-    "StudyForm",
-    "SupportsSection",
-    "Target",
-    "TargetRow",
-    "Targets",
-    "exponents_in",
-    "kind_of",
-]
-# fmt: on
+_NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
+
+
+F = TypeVar("F", bound=Frozen)
+
+
+class RunsOptions(NamedTuple):
+    """Time limit of a run, s, and the fraction of the runs of a stage that must succeed."""
+
+    time_limit: float | None = None
+    quorum: float = 0.5
+
+
+class OwnSections(Frozen):
+    """The keys of a spec that are not of a stage."""
+
+    model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
+
+    name: StudyName
+    """Name of the study, and of its folder below `runs`."""
+    title: Title = ""
+    """Title of the report and of its tables; the name by default."""
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
+    """Unknown parameters to calibrate, with the symbols X1, X2, … in this order."""
+    responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
+    """Measured and simulated responses, if not the maximum force; a program may return several."""
+    conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
+    """Condition of the measurements, if not the stem diameter: one, or `[]` for none. A study with `responses`
+    has none by default."""
+    specimen: SpecimenSection = SpecimenSection()
+    """The piece of stem."""
+    blade: BladeSection = BladeSection()
+    """The rigid blade."""
+    supports: SupportsSection = SupportsSection()
+    """The two rigid supports."""
+    loading: LoadingSection = LoadingSection()
+    """Motion of the blade."""
+    contact: ContactSection = ContactSection()
+    """Friction and contact between stem, blade and supports."""
+    material: MaterialSection = MaterialSection()
+    """Fixed values of the parameters that are not factors, and the internal length."""
+    solver: AnySolver = Field(default_factory=usual_solver)
+    """The solver, which computes the response to a set of levels."""
+    tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
+    """Laboratory tests of pieces of the same stems, in addition to cutting."""
+    machine: MachineSection = MachineSection()
+    """The testing machine that measured the `curves` of `targets`."""
+    targets: Targets
+    """Measured responses, a row for each test and diameter."""
+
+
+def _form() -> type[OwnSections]:
+    """Return the keys of a spec: the sections above, then one for each stage that has some, in the order of stages.
+
+    A stage whose section decides whether a study has it has none by default.
+    """
+    fields: dict[str, Any] = {}
+    for stage in stages().built_in:
+        kind = stage.section()
+        name = f"{stage.name}_" if hasattr(BaseModel, stage.name) else stage.name
+        key = None if name == stage.name else stage.name
+        default = None if stage.by_section else kind()
+        given = Field(default=default, validation_alias=key, serialization_alias=key)
+        fields[name] = (kind | None if stage.by_section else kind, given)
+        FIELDS[kind] = name
+    return create_model("StudyForm", __base__=OwnSections, __module__=__name__, __doc__="The keys of a spec.", **fields)
+
+
+FIELDS: dict[type[Frozen], str] = {}
+"""The field of each section of a stage."""
+
+if TYPE_CHECKING:
+    StudyForm = OwnSections
+else:
+    StudyForm = _form()
+
+
+class Study(StudyForm):
+    """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
+
+    source: Path = Field(default=Path("study.yaml"), exclude=True)
+    warnings: tuple[str, ...] = Field(default=(), exclude=True)
+    further: dict[str, Frozen] = Field(default={}, exclude=True)
+    """The sections of stages from other packages, by the names of the stages."""
+    _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
+    _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
+
+    def with_(self, **changes: object) -> Study:
+        """Return the study that its spec gives with some changes, checked as a spec is.
+
+        Parameters
+        ----------
+        changes
+            By the name of a factor or of a section: a mapping is merged into the existing one, anything else takes its
+            place. Quantities are written as in a spec.
+
+        Raises
+        ------
+        SpecError
+            With every problem of the changed spec.
+
+        Examples
+        --------
+        ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
+        """
+        if self._reread is None:
+            raise TypeError("only a study that was read from a spec can be changed this way")
+        changed = self._reread(changes)
+        changed._hands = self._hands
+        return changed
+
+    def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
+        """Continue as far as the results allow; return the runs without results, none at the end.
+
+        For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by the names of its columns,
+        None for those that `tell` takes.
+
+        Parameters
+        ----------
+        out : path, optional
+            The study folder; by default ``runs/<study name>``.
+        """
+        runs: list[dict[str, Any]] = self._theirs().ask(self, out)
+        return runs
+
+    def tell(
+        self,
+        rows: Sequence[Mapping[str, Any]],
+        out: str | Path | None = None,
+        *,
+        replace: str = "",
+        who: str = "",
+    ) -> int:
+        """Record results; return how many were taken.
+
+        Parameters
+        ----------
+        rows : sequence of mappings
+            As `ask` returns them, with the responses filled in, or ``failed`` with the reason. Levels may be left out.
+        out : path, optional
+            The study folder.
+        replace : str
+            Why results replace earlier ones; without it they are refused.
+        who : str
+            Who enters the results.
+
+        Raises
+        ------
+        UsageError
+            With every row that is not taken; the others are.
+        """
+        return int(self._theirs().tell(self, rows, out, replace=replace, who=who))
+
+    def _theirs(self) -> Any:
+        if self._hands is None:
+            raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
+        return self._hands
+
+    def __repr__(self) -> str:
+        first, means = self.naming.response, self.targets.means
+        counts = {one: sum(mean.mean_of(one.name)[0] is not None for mean in means) for one in self.naming.others}
+        others = [f", {count} {one.noun if count == 1 else one.plural}" for one, count in counts.items() if count]
+        measured = f"{len(means)} measured {first.noun if len(means) == 1 else first.plural}{''.join(others)}"
+        return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
+
+    __str__ = __repr__
+
+    @property
+    def kind(self) -> SolverKind:
+        """The kind of its solver, and so what that can do."""
+        return kind_of(self.solver)
+
+    @cached_property
+    def naming(self) -> Naming:
+        """What the responses and the condition are called."""
+        if measured := (*named_responses(self.tests), *named_modes(self.targets.modes.values())):
+            return Naming(DIAMETER, (FORCE, *measured))
+        return naming_of(self.responses, self.conditions)
+
+    @property
+    def own_further(self) -> tuple[str, ...]:
+        """The names of the responses that the study declares next to its first."""
+        return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+
+    def of(self, kind: type[F]) -> F:
+        """Return the section of a stage by its class; its defaults where the spec has none."""
+        return self.given(kind) or kind()
+
+    def given(self, kind: type[F]) -> F | None:
+        """Return the section of a stage by its class; None where only the spec could ask for the stage and does not."""
+        if (name := FIELDS.get(kind)) is None:
+            return next((section for section in self.further.values() if isinstance(section, kind)), None)
+        found: F | None = getattr(self, name)
+        return found
+
+    def test_of(self, response: str) -> str:
+        """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""
+        found = (test.name for test in self.tests if response in map(test.called, test.measured))
+        return next(found, "")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the factors, in the order of the spec."""
+        return tuple(factor.name for factor in self.factors)
+
+    def factor(self, name: str) -> Factor:
+        """Return the factor called `name`; raise `UsageError` if there is none."""
+        for factor in self.factors:
+            if factor.name == name:
+                return factor
+        raise UsageError(f"no factor {name!r}; {did_you_mean(str(name), self.names)}")
+
+    def midlevels(self) -> dict[str, float]:
+        """Return the mid-level of every factor, in the units of the spec."""
+        return {factor.name: factor.centre for factor in self.factors}
+
+    @property
+    def exponents(self) -> tuple[str, ...]:
+        """Names of the factors that are powers of the diameter."""
+        return exponents_in(self.material.growing().values())
+
+    def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
+        """Return the nine material parameters in internal units; factors without a level stay at mid-level.
+
+        Those that follow the diameter have the value at `condition`, by default the calibration diameter.
+        """
+        chosen, diameter = self._internal(levels), self.targets.calibrate_at if condition is None else condition
+        varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
+        for name, growth in self.material.growing().items():
+            varied[name] = growth.given_at(diameter, varied.get(name), chosen)
+        return {**self.material.given(), **varied, **(_NO_RATE if self.solver.rate == "none" else {})}
+
+    def at(self, levels: Mapping[str, float]) -> Study:
+        """Return the study whose specimen and contact are what the levels of such factors say.
+
+        `stem_friction` is the coefficient of friction at any speed; `wall_thickness` is that of the stem at the
+        calibration diameter, and stems of other diameters have the same ratio of inner to outer diameter.
+        """
+        chosen = self._internal(levels)
+        sections: dict[str, BaseModel] = {}
+        if (friction := chosen.get("stem_friction")) is not None:
+            given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
+            sections["contact"] = self.contact.model_copy(update=given)
+        if (wall := chosen.get("wall_thickness")) is not None:
+            ratio = 1.0 - 2.0 * wall / self.targets.calibrate_at
+            sections["specimen"] = self.specimen.model_copy(update={"diameter_ratio": ratio})
+        return self.model_copy(update=sections) if sections else self
+
+    def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
+        """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
+        loading = self.loading
+        speed = test.speed if "speed" in test.model_fields_set else loading.speed
+        travel = GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
+        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
+        return self.model_copy(update={**test.in_place_of(self), "loading": moved})
+
+    @property
+    def there(self) -> Study:
+        """The study as a stage simulates it in another model; the study itself where none does."""
+        seen = (stage.seen(self) for stage in stages().built_in)
+        return next((study for study in seen if study is not self), self)
+
+    @property
+    def by_hand(self) -> Study:
+        """The study as the solver whose runs people do sees it: the study's own, or that of another model."""
+        there = self.there
+        people = [study.kind.answers == "asks_people" for study in (self, there)]
+        return there if people == [False, True] else self
+
+    def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
+        """Return the value of every factor in internal units; those without a level stay at mid-level."""
+        chosen = {**self.midlevels(), **levels}
+        return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+
+    @property
+    def runs(self) -> RunsOptions:
+        """How long a run may take, and how many must succeed."""
+        return RunsOptions(time_limit=self.solver.run_limit)
+
+    @property
+    def replicates(self) -> int:
+        """How often the solver is asked for the same levels; 0 where it answers the same every time."""
+        return self.solver.repeats
+
+    @property
+    def calibration_target(self) -> Target:
+        """The target at the diameter the parameters are calibrated at."""
+        return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
+
+    @property
+    def joint_targets(self) -> tuple[Target, ...]:
+        """The targets that the parameters are fitted to together, with priors; empty if one force alone is."""
+        return self._fitted[0]
+
+    @property
+    def fitted_responses(self) -> tuple[str, ...]:
+        """The responses that the parameters are fitted to, by the names of `Target.mean_of`."""
+        return self._fitted[1]
+
+    @property
+    def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
+        found: tuple[tuple[Target, ...], tuple[str, ...]]
+        found = next(fitted for stage in stages().built_in if (fitted := stage.fits(self)) is not None)
+        return found

@@ -102,7 +102,10 @@ class MayGrow:
             if not (given and all(str(key)[:1] in "+-.0123456789" for key in given)):  # keys of a table are numbers
                 grown = Growth.model_validate(given, context=info.context)
                 return grown.model_copy(update={"value": None if grown.value is None else one(grown.value)})
-            return _graded(sorted((_DIAMETER.read(key, info), one(value)) for key, value in given.items()))
+            rows = sorted((_DIAMETER.read(key, info), one(value)) for key, value in given.items())
+            if len(rows) < 2 or any(d0 == d1 for (d0, _), (d1, _) in pairwise(rows)):
+                raise complain("a table by grade needs at least two different diameters", "write {7 mm: …, 9 mm: …}")
+            return Grades(tuple(rows))
 
         plain = handler.generate_schema(self.plain)
         grades = core_schema.dict_schema(core_schema.str_schema(), plain, min_length=2)
@@ -118,12 +121,6 @@ def exponents_in(growing: Iterable[Growth | Grades]) -> tuple[str, ...]:
     """Return the names of the factors that are exponents, each once."""
     named = (growth.exponent for growth in growing if isinstance(growth, Growth))
     return tuple(dict.fromkeys(exponent for exponent in named if isinstance(exponent, str)))
-
-
-def _graded(rows: list[tuple[float, float]]) -> Grades:
-    if len(rows) < 2 or any(d0 == d1 for (d0, _), (d1, _) in pairwise(rows)):
-        raise complain("a table by grade needs at least two different diameters", "write {7 mm: …, 9 mm: …}")
-    return Grades(tuple(rows))
 
 
 def _plainly(value: Any) -> Any:

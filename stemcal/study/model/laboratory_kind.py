@@ -12,7 +12,7 @@ from stemcal.naming import Named, capital
 from stemcal.registry import Checked, OneOf, Registry
 from stemcal.study.model.measured_targets import Mean, Targets
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.types.field_types import ColumnName, Frozen, Length, Quantity, StemLength, complain
+from stemcal.study.types.field_types import ColumnName, Frozen, Length, Speed, StemLength, complain
 
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
@@ -48,7 +48,7 @@ class LaboratorySection(Frozen):
     """Name in tables, files and `simulate --test`."""
     kind: str
     """The kind of test."""
-    speed: Annotated[float, Quantity("speed", above=0)] = 10 / 60
+    speed: Speed = 10 / 60
     """Speed of the machine; in cutting by default that of the blade in the spec."""
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
@@ -147,14 +147,9 @@ class FurtherCutSection(LaboratorySection):
         return 0.0 if self.stroke is None else self.stroke.at(diameter)
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        given = {name: _given(one) for name, one in (("blade", self.blade), ("supports", self.supports))}
-        sections = {name: getattr(own, name) for name in given}
-        return {name: one.model_copy(update=given[name]) for name, one in sections.items() if one is not None}
-
-
-def _given(section: Frozen | None) -> dict[str, object]:
-    """Return the keys of a section that its author wrote."""
-    return {} if section is None else {name: getattr(section, name) for name in section.model_fields_set}
+        changes = {"blade": self.blade, "supports": self.supports}
+        given = {name: {key: getattr(one, key) for key in one.model_fields_set} for name, one in changes.items() if one}
+        return {name: getattr(own, name).model_copy(update=update) for name, update in given.items()}
 
 
 class LaboratoryKind(Checked):

@@ -6,14 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import isclose
 from typing import Annotated, Any
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    GetJsonSchemaHandler,
-    StringConstraints,
-    TypeAdapter,
-    WithJsonSchema,
-)
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, StringConstraints, TypeAdapter, WithJsonSchema
 from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes

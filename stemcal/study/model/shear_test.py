@@ -14,6 +14,7 @@ from stemcal.study.types.field_types import (
     Quantity,
     Size,
     SizeOrZero,
+    Speed,
     StemLength,
     StemLengthOrZero,
     Time,
@@ -66,7 +67,7 @@ class SupportsSection(Frozen):
 class LoadingSection(Frozen):
     """The motion of the blade, at constant speed."""
 
-    speed: Annotated[float, Quantity("speed", above=0)] = 100 / 60
+    speed: Speed = 100 / 60
     """Speed of the blade, constant."""
     duration: Time = 0.5
     """Duration of the motion; speed times duration is the stroke."""

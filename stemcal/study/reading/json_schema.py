@@ -8,8 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from stemcal.registry import stages
-from stemcal.study.model import SOLVERS, TESTS, Study, StudyForm
-from stemcal.study.model.whole_study import FIELDS
+from stemcal.study.model import FIELDS, SOLVERS, TESTS, Study, StudyForm
 from stemcal.study.types.field_types import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 

@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.study.model import SOLVERS, TESTS, Factor
 from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
 from stemcal.study.types.field_types import Number, Quantity, Size
-from stemcal.study.types.strict_yaml import Finding, NodePath
+from stemcal.study.types.strict_yaml import Finding, NodePath, resolve
 from stemcal.study.types.units import from_internal, parse_unit
 from stemcal.words import listed, nearest
 
@@ -155,9 +155,6 @@ def _show(given: Any) -> str:
 # ---- single values from Python and the command line, checked as those of a spec are
 
 
-_TYPED = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
-
-
 def checked(kind: Any, given: object, name: str) -> Any:
     """Return a value of a type of the model, such as `Size` for ``8`` or ``"8 mm"``.
 
@@ -208,4 +205,5 @@ def typed_size(text: str, name: str) -> float:
 
 
 def _number_or_text(text: str) -> float | str:
-    return float(text) if _TYPED.fullmatch(text) else text
+    value = resolve(text)
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else text

@@ -14,6 +14,7 @@ from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.registry import stages
 from stemcal.study.model import (
+    FIELDS,
     MOST_FACTORS,
     SOLVERS,
     TESTS,
@@ -25,7 +26,6 @@ from stemcal.study.model import (
 )
 from stemcal.study.model.laboratory_kind import AnyTest, named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
-from stemcal.study.model.whole_study import FIELDS
 from stemcal.study.reading.json_schema import made_anew, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
@@ -128,8 +128,11 @@ class Sections:
     def read_tests(self, name: str, given: Any) -> None:
         """Read the tests: good ones, and those with unknown keys, are kept by their place in the list."""
         self.read(name, given)
-        tests = map(_with_known_keys, given) if isinstance(given, list) else ()
-        read = [_field(AnyTest, test, self.context) for test in tests]
+        read = []
+        for test in given if isinstance(given, list) else ():
+            kind = TESTS.known().get(str(test.get("kind"))) if isinstance(test, dict) else None
+            known = test if kind is None else {key: test[key] for key in test if key in kind.options.model_fields}
+            read.append(_field(AnyTest, known, self.context))
         self.tests = {index: test for index, test in enumerate(read) if test is not None}
 
     def read_factors(self, name: str, given: Any) -> None:
@@ -144,8 +147,11 @@ class Sections:
             return
         good, adapter = dict[int, Factor](), TypeAdapter(Factor)
         for index, entry in enumerate(given):
+            if isinstance(entry, dict):
+                label = str(entry.get("name", "")).replace("_", " ")[:80] or "factor"
+                entry = {"symbol": f"X{index + 1}", "label": label, **entry}
             try:
-                good[index] = adapter.validate_python(_with_defaults(entry, index), context=self.context)
+                good[index] = adapter.validate_python(entry, context=self.context)
             except ValidationError as error:
                 self.findings += _findings(error, (name, index))
         self.good[name] = good
@@ -200,18 +206,6 @@ def _unknown_section(key: str, known: Collection[str]) -> Finding:
     if (broken := stages().broken.get(key)) is not None:
         remedy = f"its stage cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
-
-
-def _with_defaults(entry: Any, index: int) -> Any:
-    if not isinstance(entry, dict):
-        return entry
-    label = str(entry.get("name", "")).replace("_", " ")[:80] or "factor"
-    return {"symbol": f"X{index + 1}", "label": label, **entry}
-
-
-def _with_known_keys(test: Any) -> Any:
-    kind = TESTS.known().get(str(test.get("kind"))) if isinstance(test, dict) else None
-    return test if kind is None else {key: test[key] for key in test if key in kind.options.model_fields}
 
 
 def _learn_kinds(data: dict[str, Any]) -> None:

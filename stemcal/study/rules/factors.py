@@ -2,20 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 
-from stemcal.study.model import (
-    AROUND,
-    EMBEDDED,
-    MOST_EXPONENT,
-    PARAMETERS,
-    Factor,
-    Grades,
-    Growth,
-    Study,
-    exponents_in,
-)
+from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Grades, Growth, Study, exponents_in
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
-from stemcal.study.types.field_types import MOST
+from stemcal.study.types.factor import in_unit
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import did_you_mean, nearest
 
@@ -39,12 +29,12 @@ def names_differ(draft: Draft) -> Iterator[Finding]:
 def ranges_rise(draft: Draft) -> Iterator[Finding]:
     """Low is below high."""
     for index, factor in draft.factors.items():
-        unit = "" if factor.unit == "1" else f" {factor.unit}"
+        low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
         if factor.low > factor.high:
-            message = f"low {factor.low:g}{unit} is above high {factor.high:g}{unit}"
+            message = f"low {low} is above high {high}"
             yield Finding(("factors", index, "low"), message, "swap them")
         elif factor.low == factor.high:
-            message = f"low and high are both {factor.low:g}{unit}"
+            message = f"low and high are both {low}"
             yield Finding(("factors", index, "low"), message, "widen the range or move it to material")
 
 
@@ -98,9 +88,8 @@ def factors_are_physical(draft: Draft) -> Iterator[Finding]:
             given = getattr(factor, level)
             wrong = parameter.outside(units.from_internal(factor.internal(given), parameter.unit))
             if wrong:
-                unit = "" if factor.unit == "1" else f" {factor.unit}"
-                remedy = f"correct {level}; {parameter.label} in plants is {_plausible(factor.name)}"
-                yield Finding(("factors", index, level), f"{level} {given:g}{unit} {wrong}", remedy)
+                remedy = f"correct {level}; {parameter.label} in plants is {parameter.usual}"
+                yield Finding(("factors", index, level), f"{level} {in_unit(given, factor.unit)} {wrong}", remedy)
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
@@ -118,16 +107,15 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         if factor.name in study.exponents:
             continue
         parameter, value = EMBEDDED[factor.name], levels[factor.name]
-        shown = units.from_internal(factor.internal(value), parameter.unit)
-        wrong = parameter.outside(shown) or ("is outside the computable range" if abs(value) > MOST else None)
-        if wrong:
-            unit = "" if factor.unit == "1" else f" {factor.unit}"
-            yield f"{factor.name} = {value:g}{unit} {wrong}; {parameter.label} in plants is {_plausible(factor.name)}"
+        if wrong := parameter.outside(units.from_internal(factor.internal(value), parameter.unit)):
+            shown = in_unit(value, factor.unit)
+            yield f"{factor.name} = {shown} {wrong}; {parameter.label} in plants is {parameter.usual}"
     given = study.parameters(levels, diameter)
     for name in study.material.growing():
-        parameter, shown = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
-        if wrong := parameter.outside(shown) or ("is outside the computable range" if abs(shown) > MOST else None):
-            yield f"{name} = {shown:g} {parameter.unit} at this diameter {wrong}; {_plausible(name)} is usual in plants"
+        parameter, value = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
+        if wrong := parameter.outside(value):
+            shown = in_unit(value, parameter.unit)
+            yield f"{name} = {shown} at this diameter {wrong}; {parameter.usual} is usual in plants"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; change one of them"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
@@ -139,11 +127,9 @@ def material_is_physical(draft: Draft) -> Iterator[Finding]:
     for name, value in draft.study.material.given().items():
         parameter = PARAMETERS[name]
         shown = units.from_internal(value, parameter.unit)
-        wrong = parameter.outside(shown)
-        if wrong:
-            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-            remedy = f"{parameter.label} in plants is {_plausible(name)}"
-            yield Finding(("material", name), f"{shown:g}{unit} {wrong}", remedy)
+        if wrong := parameter.outside(shown):
+            message = f"{in_unit(shown, parameter.unit)} {wrong}"
+            yield Finding(("material", name), message, f"{parameter.label} in plants is {parameter.usual}")
 
 
 def material_is_given_once(draft: Draft) -> Iterator[Finding]:
@@ -196,9 +182,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     for name, parameter in PARAMETERS.items():
         if name in given:
             continue
-        low, high = parameter.plausible
-        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        message = f"the {draft.study.solver.title} solver needs {name} ({low:g} to {high:g}{unit})"
+        message = f"the {draft.study.solver.title} solver needs {name} ({parameter.usual})"
         remedy = "add it to material, or to factors to calibrate it"
         if name in RATE and draft.study.solver.rate is not None:
             remedy += "; or write rate_law: none under solver, if speed should not affect the yield stress"
@@ -264,12 +248,6 @@ def _unit_fits(factor: Factor) -> bool:
     return True
 
 
-def _plausible(name: str) -> str:
-    parameter = EMBEDDED[name]
-    low, high = parameter.plausible
-    return f"{low:g} to {high:g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
-
-
 def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
     """The value at `at` is given, or that of a factor; a table by grade leaves nothing to a factor."""
     for name, growth in draft.growing.items() if draft.kind.parameters else ():
@@ -278,9 +256,7 @@ def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
             remedy = "remove its value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
             yield Finding(path, f"{name} is a factor too", remedy, at_key=True)
         elif name not in draft.names and growth.value is None:
-            low, high = PARAMETERS[name].plausible
-            unit = "" if PARAMETERS[name].unit == "1" else f" {PARAMETERS[name].unit}"
-            remedy = f"add value: … ({low:g} to {high:g}{unit}), or make {name} a factor"
+            remedy = f"add value: … ({PARAMETERS[name].usual}), or make {name} a factor"
             yield Finding(path, f"{name} has no value at its diameter", remedy, at_key=True)
 
 
@@ -318,10 +294,9 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
     for name in draft.growing if draft.kind.parameters else ():
         parameter = PARAMETERS[name]
         for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
-            wrong = parameter.outside(value) if value <= MOST else "is outside the computable range"
-            if wrong:
-                unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-                message = f"at a diameter of this study it is {value:.4g}{unit}, which {wrong}"
+            if wrong := parameter.outside(value):
+                shown = in_unit(float(f"{value:.4g}"), parameter.unit)
+                message = f"at a diameter of this study it is {shown}, which {wrong}"
                 yield Finding(("material", name), message, "correct value, exponent or their ranges")
                 break
 

@@ -8,6 +8,7 @@ from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
 from stemcal.registry import stages
 from stemcal.study.model import EMBEDDED, PARAMETERS, Growth, Mesh, Study
 from stemcal.study.types import units
+from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
@@ -244,6 +245,6 @@ def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> I
     """Question a value outside its plausible range."""
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
-    shown = "" if unit == "1" else f" {unit}"
-    message = f"{value:.6g}{shown} is far outside the usual range of stems and blades ({low:g} to {high:g}{shown})"
+    usual = f"{low:g} to {in_unit(high, unit)}"
+    message = f"{in_unit(value, unit)} is far outside the usual range of stems and blades ({usual})"
     yield Finding(path, message, "check the unit")

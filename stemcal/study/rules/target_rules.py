@@ -6,7 +6,6 @@ from dataclasses import replace
 from math import isclose
 
 from stemcal.naming import CUTTING, DIAMETER, FORCE
-from stemcal.study.model import OwnQuantity
 from stemcal.study.rules import Draft
 from stemcal.study.rules.factors import reached
 from stemcal.study.types.factor import PARAMETERS
@@ -22,14 +21,11 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
     if draft.naming.is_cutting:
         return
     clashes = dict(declared_once(draft.naming, draft.names))
-    declared: list[tuple[str, OwnQuantity]] = [("responses", response) for response in draft.study.responses]
-    declared += [("conditions", condition) for condition in draft.study.conditions or ()]
-    counts = {section: 0 for section, _ in declared}
-    for section, one in declared:
-        index, counts[section] = counts[section], counts[section] + 1
-        if one.name in clashes:
-            message = f"{one.name!r} is already {clashes[one.name]}"
-            yield Finding((section, index, "name"), message, "choose another name")
+    for section in ("responses", "conditions"):
+        for index, one in enumerate(getattr(draft.study, section) or ()):
+            if one.name in clashes:
+                message = f"{one.name!r} is already {clashes[one.name]}"
+                yield Finding((section, index, "name"), message, "choose another name")
 
 
 def conditions_differ(draft: Draft) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.study.types import units
-from stemcal.study.types.field_types import ColumnName, FactorName, Frozen, Label, Number, Readable, Seen, Title
+from stemcal.study.types.field_types import MOST, ColumnName, FactorName, Frozen, Label, Number, Readable, Seen, Title
 
 
 class Parameter(NamedTuple):
@@ -26,12 +26,28 @@ class Parameter(NamedTuple):
 
     def outside(self, value: float) -> str | None:
         """Return what is wrong with `value` (in `unit`), or None if physics allows it."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
+        if abs(value) > MOST:
+            return "is outside the computable range"
         if value < self.lowest or (value == self.lowest and not self.lowest_allowed):
-            return f"must {'not be below' if self.lowest_allowed else 'be above'} {self.lowest:g}{unit}"
+            return f"must {'not be below' if self.lowest_allowed else 'be above'} {in_unit(self.lowest, self.unit)}"
         if value > self.highest or (value == self.highest and not self.highest_allowed):
-            return f"must {'not be above' if self.highest_allowed else 'be below'} {self.highest:g}{unit}"
+            return f"must {'not be above' if self.highest_allowed else 'be below'} {in_unit(self.highest, self.unit)}"
         return None
+
+    @property
+    def usual(self) -> str:
+        """The plausible values."""
+        low, high = self.plausible
+        return f"{low:g} to {in_unit(high, self.unit)}"
+
+
+def in_unit(value: float, unit: str) -> str:
+    """Return a value with its unit as a spec has it; pure numbers have none.
+
+    >>> in_unit(1100, "kg/m3"), in_unit(0.3, "1")
+    ('1100 kg/m3', '0.3')
+    """
+    return f"{value:g}" if unit == "1" else f"{value:g} {unit}"
 
 
 _NO_LIMIT = float("inf")

@@ -150,6 +150,7 @@ Whole = Annotated[int, Field(strict=True)]
 Size = Annotated[float, Quantity("length", above=0)]
 SizeOrZero = Annotated[float, Quantity("length", at_least=0)]
 Time = Annotated[float, Quantity("time", above=0)]
+Speed = Annotated[float, Quantity("speed", above=0)]
 Flag = Annotated[bool, Field(strict=True)]
 Share = Annotated[Number, Field(gt=0, le=1)]
 

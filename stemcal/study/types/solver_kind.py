@@ -55,7 +55,7 @@ class SolverOptions(Frozen):
     @property
     def repeats(self) -> int:
         """How often it is asked for the same levels; 0 where it answers the same every time."""
-        return 0
+        return getattr(self, "replicates", None) or 0
 
     @property
     def run_limit(self) -> float | None:

@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.approach import FIRST_RADIUS, Trial, best_of, next_step, toward
 from stemcal.doe.calibration.level_set import solve_target
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.stages.refine.steps import FIRST_RADIUS, Trial, best_of, next_step, toward
 
 Response = Callable[[Array], float]
 TARGET = 160.0

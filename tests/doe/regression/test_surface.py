@@ -33,6 +33,19 @@ def test_summary_numbers(ccd):
     assert ccd.lack_of_fit_testable
 
 
+def test_the_covariance_is_that_of_the_coefficients(ccd):
+    """s²(XᵀX)⁻¹ of a matrix written out here, with some terms and with all."""
+    x = ccd.design
+    columns = [np.ones(len(x)), *x.T, x[:, 0] * x[:, 1], x[:, 0] * x[:, 2], x[:, 1] * x[:, 2], *(x.T**2)]
+    for kept, fitted in ((range(10), ccd), ((0, 1, 2, 3), fit_surface(x, ccd.response, ccd.names, ccd.names))):
+        matrix = np.column_stack([columns[i] for i in kept])
+        rest = ccd.response - matrix @ np.linalg.lstsq(matrix, ccd.response, rcond=None)[0]
+        expected = rest @ rest / (len(x) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix)
+        np.testing.assert_allclose(fitted.covariance, expected, rtol=1e-9, atol=1e-9)
+        errors = [row.standard_error for row in fitted.coefficients]
+        assert np.sqrt(np.diag(fitted.covariance)) == pytest.approx(errors)
+
+
 def test_the_published_point_shows_the_sign_of_the_last_square(ccd, coding):
     point = coding.to_coded([[17.96, 0.0387, 87.27]])
     assert ccd.predict(point)[0] == pytest.approx(159.26, abs=0.01)

@@ -16,7 +16,7 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 SPECS = [path.read_bytes() for path in sorted(CONFIGS.glob("*.yaml"))]
 TREES = [yaml.safe_load(content) for content in SPECS]
 
-EXAMPLES = int(os.environ.get("STEMCAL_FUZZ", "100"))  # of each kind; 20000 now and then by hand
+EXAMPLES = int(os.environ.get("STEMCAL_FUZZ", "30"))  # of each kind; 20000 now and then by hand
 fuzz = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
 
 scalars = st.one_of(
@@ -116,15 +116,3 @@ def test_mutated_trees(data: st.DataObject) -> None:
         change = data.draw(st.sampled_from(["replace", "remove", "rename", "add"]))
         tree = mutated(tree, path, change, data.draw(nodes))
     load(yaml.safe_dump(tree, allow_unicode=True).encode("utf-8", "surrogatepass"))
-
-
-@fuzz
-@given(st.binary(max_size=200))
-def test_any_bytes(content: bytes) -> None:
-    load(content)
-
-
-@fuzz
-@given(st.text(max_size=200))
-def test_any_text(text: str) -> None:
-    load(text.encode("utf-8", "surrogatepass"))
