@@ -1,7 +1,6 @@
 """A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
 
 import json
-import re
 import shutil
 import sys
 from pathlib import Path
@@ -24,7 +23,6 @@ from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 CASES = Path(__file__).parent / "cases" / "repose"
-NOT_ITS_OWN = re.compile(r"\b(force|diameter|stem|blade|travel)s?\b", re.IGNORECASE)
 
 
 def studied(folder: Path, name: str, more: str = "") -> tuple[Study, StudyFolder]:

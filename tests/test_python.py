@@ -22,7 +22,7 @@ AT_SOLUTION = {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c":
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> stemcal.StudyResults:
-    return stemcal.calibrate(stemcal.load_study(REPLAY), out=tmp_path_factory.mktemp("python"), workers=1)
+    return stemcal.calibrate(str(REPLAY), out=tmp_path_factory.mktemp("python"), workers=1)
 
 
 def fresh(code: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -53,11 +53,11 @@ def test_the_lines_of_the_readme_run_in_a_plain_interpreter(tmp_path: Path) -> N
 
 
 def test_results_are_pickled_and_copied(results: stemcal.StudyResults) -> None:
+    """Those of each stage: `stemcal.testing` checks them."""
     for again in (lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy):
-        for result in (results.screen, results.surface, results.inversion, results.validation, results.verdict):
-            found = again(result)
-            assert found is not result and found == result and repr(found) == repr(result)
-        assert again(results).parameters == results.parameters and again(results.study) == results.study
+        found = again(results)
+        assert found is not results and found.parameters == results.parameters and found.study == results.study
+        assert again(results.verdict) == results.verdict
 
 
 def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
@@ -197,8 +197,7 @@ def test_values_with_units_and_the_path_of_a_spec() -> None:
     assert found.peak_force == pytest.approx(stemcal.simulate(str(smoke), np.float32(7), yield_stress=18).peak_force)
 
 
-def test_calibrate_takes_the_path_of_a_spec_and_checks_what_it_is_given(tmp_path: Path) -> None:
-    assert stemcal.calibrate(str(REPLAY), out=tmp_path / "o", workers=1).study.name == "paper-replay"
+def test_calibrate_checks_what_it_is_given() -> None:
     with pytest.raises(UsageError, match="workers: 0 must not be below 1"):
         stemcal.calibrate(REPLAY, workers=0)
     with pytest.raises(UsageError, match="study: dict is not a study"):

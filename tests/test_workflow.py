@@ -2,7 +2,6 @@
 
 import csv
 import json
-from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +9,8 @@ import pytest
 import workflow
 from fakes import FakeSolver, lines, make_study
 
-from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
+from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors import InlineExecutor
-from stemcal.executors.local import LocalExecutor
 from stemcal.files.typed import to_json
 from stemcal.folder import StudyFolder
 from stemcal.overview.plan import plan
@@ -72,15 +70,6 @@ def test_surface_recovers_the_coefficients(tmp_path: Path, folder: StudyFolder) 
     assert min(axial) == 10.0 and max(axial) == 20.0  # exactly, not 19.999999999999996
 
 
-def test_screening_finds_the_two_factors_that_act(tmp_path: Path, folder: StudyFolder) -> None:
-    stage = workflow.run_stage("screen", make_study(tmp_path), folder, InlineExecutor(), solver=FakeSolver()).to_json()
-    ranked = sorted(stage["effects"], key=lambda e: -e["contribution_percent"])
-    assert [e["factor"] for e in ranked[:2]] == ["yield_stress", "failure_strain"]
-    assert ranked[0]["effect"] == pytest.approx(40.0, abs=1e-9)  # 2·20; a·b is aliased with other columns
-    assert ranked[1]["effect"] == pytest.approx(16.0, abs=1e-9)
-    assert {"yield_stress", "failure_strain"} <= set(stage["significant"])
-
-
 def test_validation_rows_have_the_papers_sign(tmp_path: Path, folder: StudyFolder) -> None:
     """Measured forces follow d², as the solver does: no error anywhere, 8 mm is the calibration."""
     stage = workflow.calibrate(make_study(tmp_path, TWO), folder, InlineExecutor(), solver=FakeSolver()).to_json()
@@ -109,39 +98,10 @@ def test_design_radius(tmp_path: Path, folder: StudyFolder, alpha: str, radius: 
     assert (min(levels), max(levels)) == (10.0, 20.0)
 
 
-def test_unreachable_target(tmp_path: Path, folder: StudyFolder) -> None:
-    study = make_study(tmp_path, TWO)
-    far = study.model_copy(
-        update={
-            "targets": study.targets.model_copy(
-                update={"means": tuple(t.model_copy(update={"response": t.response * 10}) for t in study.targets.means)}
-            )
-        }
-    )
-    workflow.run_stage("rsm", far, folder, InlineExecutor(), solver=FakeSolver())
-    with pytest.raises(TargetUnreachable, match="1100 N is above"):
-        workflow.run_stage("invert", far, folder, solver=FakeSolver())
-
-
 # ---- the paper's runs
 
 
-def test_paper_replay(stages: dict[str, Any]) -> None:
-    invert, validate = stages["invert"].to_json(), stages["validate"].to_json()
-    assert list(invert["solution"].values()) == pytest.approx([18.369, 0.03184, 90.05], rel=5e-4)
-    assert "from_table" in [note["kind"] for note in validate["notes"]]
-
-
 # ---- records
-
-
-def test_second_run_computes_nothing(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
-    study, solver = make_study(tmp_path), FakeSolver(witness)
-    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    first, files = len(lines(witness)), stage_bytes(folder)
-    workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    assert len(lines(witness)) == first
-    assert stage_bytes(folder) == files
 
 
 def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
@@ -272,37 +232,7 @@ def test_physical_failures_stand_accidents_are_tried_again(tmp_path: Path, folde
     assert lines(witness)[before:] == ["screen 5"] * 2  # each command begins an accident twice
 
 
-def test_a_dead_worker_costs_one_run(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
-    with LocalExecutor(2) as executor:
-        stage = workflow.run_stage(
-            "screen", make_study(tmp_path), folder, executor, solver=FakeSolver(witness, trouble={3: "exit"})
-        ).to_json()
-    statuses = [run["status"] for run in stage["design"]["runs"]]
-    assert statuses.count("failed") == 1 and statuses[3] == "failed"
-    assert stage["design"]["runs"][3]["reason"] == "worker_died"
-    assert "exit code 3" in stage["design"]["runs"][3]["message"]
-    assert lines(witness).count("screen 3") == 2  # tried twice
-
-
 # ---- interruption
-
-
-class InterruptedExecutor(InlineExecutor):
-    """Ctrl-C comes while the fifth run is submitted."""
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        if fn.request.row == 4:
-            raise KeyboardInterrupt
-        return super().submit(fn, *args, **kwargs)
-
-
-def test_ctrl_c_keeps_what_is_done(tmp_path: Path, folder: StudyFolder, witness: Path) -> None:
-    study, solver = make_study(tmp_path), FakeSolver(witness)
-    with pytest.raises(KeyboardInterrupt):
-        workflow.run_stage("screen", study, folder, InterruptedExecutor(), solver=solver)
-    assert len(folder.keys()) == 4
-    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=solver)
-    assert len(lines(witness)) == 12
 
 
 # ---- plan

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import workflow
-from sheets import ROOT, Cells, awaited, entered, filled_in, paper_by_hand, text_of
+from sheets import Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
 from stemcal.by_hand import Correction
 from stemcal.errors import Waiting
@@ -17,14 +17,6 @@ from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 
 STAGES = ("screen", "rsm", "invert", "validate")
-
-
-@pytest.fixture(scope="module")
-def replay(tmp_path_factory: pytest.TempPathFactory) -> StudyFolder:
-    """Return the folder of the study that takes the printed tables."""
-    folder = StudyFolder(tmp_path_factory.mktemp("replay"))
-    workflow.calibrate(load_study(ROOT / "configs" / "paper-replay.yaml"), folder, InlineExecutor())
-    return folder
 
 
 def content(folder: StudyFolder, stage: str) -> Any:
@@ -43,7 +35,7 @@ def parts_of(sheet: Cells) -> list[Cells]:
     return [[head, *part] for part in (rows[: 2 * cut], rows[cut:], rows)]
 
 
-def test_entered_in_shuffled_parts_it_comes_to_the_replay(tmp_path: Path, replay: StudyFolder) -> None:
+def test_entered_in_shuffled_parts_it_comes_to_the_replay(tmp_path: Path, replayed: tuple[Any, StudyFolder]) -> None:
     study, folder = load_study(paper_by_hand(tmp_path)), StudyFolder(tmp_path / "study")
     sizes = []
     while sheet := awaited(study, folder):
@@ -56,7 +48,7 @@ def test_entered_in_shuffled_parts_it_comes_to_the_replay(tmp_path: Path, replay
         assert (len(again.known), again.taken, again.refused) == (sizes[-1], (), ())
     assert sizes == [12, 20, 5]
     for stage in STAGES:
-        assert content(folder, stage) == content(replay, stage)
+        assert content(folder, stage) == content(replayed[1], stage)
 
 
 def screened(tmp_path: Path) -> tuple[Any, StudyFolder, Cells]:

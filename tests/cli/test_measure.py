@@ -116,12 +116,6 @@ def test_columns_without_headings_are_never_assigned(tmp_path: Path, form: str) 
     assert "0 to 234.5" in said and "0 to 0.7" in said  # what stands in each, to tell them apart
 
 
-def test_columns_by_number(tmp_path: Path) -> None:
-    write(tmp_path / "8mm.csv", lines("{f},{d}\n"))
-    found = shear(tmp_path, "--force-column", 1, "--displacement-column", 2)["specimens"][0]
-    assert (found["max_force"], found["travel_at_max"]) == (PEAK, pytest.approx(0.3))
-
-
 @pytest.mark.parametrize("form", ["{f},3\n", "s{f},{f},3\n"])
 def test_diameters_without_headings_are_not_averaged_with_what_stands_beside(tmp_path: Path, form: str) -> None:
     path = write(tmp_path / "d.csv", "".join(form.format(f=f) for f in (7.1, 8.2, 8.9, 9.3)))
@@ -262,13 +256,6 @@ def test_the_time_of_day_is_no_number(tmp_path: Path) -> None:
     assert "'Time' has no numbers but '00:00:00.0'" in refused(tmp_path, "--speed", "1 mm/s")
 
 
-def test_one_name_for_two_files_is_said(tmp_path: Path) -> None:
-    """An export beside the workbook, rounded otherwise."""
-    write(tmp_path / "8mm-1.csv", "Weg,Kraft\n" + lines("{d},{f}\n"))
-    write(tmp_path / "8mm-1.txt", "Weg\tKraft\n" + lines("{d}\t{g}\n", scale=1.00001))
-    assert "8mm-1.csv and 8mm-1.txt have the same name" in shear(tmp_path)["notes"]
-
-
 def test_time_and_force_with_the_speed(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "时间(s),力(N)\n" + lines("{t},{f}\n"), "gbk")
     assert "--speed" in refused(tmp_path)
@@ -322,16 +309,11 @@ def test_where_there_is_a_displacement_the_speed_is_not_needed(tmp_path: Path) -
         (("--force-column", "1", "--displacement-column", "1"), "the same column"),
         (("--force-column", "1,2", "--displacement-column", "1,2,2"), "the same number"),
         (("--force-column", "0", "--displacement-column", "1"), "no column '0'"),
-        (("--force-column", "²", "--displacement-column", "1"), "no column '²'"),
         (("--force-column", "9" * 5000, "--displacement-column", "1"), "no column '9"),
         (("--preload", "nan"), "--preload"),
-        (("--preload", "inf"), "--preload"),
         (("--pattern", ""), "--pattern"),
         (("--pattern", "/etc/*"), "--pattern"),
-        (("--pattern", "**x"), "--pattern"),
         (("--encoding", "punycode"), "--encoding"),
-        (("--encoding", "undefined"), "--encoding"),
-        (("--encoding", "base64"), "--encoding"),
         (("--force-unit", "mm"), "unknown unit 'mm'"),
         (("--sheet", "1"), "--sheet"),
     ],
@@ -348,13 +330,9 @@ def test_options_without_sense(tmp_path: Path, options: tuple[str, ...], words: 
     [
         (("--step", "1e-9"), "--step 1e-09"),
         (("--step", "nan"), "--step"),
-        (("--step", "inf"), "--step"),
         (("--step", "0"), "--step"),
         (("--grades", "nan"), "--grades"),
-        (("--grades", "inf,7"), "--grades"),
         (("--grades", "-7"), "--grades"),
-        (("--grades", "1e400"), "--grades"),
-        (("--grades", "7,7"), "overlap"),
         (("--grades", "7,7.5"), "overlap"),
         (("--grades", "7,,8"), "--grades"),
         (("--grades", ",".join(str(i) for i in range(1, 500))), "--grades"),

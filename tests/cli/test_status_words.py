@@ -1,18 +1,14 @@
 """What `status`, the page and the terminal say of stages, runs and the study's question."""
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-
-from fakes import make_study
 
 from stemcal.cli.show import failed_runs
 from stemcal.cli.status import state as lines
 from stemcal.folder import Holder
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
-from stemcal.report.page.headline import failures, folded, kind_of, question
-from stemcal.report.tables.setting import setting_tables
+from stemcal.report.page.headline import failures, folded
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 
@@ -51,30 +47,6 @@ def test_failed_runs_are_counted_with_their_reasons() -> None:
     assert failures([stage_of(RIGHT, FAILED)]) == ["Screening, run 2 failed: element 17 turned inside out"]
 
 
-def test_the_question_of_a_stem_study(tmp_path: Path) -> None:
-    study = make_study(tmp_path)
-    assert kind_of(study) == "Calibration of a stem cutting model"
-    assert question(study) == (
-        "Which parameters reproduce the measured maximum cutting force of a stem of 8 mm diameter (110 N)? Are "
-        "they valid at 2 other values of the stem diameter?"
-    )
-
-
 def test_what_is_folded() -> None:
     assert folded(["analysis of variance"], 1, 3) == "analysis of variance, 1 figure and 3 notes"
     assert folded([], 0, 0) == ""
-
-
-def test_a_joint_fit_asks_for_all_that_it_fits(tmp_path: Path) -> None:
-    whole = make_study(tmp_path, "invert: {diameters: all}\n")
-    at = [target.condition for target in whole.joint_targets]
-    assert question(whole) == (
-        f"Which parameters reproduce the measured maximum cutting forces of stems of {NAMES.conditions(at)} diameter?"
-    )
-    measured = setting_tables(whole)[1]
-    assert measured.foot == ("The parameters are fitted to all of them together.",) and not measured.strong
-    some = make_study(tmp_path, f"invert: {{diameters: [{at[0]:g} mm, {at[1]:g} mm]}}\n")
-    assert question(some).endswith("Are they valid at 1 other value of the stem diameter?")
-    measured = setting_tables(some)[1]
-    assert measured.foot == (f"Bold: fitted values ({NAMES.conditions(at[:2])}).",)
-    assert measured.strong == {0, 1}

@@ -1,6 +1,5 @@
 """What the page has beyond the terminal: verdicts, the surface's own axes, checks of runs, diagnostics."""
 
-import io
 from typing import Any
 
 import pytest
@@ -37,21 +36,6 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
     assert "saddle, 154.4 N" in table.foot[0] and "outside" in table.foot[0]
-
-
-def test_surface_tables_fit_a_terminal(stages: dict[str, Any]) -> None:
-    from rich.console import Console
-
-    from stemcal.report.terminal import drawn
-
-    surface, names = stages["rsm"], Names()
-    for table in (canonical_table(surface, surface.canonical, names),):
-        assert max(len(row) for row in table.rows) == len(table.columns)
-        console = Console(width=80, record=True, file=io.StringIO())
-        for part in drawn(table):
-            console.print(part)
-        text = console.export_text()
-        assert all(word in text for head in table.heads for word in head.split())
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:

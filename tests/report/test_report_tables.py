@@ -1,17 +1,15 @@
 """The terminal's tables hold what the paper prints, in 80 columns."""
 
 import io
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from stemcal.files.rows import Column, Rows, Table
+from stemcal.files.rows import Column, Table
 from stemcal.naming import DIAMETER, FORCE, Named, Names, Naming
 from stemcal.numbers import significant
-from stemcal.report.page import coded
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.columns import from_means, further_table
 from stemcal.report.terminal import drawn, stage_tables
@@ -58,28 +56,6 @@ def test_a_table_too_wide_keeps_every_word() -> None:
         assert set(text.split()) <= set(out.getvalue().split())
 
 
-def test_screening_as_in_table_7(stages: dict[str, Any]) -> None:
-    text = printed(stages["screen"])
-    assert cells(text, "X4")[:6] == ["X4", "yield_stress", "79.42", "60.19", "18921.02", "444.32"]
-    assert cells(text, "X4")[6:8] == ["0.0022", "**"]
-    assert cells(text, "X7")[6:8] == ["0.0462", "*"]
-    assert cells(text, "X5")[2:7] == ["−0.25", "0.001", "0.1875", "0.0044", "0.9531"]
-    assert "7.475" in text
-    assert "23.79" in text
-
-
-def test_significant_factors_stand_out(stages: dict[str, Any]) -> None:
-    assert tables_of(stages["screen"])[0].strong == {3, 8}
-
-
-def test_analysis_of_variance_as_in_table_10(stages: dict[str, Any]) -> None:
-    text = printed(stages["rsm"])
-    assert cells(text, "Model") == ["Model", "16225.35", "9", "1802.82", "75.48", "<0.0001", "**"]
-    assert cells(text, "X7²") == ["X7²", "119.79", "1", "119.79", "5.02", "0.0490", "*"]
-    assert cells(text, "Lack of fit")[3:] == ["145.51", "5", "29.10", "1.56", "0.3189"]
-    assert cells(text, "Cor total")[2:] == ["16464.20", "19"]
-
-
 def test_equation_has_the_sign_of_the_data(stages: dict[str, Any]) -> None:
     text = " ".join(printed(stages["rsm"]).split())
     assert (
@@ -94,12 +70,6 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
     assert cells(text, "yield_stress") == ["yield_stress", "18.37", "15.35", "to", "19.96", "46", "%", "1.134"]
     assert "147.1 to 171.3" in " ".join(text.split())
     assert "without its error: yield_stress 17.63 to 18.96," in " ".join(text.split())
-
-
-def test_validation_as_recomputed_from_table_13(stages: dict[str, Any]) -> None:
-    text = printed(stages["validate"])
-    assert cells(text, "11 ") == ["11", "held", "out", "378.2", "350.0", "7.46"]
-    assert cells(text, "8 ")[1] == "fitted"
 
 
 def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:
@@ -132,20 +102,6 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
     assert len(tables_of(stage)[0].foot) == 2
-
-
-def test_a_long_table_has_the_first_rows_the_worst_and_the_name_of_its_file(stages: dict[str, Any]) -> None:
-    validation = stages["validate"]
-    worst = max(range(5), key=lambda i: abs(validation.rows[i].compared.error_percent))
-    long = replace(validation, rows=Rows(validation.rows * 100))
-    (table, *_) = tables_of(long)
-    assert len(table.rows) == 40
-    assert table.foot[-1] == (
-        "40 of 500 rows: the first 20 and the 20 with the largest errors. `validate.csv` has all rows."
-    )
-    assert [row[0] for row in table.rows[20:]] == [validation.rows[worst].compared.condition] * 20
-    assert len(long.tables()["validate"].rows) == 500
-    assert coded(table.foot[-1]).count('<a href="validate.csv">validate.csv</a>') == 1
 
 
 def test_columns_of_zeros_are_left_out() -> None:

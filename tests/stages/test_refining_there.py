@@ -44,25 +44,17 @@ refine:
 """
 
 
-@pytest.fixture(scope="module")
-def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of the published study, calibrated and validated."""
-    folder = tmp_path_factory.mktemp("published")
-    workflow.calibrate(load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(folder / "out"), InlineExecutor())
-    return folder
-
-
 @pytest.fixture(autouse=True)
-def _begun(tmp_path: Path, calibrated: Path) -> None:
-    """Every study here goes on from there."""
-    shutil.copytree(calibrated / "out", tmp_path / "out")
+def _begun(tmp_path: Path, replayed: tuple[Any, StudyFolder]) -> None:
+    """Every study here goes on from the published one, calibrated and validated."""
+    shutil.copytree(replayed[1].path, tmp_path / "out")
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory, calibrated: Path) -> Path:
+def whole(tmp_path_factory: pytest.TempPathFactory, replayed: tuple[Any, StudyFolder]) -> Path:
     """A folder of the published study, refined in the program of `spec_of`."""
     folder = tmp_path_factory.mktemp("whole")
-    shutil.copytree(calibrated / "out", folder / "out")
+    shutil.copytree(replayed[1].path, folder / "out")
     refined(folder)
     return folder
 

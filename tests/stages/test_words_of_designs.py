@@ -19,13 +19,6 @@ screen, surface = ScreenShowing(), SurfaceShowing()
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
-def test_the_outcome_names_the_factors_that_move_the_force(results: Any) -> None:
-    assert " ".join(screen.outcome(results.of(ScreenResult), NAMES)) == (
-        "9 factors were screened in 12 runs. Factors that affect the maximum force (share of the sum of squares): "
-        "Yield stress (60.2 %) and failure_strain (34.0 %)."
-    )
-
-
 @pytest.mark.parametrize(
     ("rows", "response"),
     [
@@ -43,13 +36,6 @@ def test_effects_without_an_error_are_not_called_insignificant(rows: list[list[i
         f"Yield stress (+146 N, {stage.effects[0].contribution_percent:.1f} % of the sum of squares).",
     ]
     assert standing(stage.effects[0], stage) == "not tested"
-
-
-def test_certainty_names_the_method_and_what_the_other_confirms(results: Any) -> None:
-    assert screen.certainty(results.of(ScreenResult), NAMES) == [
-        "Selected by: Lenth's method.",
-        "Confirmed by the other method (F test): Yield stress and failure_strain.",
-    ]
 
 
 def test_the_screening_of_the_paper_shows_both_methods(results: Any) -> None:
@@ -71,20 +57,6 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
         "uniformly_aliased": "caution",
         "interaction_of_strongest": "caution",
     }
-
-
-def test_the_outcome_of_a_surface_names_factors_runs_and_range(results: Any) -> None:
-    assert surface.outcome(results.of(SurfaceResult), NAMES) == [
-        "A quadratic surface in Yield stress, failure_strain and strain_rate_c was fitted to 20 runs with responses "
-        "from 64 N to 175 N."
-    ]
-
-
-def test_certainty_gives_both_r2_and_the_lack_of_fit(results: Any) -> None:
-    assert surface.certainty(results.of(SurfaceResult), NAMES) == [
-        "The surface explains 98.5 % of the variation between its runs (R² 0.985, predicted R² 0.922).",
-        "Its lack of fit is not significant (p = 0.3189).",
-    ]
 
 
 def test_the_notes_of_the_published_surface(results: Any) -> None:

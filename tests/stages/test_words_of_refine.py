@@ -7,16 +7,14 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Rows
-from stemcal.naming import Named, Names, Naming, program
+from stemcal.naming import Names, program
 from stemcal.runs.record import Outcome
 from stemcal.stages.refine.analysis import notes_of
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
-from stemcal.stages.refine.showing import RefineShowing, refine_tables, shortfall
+from stemcal.stages.refine.showing import refine_tables
 from stemcal.stages.result import Head
 
-certainty, outcome = RefineShowing().certainty, RefineShowing().outcome
 STEM = Names()
-HEAP = Names(Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),)))
 RUN = RefineRun(
     run=1, how="solution", condition=8.0, levels={"strain": 0.035}, predicted=158.5, outcome=Outcome(response=66.7)
 )
@@ -43,23 +41,6 @@ HERE = replace(THERE, elsewhere=False, model=Model("embedded"), adjusted=Rows(),
 @pytest.fixture
 def study() -> Any:
     return SimpleNamespace(factor=lambda _name: SimpleNamespace(low=0.01, high=0.05))
-
-
-def test_the_outcome_there() -> None:
-    assert outcome(THERE, STEM) == [
-        "For OpenRadioss: strain 0.2600. These give 159.1 N, the calibrated values give 66.7 N; the target is 159.2 N."
-    ]
-    same = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], value=0.035)]))
-    assert outcome(same, STEM) == ["In OpenRadioss the calibrated parameters give 159.1 N; the target is 159.2 N."]
-    assert certainty(THERE, STEM) == ["In OpenRadioss the largest error is 0.1 % (8 mm)."]
-    assert certainty(HERE, STEM) == []
-
-
-def test_the_outcome_here_counts_the_runs() -> None:
-    assert outcome(HERE, STEM) == ["2 runs corrected the solution: the error is 0.13 %, within the tolerance of 2 %."]
-    first = replace(HERE, made=Rows(HERE.made[:1]), converged=False, error_percent=6.2)
-    assert outcome(first, STEM) == ["1 run at the solution: the error is 6.20 %, not within the tolerance of 2 %."]
-    assert shortfall(first) == "refine: 6.20 % from the target after 1 run"
 
 
 def test_the_tables_state_what_they_refer_to() -> None:
