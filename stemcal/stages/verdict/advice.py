@@ -65,7 +65,7 @@ def _widened(factor: Factor, up: bool, width: float) -> Remedy:
     return Remedy(change, f"factors: [{{name: {factor.name}, {key}: {value:g}}}]")
 
 
-def _least_width(study: Study, surface: Surfaces, end: Array, factor: Factor, up: bool, target: float) -> float | None:
+def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target: float) -> float | None:
     """Return by how much of its width a range has to grow; None where no sensible width does."""
     at_end, slope = float(surface.fitted.predict(end)[0]), surface.fitted.gradient(end)
     missing = target - at_end
