@@ -70,8 +70,9 @@ def spec() -> str:
     parts = [
         "# Spec",
         "This page lists all sections and keys of a spec, for users who write a study. Quantities have a unit "
-        "(`8 mm`), pure numbers have none. `stemcal check` lists every mistake with its line; `stemcal explain --schema` "
-        "prints this page for editors. Defaults of quantities are in mm, s, N, MPa and degrees. `[]` is each entry of a list.",
+        "(`8 mm`), pure numbers have none. `stemcal check` lists every mistake with its line; `stemcal explain "
+        "--schema` prints this page for editors. Defaults of quantities are in mm, s, N, MPa and degrees. `[]` is each "
+        "entry of a list.",
         _table(head, _keys_of(schema)),
     ]
     for name, place in section_places().items():
