@@ -325,7 +325,7 @@ def undeclared_noise(seed: int) -> Row:
     before = judged(law, spec + PROGRAM.replace("MORE", ""))
     after = judged(law, spec + PROGRAM.replace("MORE", ", replicates: 3"))
     return Row(
-        "there is chance in it" in before.refused,
+        "it is stochastic" in before.refused,
         "replicates: " in before.refused,
         after.is_("calibrated", "with_reservations") and after.reason("not_identified") is not None,
         plant.force_off(after.results) <= 5.0,  # that of the surface of so many runs

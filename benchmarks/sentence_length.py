@@ -14,26 +14,33 @@ from statistics import mean
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
+CODE = re.compile(r"`[^`]*`|\$[^$]*\$")  # of any length it is one word
 GENERATED = ("commands.md", "spec.md", "stages.md", "glossary.md")
 
 
 def sentences(text: str) -> Iterator[str]:
     """Yield the sentences of plain text: each ends with a stop or question mark before a capital or a number."""
-    for part in re.split(r"(?<=[^.\s][.?!])[)*”\"]*\s+(?=[\"“(*]*(?:[A-ZÅ-ÞΑ-Ω0-9]|stemcal))", text):
-        words = [word for word in part.split() if re.search(r"[^\W_]", word)]
-        if len(words) > 1:
-            yield " ".join(words)
+    code = iter(CODE.findall(text))
+    hidden = CODE.sub("Ω\0", text)
+    for part in re.split(r"(?<=[^.\s][.?!])[)*”\"]*\s+(?=[\"“(*]*(?:[A-ZÅ-ÞΑ-Ω0-9]|stemcal))", hidden):
+        sentence = " ".join(re.sub("Ω\0", lambda _: next(code), part).split())
+        if length(sentence) > 1:
+            yield sentence
+
+
+def length(sentence: str) -> int:
+    """Return the number of words; signs and dashes are none."""
+    return sum(bool(re.search(r"[^\W_]", word)) for word in CODE.sub("Code", sentence).split())
 
 
 def prose(markdown: str) -> Iterator[str]:
-    """Yield paragraphs and list items of a page without tables; code and equations become one word."""
+    """Yield paragraphs and list items of a page without tables, blocks of code and equations."""
     text = markdown.partition("\n## Sources\n")[0]
     text = re.sub(r"^---\n.*?\n---\n|<!--.*?-->|^```.*?^```|\$\$.*?\$\$", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
-    text = re.sub(r"`[^`]*`|\$[^$]*\$", "Code", text)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.)\s)|\n(?=\||#)", text):
         if not re.match(r"\s*(\||#)", block):
-            yield re.sub(r"^\s*(?:[-*]|\d+\.)\s+", "", " ".join(block.split()))
+            yield re.sub(r"^\s*(?:[-*]\s+|\d+\.\s+)?(?:\*\*[^*]+\.\*\*\s*)?", "", " ".join(block.split()))
 
 
 def pages(root: Path) -> list[Path]:
@@ -60,7 +67,7 @@ def of_help() -> list[str]:
     from stemcal.cli.app import app
 
     todo: list[Any] = [get_command(app)]
-    texts = []
+    texts: list[str] = []
     while todo:
         command = todo.pop()
         todo += getattr(command, "commands", {}).values()
@@ -74,18 +81,22 @@ def of_report() -> list[str]:
         command = [sys.executable, "-m", "stemcal", "run", str(ROOT / "configs" / "paper-replay.yaml"), "--out", place]
         subprocess.run([*command, "--quiet"], check=True, capture_output=True)
         page = (Path(place) / "report.html").read_text("utf-8")
-    page = re.sub(r"<(script|style|svg|table|pre)\b.*?</\1>", "\n\n", page, flags=re.DOTALL)
-    blocks = re.sub(r"<[^>]+>", "", re.sub(r"</?(?:p|li|h\d|div|summary|figcaption|dt|dd|td)\b[^>]*>", "\n\n", page))
+    page = re.sub(r"<(script|style|svg|table|pre|form|button|title)\b.*?</\1>", "\n\n", page, flags=re.DOTALL)
+    blocks = re.sub(
+        r"<[^>]+>",
+        "",
+        re.sub(r"</?(?:p|li|h\d|div|summary|figcaption|dt|dd|td|span|strong|label)\b[^>]*>", "\n\n", page),
+    )
     return [found for block in html.unescape(blocks).split("\n\n") for found in sentences(block)]
 
 
 def main() -> None:
     docs = of_docs(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT)
     for name, found in (("docs", [text for _, text in docs]), ("help", of_help()), ("report", of_report())):
-        print(f"{name:7s} {len(found):5d} sentences, {mean(len(text.split()) for text in found):5.1f} words on average")
+        print(f"{name:7s} {len(found):5d} sentences, {mean(map(length, found)):5.1f} words on average")
     for file, text in docs:
-        if len(text.split()) > 30:
-            print(f"{file}: {len(text.split())} words: {text}")
+        if (words := length(text)) > 30:
+            print(f"{file}: {words} words: {text}")
 
 
 if __name__ == "__main__":

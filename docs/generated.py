@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-NOTICE = "<!-- Made from the code by docs/generated.py; changes here are lost. -->\n"
+NOTICE = "<!-- Generated from the code by docs/generated.py; do not edit. -->\n"
 
 
 def write(folder: Path) -> None:

@@ -4,7 +4,7 @@
     results = stemcal.calibrate(study, workers=2)
     results.parameters, results.surface.anova, results.figure("contour")
 
-Names are loaded when they are first asked for, so that the import itself takes no time.
+Names are loaded on first use, so that importing the package is fast.
 """
 
 from __future__ import annotations

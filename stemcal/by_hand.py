@@ -230,7 +230,9 @@ def require_sheet(study: Study) -> None:
     """Raise `UsageError` if the solver answers by itself."""
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
-        raise UsageError(f"solver.kind is {kind}, which computes its runs itself; write solver: {{kind: sheet}}")
+        raise UsageError(
+            f"solver.kind is {kind}, which computes all runs; write solver: {{kind: sheet}} to enter results"
+        )
 
 
 def user_name() -> str:

@@ -18,8 +18,8 @@ from typing import Any
 
 EXIT_CODES = {
     0: ("done", "success"),
-    1: ("fault", "system error: disk, memory, a damaged file, an internal error"),
-    2: ("wrong", "mistake in the spec or the call"),
+    1: ("fault", "system error: disk, memory, damaged file or internal error"),
+    2: ("wrong", "mistake in the spec or the command line"),
     3: ("runs_failed", "runs failed"),
     4: ("unreachable", "the target is out of reach"),
     5: ("in_use", "another process uses the study folder"),
@@ -93,7 +93,7 @@ class TargetUnreachable(StemcalError):
         self.target, self.low, self.high = target, low, high
         side = "above" if target > high else "below"
         super().__init__(
-            f"target {target:g}{unit_suffix} is {side} what the surface reaches in the design region "
+            f"target {target:g}{unit_suffix} is {side} all values of the surface in the design region "
             f"({low:.4g} to {high:.4g}{unit_suffix}); widen the factor ranges or choose other factors"
         )
 
@@ -119,7 +119,7 @@ class Waiting(StemcalError):
     def __init__(self, stage: str, requests: Sequence[Any]) -> None:
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
-        super().__init__(f"waiting for {count} of {stage}; `stemcal run SPEC` writes the sheet for them")
+        super().__init__(f"waiting for {count} of {stage}; run `stemcal run SPEC` to write the sheet for these runs")
 
 
 class SimulationFailed(StemcalError):

@@ -119,11 +119,13 @@ class StudyFolder:
             refuse_link(self.path / ".lock")
             self._lock.acquire()
         except Timeout:
-            raise FolderLocked(f"{self.path}: {self._signature()}; wait for it or choose another --out") from None
+            raise FolderLocked(
+                f"{self.path}: {self._signature()}; wait until it has finished or choose another --out"
+            ) from None
         except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
             place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error
             raise StemcalError(
-                f"{place}: {why}; choose another place with --out, on a disk that can lock files"
+                f"{place}: {why}; choose another folder with --out, on a disk that supports file locks"
             ) from None
         if self._lock.lock_counter == 1:
             self._holds = Holder(os.getpid(), socket.gethostname(), now())
@@ -215,7 +217,7 @@ class StudyFolder:
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
-        logger.warning("%s %s; it was moved to runs/damaged, and the run is repeated", path, problem)
+        logger.warning("%s %s; the record was moved to runs/damaged, and its run is repeated", path, problem)
         with suppress(OSError, StemcalError):
             damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
@@ -240,8 +242,8 @@ class StudyFolder:
         content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             raise UsageError(
-                f"{self.path / stage}.json has schema version {version!r:.20}, this stemcal reads {SCHEMA_VERSION}; "
-                f"run `stemcal {stage} SPEC` again: recorded runs are not repeated"
+                f"{self.path / stage}.json has schema version {version!r:.20}, but this stemcal reads version "
+                f"{SCHEMA_VERSION}; run `stemcal {stage} SPEC` again (recorded runs are reused)"
             )
         return content
 
@@ -313,14 +315,14 @@ def key_of(identity: Mapping[str, Any]) -> str:
 def problem_of(record: Mapping[str, Any], key: str) -> str:
     """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
     if (version := record.get("record_version")) != RECORD_VERSION:
-        return f"is of record version {version!r:.20}, this stemcal reads {RECORD_VERSION}"
+        return f"has record version {version!r:.20}, but this stemcal reads version {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
-        return f"is not the record of a run: without {', '.join(missing)}"
+        return f"is not the record of a run: it lacks {', '.join(missing)}"
     status, response = record["status"], record["response"]
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
-        return f"is not the record of a run: status {status!r:.20} with response {response!r:.20}"
+        return f"is not the record of a run: status {status!r:.20} contradicts response {response!r:.20}"
     if record.get("key") != key or key_of(record["identity"]) != key:
-        return "its name does not match the request that it contains"
+        return "the name of the file does not match the request in it"
     return ""
 
 

@@ -92,8 +92,8 @@ def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float
 def maximum_not_passed(stroke: float) -> Note:
     """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
     text = (
-        f"The test ended after {stroke:.3g} mm, before its maximum force: force, travel and work are lower "
-        "bounds; slope is not affected."
+        f"The test ended after {stroke:.3g} mm, before the maximum force: force, travel and work are lower bounds; the "
+        "slope is not affected."
     )
     return Note("maximum_not_passed", "warning", text, Remedy("Lengthen the stroke of the test."))
 
@@ -101,10 +101,12 @@ def maximum_not_passed(stroke: float) -> Note:
 def buckles(percent: float) -> Note:
     """Return the warning that a pressed piece bends or wrinkles, by a share of how far it has widened."""
     text = (
-        f"The pressed piece bends or wrinkles before it breaks: it is out of shape by {percent:.0f} % of its "
+        f"The compressed piece buckles before it breaks: its deviation from a round shape is {percent:.0f} % of its "
         "widening. Travel, work and, to a lesser degree, maximum force then depend on the mesh; the slope does not."
     )
-    return Note("buckles", "warning", text, Remedy("Use a shorter piece; where the wall wrinkles, fit only the slope."))
+    return Note(
+        "buckles", "warning", text, Remedy("Use a shorter piece; if the wall still buckles, fit only the slope.")
+    )
 
 
 def energy_drifts(percent: float) -> Note:
@@ -119,7 +121,7 @@ def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force); kinetic energy "
         f"reaches {kinetic_percent:.1f} % of internal energy."
     )
-    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10; both add mass.")
+    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10; both settings add mass.")
     return Note("inertia_in_force", "warning", text, remedy)
 
 

@@ -90,7 +90,7 @@ class Child:
         try:
             self._receive(LOADING_S)
         except ChildLate:
-            raise ChildDied(f"it was not ready within {LOADING_S:g} s") from None
+            raise ChildDied(f"the process was not ready within {LOADING_S:g} s") from None
         result, error = pickle.loads(self._receive(limit))
         return result, error
 
@@ -137,7 +137,7 @@ def _ending(code: int | None) -> str:
     if code < 0:
         with suppress(ValueError):
             name = signal.Signals(-code).name
-            return f"signal {name}, usually for lack of memory" if name == "SIGKILL" else f"signal {name}"
+            return f"signal {name}, usually because memory ran out" if name == "SIGKILL" else f"signal {name}"
     return f"exit code {code}"
 
 

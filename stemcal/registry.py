@@ -1,7 +1,7 @@
-"""Things of one kind by name: those of this package, and those of other packages, which declare an entry point.
+"""Registries of named classes: built-in ones, and those of other packages, which declare an entry point.
 
-Built-in ones are loaded when they are used. The entry points of other packages are read only where a name is unknown,
-or where all are listed. A package that cannot be loaded, or takes a name that exists, is left out with a warning.
+Built-in classes are loaded on first use. Entry points of other packages are read only if a name is unknown
+or all are listed. A package that cannot be loaded, or uses an existing name, is skipped with a warning.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 
 class Named(Protocol):
-    """Anything with a name."""
+    """An object with a name."""
 
     @property
     def name(self) -> str:
@@ -36,7 +36,7 @@ T = TypeVar("T", bound=Named)
 
 
 class Checked:
-    """Refuses a public name that its interface lacks when a class is made, because nothing would ever call it."""
+    """Rejects a class with a public name that its interface lacks, because nothing would ever call it."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -48,16 +48,16 @@ class Checked:
 
 
 class Registry(Generic[T]):
-    """The things of one kind.
+    """All classes of one kind, by name.
 
     Parameters
     ----------
     kind : type
-        Their class; another package's class is made without arguments.
+        Their base class; a class of another package is created without arguments.
     group : str
-        The group of entry points. An entry point has the name of the thing and points to its class.
+        The group of entry points. An entry point has the name of the object and points to its class.
     built_in : tuple of str
-        The places of this package's own classes, ``module:class``, in order.
+        The places of the built-in classes, ``module:class``, in order.
     """
 
     def __init__(self, kind: type[T], group: str, built_in: tuple[str, ...]) -> None:
@@ -69,7 +69,7 @@ class Registry(Generic[T]):
 
     @cached_property
     def built_in(self) -> tuple[T, ...]:
-        """Those of this package, in order."""
+        """The built-in ones, in order."""
         places = [place.partition(":") for place in self._places]
         return tuple(getattr(import_module(module), name)() for module, _, name in places)
 
@@ -91,35 +91,35 @@ class Registry(Generic[T]):
 
     @property
     def external(self) -> tuple[T, ...]:
-        """Those of other packages that can be loaded, by name."""
+        """Those of other packages that can be loaded, sorted by name."""
         return tuple(one for name in self._entries if (one := self._external(name)) is not None)
 
     @property
     def all(self) -> tuple[T, ...]:
-        """All: those of this package in order, then others by name."""
+        """The built-in ones in order, then the others by name."""
         return (*self.built_in, *self.external)
 
     def with_(self, names: Iterable[str]) -> tuple[T, ...]:
-        """Return those of this package in order, and then others that are named."""
+        """Return the built-in ones in order, then the given others."""
         return (*self.built_in, *(one for name in names if (one := self._external(name)) is not None))
 
     def named(self, name: str) -> T | None:
-        """Return the one of that name; None if there is none, or it is broken."""
+        """Return the object with this name; None if it does not exist or cannot be loaded."""
         return next((one for one in self.built_in if one.name == name), None) or self._external(name)
 
     def known(self) -> dict[str, T]:
-        """Return by name what a spec can choose from: those of this package, and others as far as they were learned."""
+        """Return the choices of a spec by name: built-in ones, and others that `learn` has found."""
         return {one.name: one for one in (*self.built_in, *self.learned)}
 
     def learn(self, name: object) -> bool:
-        """Look for one of another package that a spec names; return whether a new one was found."""
+        """Look for a name from a spec in other packages; return whether a new one was found."""
         if not isinstance(name, str) or name in self.known() or (found := self.named(name)) is None:
             return False
         self.learned.append(found)
         return True
 
     def version_of(self, name: str) -> str:
-        """Return version and hash of the package that a thing comes from; nothing of a built-in one."""
+        """Return version and hash of the package of an object; empty if it is built in."""
         if name in {one.name for one in self.built_in} or self._external(name) is None:
             return ""
         entry = self._entries[name]
@@ -136,7 +136,7 @@ class Registry(Generic[T]):
                 if isinstance(one, self.kind) and one.name == name:
                     self._loaded[name] = one
                 else:
-                    self._leave_out(entry, f"{entry.value} is no {self.kind.__name__} with the name {name}")
+                    self._leave_out(entry, f"{entry.value} is not a {self.kind.__name__} named {name}")
         return self._loaded.get(name)
 
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
@@ -185,7 +185,7 @@ def _package(entry: EntryPoint) -> str:
 
 @cache
 def code_version() -> str:
-    """Return which code stemcal is: version and hash of the sources, alike on every system.
+    """Return the version and a hash of the sources of stemcal, the same on every system.
 
     >>> code_version().startswith(f"{__version__}+")
     True
@@ -202,7 +202,7 @@ def package_hash(module: str) -> str:
 
 
 def hash_of(place: Path, length: int = 12) -> str:
-    """Return a hash of a Python file, or of all Python files in a folder, alike on every system."""
+    """Return a hash of a Python file, or of all Python files in a folder, the same on every system."""
     import hashlib
 
     root, found = place.parent if place.is_file() else place, hashlib.sha256()

@@ -66,7 +66,7 @@ def test_stages_that_need_each_other_are_refused(tmp_path: Path, monkeypatch: py
     study = make_study(tmp_path)
     assert [stage.name for stage in stages_of(study)] == ["screen", "rsm", "invert", "validate"]
     monkeypatch.setattr(type(stage_called("screen")), "needs", lambda _self, _study: "validate")
-    with pytest.raises(UsageError, match="need each other"):
+    with pytest.raises(UsageError, match="depend on each other"):
         stages_of(study)
 
 

@@ -78,7 +78,7 @@ def test_frames_of_the_published_study(results: stemcal.StudyResults) -> None:
 def test_predictions_take_levels_that_a_spec_could_have(results: stemcal.StudyResults, changed: dict[str, Any]) -> None:
     with pytest.raises(UsageError, match="yield_stress: "):
         results.surface.predict({**AT_SOLUTION, **changed})
-    with pytest.raises(UsageError, match="no level of failure_strain, strain_rate_c; pass one by name"):
+    with pytest.raises(UsageError, match="the level of failure_strain, strain_rate_c is missing; pass it by name"):
         results.surface.predict({"yield_stress": 18.0})
 
 
@@ -154,7 +154,7 @@ def test_the_likelihood_is_that_of_the_fit(results: stemcal.StudyResults) -> Non
     levels = {name: np.array([value, value]) for name, value in found.point.solution.items()}
     several = found.log_likelihood(levels | {"yield_stress": np.array([16.0, 99.0])})
     assert several.shape == (2,) and np.isfinite(several[0]) and several[1] == -np.inf
-    with pytest.raises(UsageError, match="log_likelihood: no level of failure_strain, strain_rate_c"):
+    with pytest.raises(UsageError, match="log_likelihood: the level of failure_strain, strain_rate_c is missing"):
         found.log_likelihood({"yield_stress": 18.0})
 
 
@@ -207,10 +207,10 @@ def test_calibrate_checks_what_it_is_given() -> None:
 @pytest.mark.parametrize("given", ["", " ", "a\0b", 3, None, b"a.yaml", ["a.yaml"]])
 def test_what_names_no_file_is_refused(given: Any) -> None:
     for called in (stemcal.load_study, stemcal.open_results):
-        with pytest.raises(UsageError, match=r"(path|folder): .* (is not a path|is no path); give"):
+        with pytest.raises(UsageError, match=r"(path|folder): .* is not a path; (give|pass)"):
             called(given)
     if given is not None:
-        with pytest.raises(UsageError, match=r"out: .* (is not a path|is no path); give"):
+        with pytest.raises(UsageError, match=r"out: .* is not a path; (give|pass)"):
             stemcal.calibrate(REPLAY, out=given)
 
 

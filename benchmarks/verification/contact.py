@@ -35,13 +35,13 @@ def rebound() -> Topic:
         history = fall(Contact(penalty=SOFT, damping=zeta), time=5e-4)
         found = sqrt(history.kinetic[-1] / history.kinetic[0])
         cases.append(Case(f"rebound with damping {zeta:g}", found, restitution(zeta), 0.01, "damped oscillator"))
-    text = "momentum left over, spinning block between two tools"
+    text = "remaining momentum, spinning block between two tools"
     cases.append(Case(text, momentum_error(), 0.0, SINGLE, "Newton's third law", relative=False))
     text = (
-        "A block falls on a rigid table with a contact so soft that the block is rigid. Undamped, it rebounds with "
-        "its speed of impact. Damped, it keeps the same fraction of its speed as a damped oscillator without "
-        "tension. In the last case a spinning block with plasticity and friction is caught between table and moving "
-        "wedge. Its loss of momentum must equal the impulse on the tools."
+        "A block falls on a rigid table; the contact is so soft that the block is effectively rigid. Without damping "
+        "it rebounds with its impact speed. With damping it keeps the same fraction of its speed as a damped "
+        "oscillator without tension. In the last case a spinning block with plasticity and friction is caught between "
+        "table and moving wedge. The loss of momentum of the block must equal the impulse on the tools."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -78,9 +78,11 @@ def sliding() -> Topic:
         cases.append(Case(f"energy taken by friction, μ = {mu:g}, {speed:g} mm/s", taken, 1.0, 0.02, "energy"))
     give = 20.0 * 2.0 * GRAVITY * STEP**2 / 0.2
     stuck = moved(slide(Contact(0.3, 0.3), 0.0, 0.9 * 0.3, 0.02))
-    cases.append(Case("pulled by 0.9 μMg: way", stuck, 0.0, give, "Coulomb", "mm", relative=False))
+    cases.append(Case("pulled by 0.9 μMg: displacement", stuck, 0.0, give, "Coulomb", "mm", relative=False))
     slipped = moved(slide(Contact(0.3, 0.3), 0.0, 1.1 * 0.3, 0.02))
-    cases.append(Case("pulled by 1.1 μMg: way", slipped, 0.5 * 0.03 * GRAVITY * 0.02**2, 0.05, "½ · 0.1 μg t²", "mm"))
+    cases.append(
+        Case("pulled by 1.1 μMg: displacement", slipped, 0.5 * 0.03 * GRAVITY * 0.02**2, 0.05, "½ · 0.1 μg t²", "mm")
+    )
     speed, friction, law = decaying()
     for low, high in ((10.0, 40.0), (60.0, 90.0), (120.0, 180.0)):
         there = (speed > low) & (speed < high)
@@ -88,9 +90,9 @@ def sliding() -> Topic:
                     "μd + (μs − μd) exp(−DC·v)")  # fmt: skip
         cases.append(case)
     text = (
-        "A block is on the table under its weight. With an initial speed it stops after v²/2μg. Pulled below the "
-        "limit it moves only by the elasticity of its contact; above the limit it accelerates. With a static "
-        "coefficient above the dynamic one, friction increases as the block slows down, by the law of LS-DYNA "
+        "A block is placed on a table. With an initial speed it stops after v²/2μg. If it is pulled below the "
+        "friction limit, it moves only by the elasticity of its contact; above the limit it accelerates. With a "
+        "static coefficient above the dynamic one, friction increases as the block slows down, by the law of LS-DYNA "
         "contacts."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
@@ -134,14 +136,14 @@ def taylor() -> Topic:
         ]
         profiles[label] = profile(history, across, along)
     text = (
-        f"A copper rod of {LENGTH:g} mm and radius {RADIUS:g} mm at {1e-3 * SPEED:g} m/s after 80 µs (Wilkins and "
-        "Guinan 1973). E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa, 8930 kg/m³. There is no closed form. The "
-        "references are the means of published explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances "
-        "are half of their range, with two exceptions. The foot on the coarser mesh has a tolerance 0.05 mm wider. The "
-        "largest plastic strain, that of a single element, increases with refinement; its tolerance is 0.4 wider on "
-        "the finer mesh."
+        f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
+        f"{1e-3 * SPEED:g} m/s. Results are compared after 80 µs (Wilkins and Guinan 1973). E = 117 GPa, ν = 0.35, σy "
+        "= 400 MPa, Et = 100 MPa, 8930 kg/m³. A closed-form solution does not exist. The references are the means of "
+        "published explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances are half of their range, "
+        "with two exceptions. The foot on the coarser mesh has a tolerance 0.05 mm wider. The largest plastic strain, "
+        "that of a single element, increases with refinement; its tolerance is 0.4 wider on the finer mesh."
     )
-    caption = "Largest radius along the rod after 80 µs on both meshes, and as it began (dashed)."
+    caption = "Largest radius along the rod after 80 µs on both meshes, and at the start (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)
     return Topic("Taylor bar", text, tuple(cases), (drawing,))
 

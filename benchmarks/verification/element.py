@@ -53,7 +53,7 @@ def objectivity() -> Topic:
     """Turn a strained body; shear one by γ = 1 and 2."""
     cases = []
     error, ratio = turning_error()
-    text = "stress after a quarter turn, error"
+    text = "error of the stress after a quarter turn"
     cases.append(Case(text, error, 0.0, 1e-4, "Hughes and Winget 1980", relative=False))
     cases.append(Case("error at twice the steps, ratio", ratio, 4.0, 0.05, "Hughes and Winget 1980"))
     for gamma in (1.0, 2.0):
@@ -63,7 +63,7 @@ def objectivity() -> Topic:
             cases.append(Case(text, value, exact, 1e-4, "Dienes 1979", relative=False))
     text = (
         "A strained body rotated by 90° must rotate its stress, R σ Rᵀ. The error is relative to the largest "
-        "deviatoric stress, for steps of half a degree. It must decrease to a quarter with half the step. In large "
+        "deviatoric stress, for steps of half a degree. Halving the step must reduce it to a quarter. In large "
         "simple shear the exact answer of the Jaumann rate is τ = G sin γ, σxx = G (1 − cos γ). Results of two step "
         "sizes are extrapolated. The Green–Naghdi rate would differ by 7 % at γ = 1."
     )
@@ -104,7 +104,7 @@ def hourglass() -> Topic:
     text = "hourglass force in uniform deformation"
     cases.append(Case(text, uniform_force(), 0.0, SINGLE, source, "N", relative=False))
     text = (
-        "A hexahedron resists all its 24 motions except the 6 rigid ones. The one-point element without control "
+        "A hexahedron resists all its 24 motions except the 6 rigid ones. Without control, the one-point element "
         "resists twelve fewer. Control with coefficient c resists an amplitude a of each of the four modes on a cube "
         "of side h by 8 · 0.038 c (λ+2μ) h a at every corner. OpenRadioss uses the same formula for the coefficient "
         "of an LS-DYNA deck. Uniform deformation must cause no force. With c = 0.548 (1/6 over 0.304) and ν = 0 a "

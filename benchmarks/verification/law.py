@@ -34,11 +34,12 @@ def tension() -> Topic:
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
-        "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. It is strained to 5 % and "
-        "back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The hardening "
-        "parameter of the paper is between the two. Stresses are summed over 1,200 steps in single precision."
+        "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. The element is strained to 5 "
+        "% and back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The "
+        "hardening parameter of the paper is between the two. Stresses are summed over 1,200 steps in single "
+        "precision."
     )
-    caption = "Stress over a cycle of strain: computed, and the corners and legs of the closed form."
+    caption = "Stress versus strain over one cycle: computed, and the closed form (corners and lines)."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
 
 
@@ -65,8 +66,8 @@ def rate() -> Topic:
     text = (
         "One element in isochoric tension at constant rate, σy = 10 MPa without hardening. The Cowper–Symonds law "
         "scales the yield stress by 1 + (ε̇/C)^(1/P), the law printed in the paper by 1 + (ε̇/C)^P, with ε̇ = "
-        "√(ε̇:ε̇). At the speed of the shear test the printed law gives 1 to many digits; the Cowper–Symonds law "
-        "does not."
+        "√(ε̇:ε̇). At the speed of the shear test, the printed law gives a factor of 1 to many digits; the "
+        "Cowper–Symonds law does not."
     )
     caption = "Yield stress against the axial strain rate for C = 80 1/s, P = 4: computed (points) and formula (lines)."
     return Topic("Yield against rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),))
@@ -91,11 +92,11 @@ def erosion() -> Topic:
         cases.append(Case(text, step, expected, 0.0, "definition, ε = εp + σy/3G", relative=False))
     history = pulled(CUBE, 0.06, 60)
     work = 0.5 * 10.0**2 / 1000.0 + 10.0 * 0.03
-    cases.append(Case("energy taken along", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
+    cases.append(Case("energy of the removed element", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
     text = (
-        "The element is strained by 0.1 % per step without hardening. It must fail in the step whose effective "
-        "plastic strain first reaches the failure strain, and then have no force. Its energy must remain in the "
-        "balance as eroded energy."
+        "The element is strained by 0.1 % per step without hardening. The element must fail in the step whose "
+        "effective plastic strain first reaches the failure strain, and then have no force. The energy of the failed "
+        "element must be counted as eroded energy in the balance."
     )
     return Topic("Erosion at the failure strain", text, tuple(cases))
 

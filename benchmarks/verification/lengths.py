@@ -46,11 +46,11 @@ def failure() -> Topic:
     text = "notched plate, ℓ = 1 mm: work to failure, elements of 0.25 mm"
     cases.append(Case(text, fine, coarse, 0.06, "elements of 0.5 mm", "mJ"))
     text = (
-        "With an internal length ℓ an element fails by the mean plastic strain around it. The mean of a unit slice in "
-        "a bar is a bell curve of width ℓ. A plate with a sharp notch requires almost the same work until its first "
-        "failure with any element size. With failure element by element the work is "
-        f"{work_to_failure(0.5, 0.0):.1f} mJ for elements of 0.5 mm and {work_to_failure(0.25, 0.0):.1f} mJ for "
-        "0.25 mm."
+        "With an internal length ℓ an element fails by the mean plastic strain around it. The mean of a unit strain "
+        "in one slice of a bar is a bell curve of width ℓ. A plate with a sharp notch requires almost the same work "
+        "until its first failure with any element size. With failure element by element the work is "
+        f"{work_to_failure(0.5, 0.0):.1f} mJ for elements of 0.5 mm and {work_to_failure(0.25, 0.0):.1f} mJ for 0.25 "
+        "mm."
     )
     return Topic("Failure in the mean", text, tuple(cases))
 

@@ -66,7 +66,7 @@ def energy() -> Topic:
     work = coarse().history
     force_times_way = float(np.sum(work.force * np.diff(work.travel, prepend=work.travel[0])))
     cases.append(
-        Case("work of the blade, Σ force · way", work.external[-1], force_times_way, 0.002, "definition", "mJ")
+        Case("work of the blade, Σ force · displacement", work.external[-1], force_times_way, 0.002, "definition", "mJ")
     )
     text = (
         "Kinetic, internal, hourglass, eroded and contact energy, with friction and damping, must add up to the work "
@@ -75,7 +75,7 @@ def energy() -> Topic:
         f"the quarter model have failed, and hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of "
         "internal energy."
     )
-    caption = "Where the blade's work goes over its travel (1 mm, quarter model), and the error of the balance."
+    caption = "Energies versus blade travel (1 mm, quarter model), and the error of the balance."
     return Topic("Energy balance of the shear test", text, tuple(cases),
                  (Drawing("energy", figures.energy(result.history), caption),))  # fmt: skip
 

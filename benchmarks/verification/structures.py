@@ -41,8 +41,8 @@ def wave() -> Topic:
     text = (
         f"{test_wave.LENGTH} cubes in a row with ν = 0, one end driven at constant speed v. Behind the front the "
         "stress is ρcv. A free end removes the stress and doubles the velocity; a fixed end doubles the stress and "
-        "stops the bar. Bulk viscosity widens the front to some elements. With mass scaling all speeds decrease by its "
-        "square root."
+        "stops the bar. Bulk viscosity widens the front to a few elements. With mass scaling all speeds decrease by "
+        "its square root."
     )
     caption = "Stress along the bar before and after the front meets the far end: computed, and exact (dashed)."
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
@@ -66,9 +66,9 @@ def beams() -> Topic:
     text = "1 element high, c = 0.548: deflection over theory"
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
-        "A beam of length 40 mm and height 4 mm under a sudden load oscillates about its static position. Mean and "
-        "period give deflection and frequency. The hourglass coefficient is 0.15; with 0.548 even a single row of "
-        "cubes has the deflection of the beam."
+        "A beam of length 40 mm and height 4 mm under a sudden load oscillates about its static position. The mean "
+        "and the period of this oscillation give deflection and frequency. The hourglass coefficient is 0.15; with "
+        "0.548 even a single row of cubes has the deflection of the beam."
     )
     return Topic("Cantilever", text, tuple(cases))
 

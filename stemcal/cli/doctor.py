@@ -31,7 +31,7 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Check the installation, with a self-test.
+    """Check the installation and run a self-test.
 
     Example: [bold]stemcal doctor[/bold]
     """
@@ -74,7 +74,7 @@ def _versions() -> Iterator[Finding]:
         try:
             yield Finding(name, version(name))
         except PackageNotFoundError:
-            yield Finding(name, "missing; install stemcal again: pip install --force-reinstall . in the clone", False)
+            yield Finding(name, "missing; run `pip install --force-reinstall .` in the clone", False)
 
 
 def _extras() -> Iterator[Finding]:
@@ -82,7 +82,7 @@ def _extras() -> Iterator[Finding]:
 
     for extra, module in EXTRAS.items():
         there = find_spec(module) is not None
-        hint = "installed" if there else f'not installed; if needed, pip install ".[{extra}]" in the clone'
+        hint = "installed" if there else f'not installed (optional); run `pip install ".[{extra}]"` in the clone'
         yield Finding(f"extra {extra}", hint, True if there else None)
 
 
@@ -118,7 +118,7 @@ def _cache() -> Iterator[Finding]:
     from stemcal.fem.kernels.compile import own_folder, unusable
 
     folder, reason = own_folder(), unusable(own_folder())
-    hint = f"not used, {reason}: kernels are kept among the temporary files; set STEMCAL_CACHE_DIR to a folder of yours"
+    hint = f"{reason}, so kernels are cached in the temporary folder; set STEMCAL_CACHE_DIR to a private folder"
     yield Finding("cache", hint if reason else str(folder), None if reason else True)
 
 
@@ -127,7 +127,7 @@ def _fonts() -> Iterator[Finding]:
 
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
     found = ", ".join(chinese) or (
-        "none found: Chinese names appear as boxes in PNG and PDF figures; install one, such as fonts-noto-cjk "
+        "none found: Chinese names appear as boxes in PNG and PDF figures; install a font such as fonts-noto-cjk "
         "(Debian, Ubuntu) or google-noto-sans-cjk-fonts (Fedora)"
     )
     yield Finding("Chinese fonts", found, True if chinese else None)
@@ -152,7 +152,7 @@ def _solver() -> Iterator[Finding]:
     strain, known = stretched_bar()
     error = abs(strain / known - 1.0)
     took = time.perf_counter() - began
-    text = f"plastic strain {strain:.5f}, exact {known:.5f}, {100 * error:.2f} % off, {took:.1f} s"
+    text = f"plastic strain {strain:.5f}, exact {known:.5f}, error {100 * error:.2f} %, {took:.1f} s"
     yield Finding("self-test: solver", text, bool(error < 0.01))
 
 

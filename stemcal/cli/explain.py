@@ -106,15 +106,15 @@ def _beginning(typed: str) -> list[str]:
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term, or a key of a spec.", autocompletion=_beginning),
+    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec.", autocompletion=_beginning),
 ]
-Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of a spec for editors.")]
+Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
     """Explain a term or a key of the spec. Without a term, list all terms.
 
-    Terms can be English or Chinese. An editor completes and checks a spec if you save the schema and begin the spec
+    Terms can be English or Chinese. Editors complete and check a spec if you save the schema and start the spec
     with [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold].
 
     Example: [bold]stemcal explain lack of fit[/bold]

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
-    typer.Option("--format", "-f", help="CSV (a file per table), Markdown, LaTeX or Word."),
+    typer.Option("--format", "-f", help="CSV (one file per table), Markdown, LaTeX or Word."),
 ]
 PaperNumbers = Annotated[bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13, as in the paper.")]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Figure names or their beginnings; list shows all.", show_default="all"),
+    typer.Argument(metavar="NAME", help="Names of figures, or prefixes; list prints all names.", show_default="all"),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
@@ -37,7 +37,7 @@ Dpi = Annotated[
 ]
 Width = Annotated[
     str | None,
-    typer.Option("--width", metavar="one|two|MM", help="Journal columns (90 or 190 mm) or mm."),
+    typer.Option("--width", metavar="one|two|MM", help="Width: one column (90 mm), two (190 mm), or in mm."),
 ]
 COLUMNS = {"one": 90.0, "two": 190.0}  # mm
 ANIMATION = "animation"
@@ -59,7 +59,7 @@ def tables(
 ) -> None:
     """Write the tables of a study for a publication.
 
-    They are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
+    The tables are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
     parameters and validation. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
@@ -89,9 +89,9 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    They are saved in figures/ inside the study folder. NAME selects every figure whose name starts with it: contour
-    draws all contour plots. animation writes a GIF of the cut at the calibration diameter; animation-7mm does so at
-    7 mm.
+    The figures are saved in figures/ inside the study folder. NAME selects every figure whose name starts with it:
+    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm one
+    at 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
     """
@@ -128,7 +128,7 @@ def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
     from stemcal.files.rows import Column, Table
 
     named = {plot.name: plot.caption for plot in plots}
-    named |= dict.fromkeys(films(records), "The cut as an animation (GIF).")
+    named |= dict.fromkeys(films(records), "Animation of the cut (GIF).")
     if as_json:
         say_json({"figures": named})
     else:
@@ -172,11 +172,11 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.solvers.film import frames_of
 
     if not study.naming.is_cutting:
-        raise UsageError(f"no figure {name!r}: only runs of the embedded solver store frames")
+        raise UsageError(f"no figure {name!r}: frames are stored only for runs of the embedded solver")
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
-        remedy = "the stages refine and validate store the frames; run `stemcal run SPEC` first"
+        remedy = "the frames are stored by the stages refine and validate; run `stemcal run SPEC` first"
         raise UsageError(f"no figure {wanted!r}; figures: {', '.join(known)}" if known else f"{wanted}: {remedy}")
     label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
     details = records[label].details

@@ -25,11 +25,11 @@ RADIOSS = ".rad"
 _NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="File of the deck, .k or .rad (OpenRadioss).", show_default=False)
+    Path, typer.Argument(metavar="PATH", help="Deck file: .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="Program that reads the deck.", show_default="of the study or file name"),
+    typer.Option("--for", help="Target program of the deck.", show_default="from study or file name"),
 ]
 NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the force expected from the deck.")]
 
@@ -47,8 +47,8 @@ def export_deck(
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values without a calibration. Cards of the program replace the
-    averaging lengths of the study. A name that ends in .rad also writes the starter and engine files of OpenRadioss.
+    Factors have their calibrated values, or mid-range values if the study is not calibrated. Cards of the program
+    replace the averaging lengths of the study. A name ending in .rad also writes OpenRadioss starter and engine files.
     Units are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
@@ -87,14 +87,15 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
     own = study.solver.program_name if study.kind.writes_decks else None
     found = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if found == "lsdyna" and path.suffix == RADIOSS:
-        raise UsageError(f"{path}: LS-DYNA reads no {RADIOSS} file; name the deck {path.stem}.k")
+        raise UsageError(f"{path}: LS-DYNA cannot read {RADIOSS} files; name the deck {path.stem}.k")
     if own is not None and found != own:
         raise UsageError(
-            f"--for {found}: the study is calibrated in {own}, and its values do not apply to another program. Write "
-            f"--for {own}, or calibrate there: solver: {{kind: deck, program: {found}}} and `stemcal run SPEC`"
+            f"--for {found}: the study is calibrated for {own}, and its values do not apply to {found}. Use --for "
+            f"{own}, or calibrate for {found}: write solver: {{kind: deck, program: {found}}} and run `stemcal run "
+            "SPEC`"
         )
     if found is None:
-        raise UsageError(f"{path}: the program that reads the deck is not named; add --for lsdyna or --for openradioss")
+        raise UsageError(f"{path}: the target program is unknown; add --for lsdyna or --for openradioss")
     return "lsdyna" if found == "lsdyna" else "openradioss"
 
 
@@ -114,7 +115,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
             return there, {**study.midlevels(), **refined.parameters}
         if results.calibrated:
             return study, {**study.midlevels(), **results.parameters}
-    warn("The study has no calibrated values: factors without --set have the middle of their ranges.")
+    warn("The study is not calibrated yet: factors without --set are at the middle of their ranges.")
     return study, dict(study.midlevels())
 
 
@@ -182,10 +183,10 @@ def _told(of_deck: float, of_study: float | None) -> list[str]:
 
 _COARSEST = 0.5  # of the diameter
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the files.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Program: *MAT_003 (lsdyna) or *MAT_024.", show_default=False),
+    typer.Option("--for", help="lsdyna writes *MAT_003, openradioss *MAT_024.", show_default=False),
 ]
 Sizes = Annotated[
     list[str],
@@ -211,9 +212,9 @@ def export_material(
 ) -> None:
     """Write the material card for your own model and its element size.
 
-    If each element fails by itself, the force depends on the element size and on the position of the mesh. The failure
-    strain is adjusted until the mean force over several positions is the calibrated force. The card is for the first
-    --element-size; with several sizes a curve is written too. Run `stemcal run SPEC` first.
+    If each element fails independently, the force depends on the element size and on the mesh position. The failure
+    strain is adjusted until the mean force over several positions equals the calibrated force. The card is for the
+    first --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

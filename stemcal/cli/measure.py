@@ -28,34 +28,51 @@ app = typer.Typer(
 )
 
 Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
-Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
-Separator = Annotated[str | None, typer.Option(metavar="NAME", help="tab, semicolon …", show_default="detected")]
-Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="point or comma.", show_default="detected")]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which a curve starts.")]
-ForceColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
-DisplacementColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")
+Encoding = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Text encoding, such as gbk.", show_default="detected")
 ]
-TimeColumn = Annotated[str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")]
+Separator = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Separator: tab, semicolon …", show_default="detected")
+]
+Decimal = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Decimal mark: point or comma.", show_default="detected")
+]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which the curves start.")]
+ForceColumn = Annotated[
+    str | None, typer.Option(metavar="COLUMN,...", help="Force column, name or number.", show_default="by name")
+]
+DisplacementColumn = Annotated[
+    str | None, typer.Option(metavar="COLUMN,...", help="Displacement column.", show_default="by name")
+]
+TimeColumn = Annotated[
+    str | None, typer.Option(metavar="COLUMN,...", help="Time column, name or number.", show_default="by name")
+]
 Speed = Annotated[
     str | None,
-    typer.Option(metavar="SPEED", help="Blade speed, for files without displacement."),
+    typer.Option(metavar="SPEED", help="Blade speed if there is no displacement."),
 ]
-ForceUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="N, kN, kgf …", show_default="heading, else N")]
-DisplacementUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="mm, cm …", show_default="heading, else mm")]
-TimeUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="s, ms or min.", show_default="heading, else s")]
+ForceUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Force unit: N, kN …", show_default="heading, else N")
+]
+DisplacementUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Displacement unit.", show_default="heading, else mm")
+]
+TimeUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Time unit: s, ms, min.", show_default="heading, else s")
+]
 
 
 @app.command()
 def diameters(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table with one row per stem, or per reading.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table with one row per stem or per reading.")],
     grades: Annotated[
-        str | None, typer.Option(metavar="MM,...", help="Diameters of the grades.", show_default="proposed")
+        str | None, typer.Option(metavar="MM,...", help="Nominal diameters of the grades.", show_default="proposed")
     ] = None,
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
     diameter_column: Annotated[
-        str | None, typer.Option(metavar="COLUMN,...", help="Name or number.", show_default="by name")
+        str | None,
+        typer.Option(metavar="COLUMN,...", help="Diameter column, name or number.", show_default="by name"),
     ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
@@ -87,7 +104,7 @@ def shear(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of force–displacement files, or one file.")],
     pattern: Annotated[
         str | None,
-        typer.Option(metavar="GLOB", help="Pattern of file names.", show_default="all readable"),
+        typer.Option(metavar="GLOB", help="Pattern of the file names, such as *.csv.", show_default="all readable"),
     ] = None,
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table that gives the diameter of the specimen of each file.")
@@ -98,7 +115,7 @@ def shear(
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Add travel and work to the targets.")
+        bool, typer.Option("--travel-and-work", help="Add travel and work at the peak to the targets.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -115,9 +132,9 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert shear tests to peak forces, their means by grade and targets.
+    """Convert shear tests to peak forces, means per grade and targets.
 
-    The diameter of a specimen is in its file name (7mm-1.csv), above its data or in an index.
+    The diameter of each specimen is read from its file name (7mm-1.csv), from a line above its data or from an index.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -136,8 +153,8 @@ def shear(
 
 @app.command()
 def tests(
-    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study with these tests.")],
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with a subfolder of files for each test.")],
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec with a section for each test.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of files per test.")],
     preload: Preload = 5.0,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; may be given more than once.")
@@ -159,7 +176,7 @@ def tests(
 ) -> None:
     """Convert other laboratory tests to slopes, peak forces, work and targets.
 
-    The responses are those in the targets of each test; without targets, those usual for its kind.
+    Responses are those in the targets of each test, otherwise the usual ones of its kind.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """
@@ -179,7 +196,7 @@ def tests(
         _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote the targets of the tests into {spec}; check it with: stemcal check {spec}")
+        note(f"wrote the targets of the tests into {spec}; check the spec with: stemcal check {spec}")
 
 
 def _finish_shear(
@@ -204,7 +221,7 @@ def _finish_shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
-        note(f"wrote the targets into {spec}; check it with: stemcal check {spec}")
+        note(f"wrote the targets into {spec}; check the spec with: stemcal check {spec}")
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
@@ -218,7 +235,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
-        raise UsageError(f"{spec} is not text; save it in UTF-8")
+        raise UsageError(f"{spec} is not a text file; save the spec in UTF-8")
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)
@@ -272,6 +289,6 @@ def _show(
         say_tables(*found)
         say_whole(*([yaml] if yaml else []))
     if synthetic:
-        warn("the files are marked as synthetic; do not publish them as measured")
+        warn("the files are marked as synthetic; do not publish their values as measurements")
     for one in [] if quiet else notes:
         note(f"note: {one}")

@@ -54,7 +54,7 @@ def run(
     with opened(spec, out, workers, executor, quiet) as work:
         require_stage(work.study, until)
         if not quiet:
-            note(f"Report: {work.folder.path / 'report.html'}, written after each stage")
+            note(f"Report: {work.folder.path / 'report.html'}, updated after each stage")
         if retry:
             compute_again(work)
         work.foresee()
@@ -79,7 +79,7 @@ def compute_again(work: Session) -> None:
     failed = sum(entry.status == "failed" for entry in entries)
     note(f"{len(entries)} failed runs repeated")
     if failed:
-        warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists them")
+        warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
 
 def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
@@ -171,13 +171,13 @@ def _run(stage: Stage[Any], spec: Spec, out: Out, workers: Workers, executor: st
 def report(
     spec: Spec,
     out: Out = None,
-    show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    show: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the report, one self-contained page, from the finished stages.
+    """Write the finished stages to the report, a single self-contained page.
 
-    It can also be written while the study runs.
+    You can also write it while the study is running.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
@@ -189,7 +189,7 @@ def report(
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
     if show and not webbrowser.open(page.resolve().as_uri()):
-        warn(f"No browser was found; open {page} by hand.")
+        warn(f"No browser was found; open {page} yourself.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
@@ -200,7 +200,9 @@ Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, 
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
 ]
-Who = Annotated[str, typer.Option("--who", metavar="NAME", help="Operator of rows without a name.", show_default="you")]
+Who = Annotated[
+    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name none.", show_default="you")
+]
 
 
 def enter(
@@ -214,7 +216,7 @@ def enter(
 ) -> None:
     """Enter the results of runs done by hand, then continue the study.
 
-    Correct rows are recorded, the others are listed with their errors. For a run that was not possible write
+    Correct rows are recorded; the others are listed with their errors. If a run was not possible, write
     [bold]failed: why[/bold]; with --replace this also removes an earlier result.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
@@ -225,7 +227,7 @@ def enter(
     try:
         content = read_plain(sheet, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{sheet}: {error.strerror}; name the sheet with the results") from None
+        raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
     how = Correction(replace.strip(), who or user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)

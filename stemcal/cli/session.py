@@ -24,12 +24,12 @@ def _spec_meant(given: Path) -> Path:
 
 Spec = Annotated[
     Path,
-    typer.Argument(metavar="SPEC", help="Spec of the study, a YAML file.", show_default=False, callback=_spec_meant),
+    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False, callback=_spec_meant),
 ]
 
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>"),
+    typer.Option("--out", "-o", metavar="DIR", help="Folder of the study.", show_default="runs/<study name>"),
 ]
 
 Workers = Annotated[
@@ -49,7 +49,7 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="local|dask://HOST:PORT",
-        help="Run here or on a Dask cluster.",
+        help="Run on this machine or on a Dask cluster.",
     ),
 ]
 
@@ -60,11 +60,9 @@ def _name_envelope(ctx: typer.Context, value: bool) -> bool:
     return value
 
 
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object and nothing else.", callback=_name_envelope)
-]
+AsJson = Annotated[bool, typer.Option("--json", help="Print only one JSON object.", callback=_name_envelope)]
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress and no notes.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress and notes.")]
 
 
 if TYPE_CHECKING:
@@ -132,9 +130,9 @@ def executor_called(name: str, workers: int | None) -> Callable[[float | None], 
     if not name.startswith(DASK):
         raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
     if not host or not port.isdigit():
-        raise UsageError(f"--executor {name}: write it as dask://HOST:PORT, the address of your scheduler")
+        raise UsageError(f"--executor {name}: write the address of your scheduler as dask://HOST:PORT")
     if workers is not None:
-        raise UsageError("--workers applies to --executor local; a cluster has the workers you start there")
+        raise UsageError("--workers applies only to --executor local; start the workers of a cluster yourself")
     from stemcal.executors.cluster import DaskExecutor
 
     return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)

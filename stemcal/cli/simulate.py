@@ -24,17 +24,19 @@ if TYPE_CHECKING:
 
 CUTTING = "cutting"  # the test that the sections of a spec describe
 
-Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Outer diameter.", show_default="the spec's")]
+Diameter = Annotated[
+    str | None, typer.Option(metavar="MM", help="Outer diameter of the stem.", show_default="the spec's")
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; may be given more than once."),
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="File for the history over time.")]
+CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
 FigureFile = Annotated[
-    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force over travel (.png, .svg, .pdf).")
+    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force versus travel (.png, .svg, .pdf).")
 ]
 FramesFolder = Annotated[
-    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames (ParaView).")
+    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames for ParaView.")
 ]
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
@@ -54,7 +56,7 @@ def simulate(
 ) -> None:
     """Simulate one virtual shear test, or another test defined in the spec.
 
-    If the spec names a program, it makes one run of that program. Factors without --set have mid-range values.
+    If the spec uses another program, that program is run once. Factors without --set have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -119,7 +121,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
         name, equals, text = setting.partition("=")
         name = name.strip()
         if not equals:
-            raise UsageError(f"--set {setting}: write it as factor=value")
+            raise UsageError(f"--set {setting}: write factor=value")
         if name not in levels:
             raise UsageError(f"--set {setting}: no factor {name!r}; {did_you_mean(name, levels)}")
         levels[name] = typed_level(study.factor(name), text.strip())
@@ -138,7 +140,7 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
     if given and not study.kind.force_history:
-        raise UsageError(f"{', '.join(given)}: only with `solver: {{kind: embedded}}`; leave it out")
+        raise UsageError(f"{', '.join(given)}: requires `solver: {{kind: embedded}}`; omit it")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist")
@@ -196,7 +198,7 @@ def one_run(
 
     if study.kind.answers != "computes":
         raise UsageError(
-            f"simulate needs `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
+            f"simulate requires `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
         )
     solver = make_solver(study)
     solver.prepare()
@@ -212,7 +214,7 @@ def one_run(
         warn(str(from_json(Note, warning)))
     if csv_file:
         if (curve := answer.details.get("curve")) is None:
-            raise UsageError("--csv: this program returns a number, not a curve")
+            raise UsageError("--csv: this program returns no curve; omit the option")
         rows = zip(curve["travel"], curve["force"], strict=True)
         write_atomic(csv_file, csv_text([["travel", "force"], *rows], newline="\r\n"))
         if not quiet:

@@ -24,10 +24,10 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 
 def init(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Include the keys that have a default.")] = False,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
+    full: Annotated[bool, typer.Option("--full", help="Include keys with default values.")] = False,
 ) -> None:
-    """Write a commented spec to start from.
+    """Write a commented spec as a starting point.
 
     The file is NAME.yaml; an existing file is not overwritten.
 
@@ -66,7 +66,7 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise UsageError(f"{path} already exists; choose another name or remove it first") from None
+        raise UsageError(f"{path} already exists; choose another name or delete the file first") from None
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
 
@@ -75,7 +75,7 @@ def write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """Report all mistakes in a spec; if it has none, its runs and their cost.
+    """List all mistakes in a spec or, if there are none, its runs and cost.
 
     Nothing is simulated or written. Time and memory exclude runs that are already in the study folder.
 

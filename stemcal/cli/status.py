@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 MOST_NAMES = 20
 
-Runs = Annotated[bool, typer.Option("--runs", help="List all runs with levels and results.")]
+Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if one was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if any was changed.")]
 
 
 def status(
@@ -36,8 +36,8 @@ def status(
 ) -> None:
     """Show the progress, failures and verdict of a study.
 
-    It can be used while the study runs. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records are
-    repeated in any case.
+    You can use it while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records
+    are always repeated.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
@@ -96,11 +96,12 @@ def state(found: Status, names: Names) -> list[str]:
 def _stage(stage: StageStatus) -> Iterator[str]:
     name = stage.stage
     if stage.reasons:
-        yield f"{name}: failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists them."
+        yield f"{name}: failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists the failed runs."
     if stage.censored:
-        yield f"{name}: {counted(stage.censored, 'response')} not clearly past the maximum at the end of the stroke."
+        few = counted(stage.censored, "response")
+        yield f"{name}: {few} may be too low: the stroke ended before the maximum was clearly passed."
     if stage.damaged:
-        yield f"{name}: {counted(stage.damaged, 'damaged record')}: the next command repeats the run."
+        yield f"{name}: {counted(stage.damaged, 'damaged record')}; the next command repeats the run."
     if stage.changed:
         yield f"{name}.json is stale: {', '.join(stage.changed)} changed since."
 

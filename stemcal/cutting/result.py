@@ -233,7 +233,7 @@ def evaluate(
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
-        raise SimulationFailed("no_contact", "no contact force: check gap, speed and duration")
+        raise SimulationFailed("no_contact", "the blade exerted no force on the stem; check gap, speed and duration")
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
     added = 100.0 * history.added_mass
     checks: dict[str, Any] = {

@@ -35,7 +35,7 @@ class RunTimedOut(StemcalError):
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
-        super().__init__(f"it exceeded its time limit of {limit:g} s and was terminated")
+        super().__init__(f"the run exceeded its time limit of {limit:g} s and was terminated")
 
 
 class ClusterLost(StemcalError):
@@ -102,8 +102,8 @@ def require_address_space() -> None:
     if limit != resource.RLIM_INFINITY and limit < LEAST_SPACE:
         had, needed = (bound / 2**20 for bound in (limit, LEAST_SPACE))
         raise UsageError(
-            f"this process may use {had:.0f} MiB of address space, but {needed:.0f} MiB are needed: raise the limit "
-            f"(ulimit -v unlimited)"
+            f"this process may use {had:.0f} MiB of address space, but {needed:.0f} MiB are needed; raise the limit "
+            "(ulimit -v unlimited)"
         )
 
 

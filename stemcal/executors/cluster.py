@@ -113,14 +113,15 @@ class DaskExecutor(RunExecutor):
     def _translated(self, error: BaseException) -> BaseException:
         """Return Dask's words for a run that outlived too many workers, and for a lost cluster, as ours."""
         if type(error).__name__ in _KILLED:
-            return WorkerDied(f"the Dask workers that computed it were lost: {error}")
+            return WorkerDied(f"the Dask workers of this run were lost: {error}")
         if isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in ("distributed", "tornado"):
             return self._lost()
         return error
 
     def _lost(self) -> ClusterLost:
         return ClusterLost(
-            f"the Dask scheduler at {self.address} is gone; finished runs are kept, repeat the command to continue"
+            f"the connection to the Dask scheduler at {self.address} was lost; repeat the command to continue with the "
+            "finished runs"
         )
 
     def _check_versions(self) -> None:
@@ -128,7 +129,7 @@ class DaskExecutor(RunExecutor):
             found: dict[str, str] = self._client.run(code_version)
         except Exception as error:
             raise UsageError(
-                f"--executor dask://{self.address}: a worker cannot use stemcal ({error}); install stemcal "
+                f"--executor dask://{self.address}: a worker cannot import stemcal ({error}); install stemcal "
                 f"{__version__} on its machine"
             ) from None
         if not found:
@@ -146,7 +147,7 @@ def supervised(blob: bytes, time_limit: float | None, version: str, session: str
 
     with _making:
         if session in _ended:
-            raise WorkerDied("the command that asked for it has ended")
+            raise WorkerDied("the command that requested this run has ended")
         if session not in _sessions:
             _sessions[session] = LocalExecutor(min(int(get_worker().state.nthreads), _MOST_PROCESSES))
         crew = _sessions[session]
@@ -168,7 +169,7 @@ def end_session(session: str) -> None:
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    return f"{worker} has stemcal {version}, the study stemcal {wanted}; install the same version and code on both"
+    return f"{worker} has stemcal {version}, the study {wanted}; install the same version and code on both"
 
 
 def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
@@ -214,8 +215,8 @@ def _connected(address: str) -> Any:
         return Client(f"{_scheme()}://{address}", timeout=left, set_as_default=False)
     except Exception as error:  # what speaks another protocol makes Dask raise all kinds
         raise UsageError(
-            f"--executor dask://{address}: no Dask scheduler answers there ({error or type(error).__name__}); start "
-            "one with `dask scheduler`, whose usual port is 8786"
+            f"--executor dask://{address}: no Dask scheduler responds at this address "
+            f"({error or type(error).__name__}); start one with `dask scheduler` (default port 8786)"
         ) from None
 
 

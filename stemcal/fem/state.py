@@ -131,7 +131,7 @@ def start(model: Model) -> State:
     size = float(np.cbrt(np.median(volumes)))
     first, _, volume = stable_step(body, topology.slots, model.material.lame_modulus, model.material.shear_modulus)
     if not volume > 0.0:
-        raise SimulationFailed("inverted", "the mesh has an element without volume at the start")
+        raise SimulationFailed("inverted", "an element of the initial mesh has zero or negative volume")
     return State(
         body=body,
         topology=topology,

@@ -266,9 +266,9 @@ def _check(outcome: int, state: State) -> None:
         return
     place = f"at t = {state.clock.time[0]:.6g} s in element {state.clock.trouble[0]}"
     raise {
-        INVERTED: SimulationFailed("inverted", f"an element turned inside out {place}"),
+        INVERTED: SimulationFailed("inverted", f"an element was inverted {place}"),
         COLLAPSED: SimulationFailed("time_step", f"the time step collapsed {place}"),
-        NOT_FINITE: SimulationFailed("nan", f"a velocity is no longer a finite number {place}"),
+        NOT_FINITE: SimulationFailed("nan", f"a velocity became infinite or NaN {place}"),
     }[outcome]
 
 

@@ -64,7 +64,8 @@ def refuse_link(path: Path) -> None:
     """
     if path.is_symlink():
         raise StemcalError(
-            f"{path} is a link, and stemcal does not write through links; remove it or choose another place"
+            f"{path} is a symbolic link, and stemcal does not write through links; remove the link or choose another "
+            "path"
         )
 
 
@@ -73,7 +74,7 @@ _REMEDIES = {
     getattr(errno, "EDQUOT", errno.ENOSPC): "free some space; the same command then resumes with the finished runs",
     errno.EROFS: "make it writable or choose another place with --out",
     errno.EACCES: "make it writable or choose another place with --out",
-    errno.ENOENT: "its folder was deleted or moved; the same command creates it again",
+    errno.ENOENT: "the folder was deleted or moved; the same command creates the folder again",
 }
 
 
@@ -83,7 +84,7 @@ def what_happened(error: OSError) -> str:
     >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
     'Read-only file system; make it writable or choose another place with --out'
     """
-    remedy = _REMEDIES.get(error.errno or 0, "correct that; the same command then resumes with the finished runs")
+    remedy = _REMEDIES.get(error.errno or 0, "fix this; the same command then resumes with the finished runs")
     return f"{error.strerror or error}; {remedy}"
 
 
@@ -137,7 +138,7 @@ def plain(content: Any) -> Any:
         return content.as_posix()
     if hasattr(content, "tolist"):  # numpy
         return plain(content.tolist())
-    raise TypeError(f"{type(content).__name__} has no place in JSON")
+    raise TypeError(f"{type(content).__name__} cannot be written as JSON")
 
 
 def _replace(temporary: Path, path: Path) -> None:
@@ -203,7 +204,7 @@ def opened(path: Path) -> dict[str, Any]:
     if SEAL not in content:
         raise Broken("has no SHA-256")
     if not _agrees(blob, content, content.pop(SEAL)):
-        raise Broken("does not agree with its SHA-256")
+        raise Broken("does not match its SHA-256 checksum")
     return content
 
 

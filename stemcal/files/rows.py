@@ -208,7 +208,7 @@ class Table:
         return csv_text([[column.key for column in self.columns], *self.rows])
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a frame of pandas."""
+        """Return a pandas frame."""
         import pandas as pd
 
         return pd.DataFrame(list(self.rows), columns=[column.key for column in self.columns])

@@ -65,7 +65,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
         found = reading.decoded(content, [encoding] if encoding else _guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
-            f"--encoding {shown(encoding or '')[1:-1]}: unknown; take utf-8, utf-16, gbk or another of Python's"
+            f"--encoding {shown(encoding or '')[1:-1]}: unknown; use utf-8, utf-16, gbk or another encoding of Python"
         ) from None
     if found is None:
         named = encoding or next(_guesses(content))
@@ -94,7 +94,7 @@ def is_workbook(content: bytes, source: object) -> bool:
         If it is a table that spreadsheet programs open and this module does not read.
     """
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
-        raise UsageError(f"{source} is a spreadsheet format that stemcal cannot read; save it as .xlsx or CSV")
+        raise UsageError(f"{source} is a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
     return content.startswith(_MODERN)
 
 
@@ -113,7 +113,7 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
     except Exception as error:  # openpyxl raises many kinds for damaged archives, damaged XML or strange cells
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         raise UsageError(
-            f"{source} cannot be read as a workbook of Excel ({reason}); save it again as .xlsx or CSV"
+            f"{source} cannot be read as an Excel workbook ({reason}); save the file again as .xlsx or CSV"
         ) from None
     return {str(title): [_line(row) for row in frame.to_numpy().tolist()] for title, frame in book.items()}
 

@@ -14,7 +14,7 @@ from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, SECONDS, TIME
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching
 from stemcal.note import Note, Remedy
 
-NAME_THEM = "name them with --force-column and --displacement-column, by name or number"
+NAME_THEM = "give both columns by name or number with --force-column and --displacement-column"
 PRELOAD = 5.0  # N
 _LABEL = 40  # characters of a label that are kept
 _ONLY_DIAMETER = re.compile(r"\W*([dØ]|diameter)?\W*[\d.,]+[ _]?mm\W*", re.IGNORECASE)
@@ -47,13 +47,13 @@ class CurveOptions:
     def check(self) -> None:
         """Raise `UsageError` if an option has no sense, or two contradict each other."""
         if self.time_column is not None and self.displacement_column is not None:
-            raise UsageError("--time-column and --displacement-column exclude each other; use one of them")
+            raise UsageError("--time-column and --displacement-column cannot be combined; use one of these options")
         if self.time_column is not None and self.speed is None:
-            raise UsageError("--time-column needs --speed, the speed of the blade, as in --speed '20 mm/min'")
+            raise UsageError("--time-column requires the blade speed, as in --speed '20 mm/min'")
         if self.displacement_column is not None and self.speed is not None:
-            raise UsageError("--speed and --displacement-column exclude each other; use one of them")
+            raise UsageError("--speed and --displacement-column cannot be combined; use one of these options")
         if not 0.0 <= self.preload < math.inf:
-            raise UsageError(f"--preload {self.preload:g}: give a force in N, 0 or more")
+            raise UsageError(f"--preload {self.preload:g}: give a force of at least 0 N")
 
 
 @dataclass(frozen=True)
@@ -79,13 +79,13 @@ def channels_of(table: TextTable, how: CurveOptions) -> tuple[list[Channels], li
         If columns have no headings, or these do not show which columns form a pair.
     """
     if not table.headed and (how.force_column is None or (how.displacement_column is None and how.time_column is None)):
-        raise UsageError(f"{table.source}: the columns have no headings: {columns_of(table)}; {NAME_THEM}")
+        raise UsageError(f"{table.source}: the columns have no headings ({columns_of(table)}); {NAME_THEM}")
     notes: list[Note] = []
     ups = _forces(table, how)
     acrosses, timed = _acrosses(table, how, notes)
     pairs = _paired(table, acrosses, ups, how, notes)
     if any(across == up for across, up in pairs):
-        raise UsageError(f"{table.source}: force and displacement are the same column; {NAME_THEM}")
+        raise UsageError(f"{table.source}: the same column was given for force and displacement; {NAME_THEM}")
     over = _over(table, pairs)
     named = zip(pairs, _labels(over), over, strict=True)
     return [Channels(a, u, timed, label, millimetres_in(text)) for (a, u), label, text in named], notes
@@ -96,8 +96,8 @@ def _forces(table: TextTable, how: CurveOptions) -> list[int]:
         return given_columns(table, how.force_column, "force")
     found = matching(table, FORCE, NEWTONS)
     if not found:
-        remedy = "name it with --force-column, and its unit with --force-unit if the heading has none"
-        raise UsageError(f"{table.source}: no column for force among {columns_of(table)}; {remedy}")
+        remedy = "name the column with --force-column, and its unit with --force-unit if the heading has none"
+        raise UsageError(f"{table.source}: no force column found among {columns_of(table)}; {remedy}")
     return found
 
 
@@ -110,14 +110,14 @@ def _acrosses(table: TextTable, how: CurveOptions, notes: list[Note]) -> tuple[l
     found, times = matching(table, TRAVEL, MILLIMETRES), matching(table, TIME, SECONDS)
     if found:
         if how.speed is not None:
-            notes.append(Note("speed_unused", "info", "The file has a displacement: --speed is not used."))
+            notes.append(Note("speed_unused", "info", "The file contains a displacement, so --speed is ignored."))
         return found, False
     if times and how.speed is not None:
         return times, True
-    where = f"{table.source}: no column for displacement among {columns_of(table)}"
+    where = f"{table.source}: no displacement column found among {columns_of(table)}"
     if times:
-        raise UsageError(f"{where}; give the speed of the blade, as in --speed '20 mm/min', or --displacement-column")
-    raise UsageError(f"{where}; name it with --displacement-column")
+        raise UsageError(f"{where}; give the blade speed, as in --speed '20 mm/min', or the --displacement-column")
+    raise UsageError(f"{where}; name the column with --displacement-column")
 
 
 def _paired(
@@ -135,8 +135,8 @@ def _paired(
     if len(ups) > 1 and up_alike:
         if len(acrosses) > 1:
             raise _unclear(table)
-        text = f"{len(ups)} specimens share the displacement {_name(table, acrosses[0])}."
-        remedy = Remedy("If they are channels of one specimen, select one with --force-column.")
+        text = f"{len(ups)} specimens share the displacement column {_name(table, acrosses[0])}."
+        remedy = Remedy("If these are channels of one specimen, select one channel with --force-column.")
         notes.append(Note("shared_displacement", "caution", text, remedy))
         return [(acrosses[0], up) for up in ups]
     for what, columns in (("force", ups), ("displacement", acrosses)):
@@ -154,16 +154,16 @@ def _as_given(table: TextTable, acrosses: Sequence[int], ups: Sequence[int]) -> 
         acrosses = [acrosses[0]] * len(ups)
     if len(acrosses) != len(ups):
         raise UsageError(
-            f"{table.source}: {len(ups)} columns of force and {len(acrosses)} of displacement were named; "
-            "name the same number of each, or one displacement for all"
+            f"{table.source}: {len(ups)} force columns but {len(acrosses)} displacement columns were given; give the "
+            "same number of each, or one displacement column for all"
         )
     return list(zip(acrosses, ups, strict=True))
 
 
 def _unclear(table: TextTable) -> UsageError:
     return UsageError(
-        f"{table.source}: the headings {columns_of(table)} do not show whether these are several specimens or several "
-        f"channels of one; {NAME_THEM}, for several specimens as in --force-column 2,4 --displacement-column 1,3"
+        f"{table.source}: the headings {columns_of(table)} may mean several specimens or several channels of one "
+        f"specimen; {NAME_THEM}, for several specimens as in --force-column 2,4 --displacement-column 1,3"
     )
 
 

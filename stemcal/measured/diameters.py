@@ -75,7 +75,7 @@ def measure_diameters(
     values = [sum(readings) / len(readings) for readings in stems.values()]
     if len(values) < 3 or max(values) == min(values):
         there = f"{counted(len(values), 'stem')}, {counted(len(set(values)), 'diameter')}"
-        raise UsageError(f"{path}: {there}; a distribution needs three or more stems that differ")
+        raise UsageError(f"{path}: {there}; a distribution requires at least three stems of different diameters")
     tests = (shapiro_wilk(values), *((anderson_darling(values),) if len(values) >= LEAST else ()))
     summary = summarise(values)
     shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)
@@ -97,7 +97,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
         raise UsageError(f"--step {step:g}: the width of a grade must be above 0 mm and below {WIDEST:g} mm")
     for grade in grades:
         if not 0.0 < grade < WIDEST:
-            raise UsageError(f"--grades: {grade:g} mm is not the diameter of a stem; write mm")
+            raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; give diameters in mm")
     if len(grades) > MOST_GRADES:
         raise UsageError(f"--grades: {len(grades)} grades; a study has at most {MOST_GRADES}")
     for low, high in pairwise(sorted(grades)):
@@ -131,7 +131,7 @@ def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float
 def checked_diameter(value: float, place: str) -> float:
     """Return a diameter (mm) that a stem may have; raise `UsageError` for another, naming the place."""
     if not 0.0 < value < WIDEST:
-        raise UsageError(f"{place}: {value:g} mm is not a diameter; correct it or add its unit")
+        raise UsageError(f"{place}: {value:g} mm is not a plausible diameter; correct the value or add its unit")
     return value
 
 
@@ -160,7 +160,7 @@ def _reading_columns(table: TextTable, label: int | None) -> list[int]:
     if len(numeric) == 1 and not table.headed:
         return numeric
     raise UsageError(
-        f"{table.source}: no column for diameters among {columns_of(table)}; name it with --diameter-column"
+        f"{table.source}: no diameter column found among {columns_of(table)}; name the column with --diameter-column"
     )
 
 
@@ -178,7 +178,7 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
     if width >= MOST_GRADES:
-        raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; choose a wider one")
+        raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; choose a larger step")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

@@ -112,7 +112,7 @@ def _some_of(names: Sequence[str]) -> str:
 def _outlier(grade: float, specimen: str, test: Grubbs) -> Note:
     text = (
         f"Grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {test.statistic:.3f} > "
-        f"{test.critical:.3f}, alpha {test.alpha:g}); it is still included."
+        f"{test.critical:.3f}, alpha {test.alpha:g}). The specimen is still included."
     )
     return Note("outlier", "caution", text, Remedy("Use --exclude if the laboratory records give a reason."))
 
@@ -140,7 +140,7 @@ def measure_shear(
         raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     counted = [s for s in specimens if not s.excluded]
     if not counted:
-        raise UsageError("no specimen is left")
+        raise UsageError("no specimen remains")
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
@@ -170,7 +170,7 @@ def _equal(what: str, things: Sequence[tuple[str, object]]) -> Iterator[Note]:
         alike.setdefault(thing, []).append(name)
     for names in alike.values():
         if len(names) > 1:
-            text = f"{series(names[:_MOST])} have the same {what}: they may be the same specimen."
+            text = f"{series(names[:_MOST])} have the same {what} and may be the same specimen."
             yield Note(f"equal_{what}s", "warning", text, Remedy("Omit one with --exclude."))
 
 
@@ -179,15 +179,15 @@ def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
     if folder.is_file():
         return [folder]
     if not folder.is_dir():
-        raise UsageError(f"{folder} does not exist; give the folder of the machine's files, or one file")
+        raise UsageError(f"{folder} does not exist; give a folder of force–displacement files, or one file")
     try:
         found = list(folder.rglob(pattern if pattern is not None else "*"))
     except (ValueError, NotImplementedError):
-        raise UsageError(f"--pattern {shown(pattern or '')}: write a pattern of file names, such as '*.csv'") from None
+        raise UsageError(f"--pattern {shown(pattern or '')}: give a pattern of file names, such as '*.csv'") from None
     files = sorted((path for path in found if _is_specimens(path, pattern)), key=_by_number)
     if not files:
         wanted = pattern or ", ".join("*" + suffix for suffix in SUFFIXES)
-        raise UsageError(f"{folder}: no files {wanted} in it; add files or, for measure shear, use --pattern")
+        raise UsageError(f"{folder}: no files match {wanted}; add files or, for measure shear, use --pattern")
     return files
 
 
@@ -249,8 +249,8 @@ def _specimen(
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
-            f"{path}: its diameter is unknown; write it in the file name (7mm-1.csv), above its columns (7.1 mm), in "
-            f"a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
+            f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above its columns (7.1 "
+            "mm), in a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
@@ -293,8 +293,9 @@ def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[Note]:
     force = weakest.summary.mean
     if preload >= _PRELOAD_SHARE * force:
         text = (
-            f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum at {weakest.diameter:g} "
-            f"mm, {force:.3g} N: travel and work start from there; the maximum is not affected."
+            f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum force at "
+            f"{weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the maximum force is "
+            "unaffected."
         )
         remedy = Remedy(f"Use --preload {0.01 * force:.1g}, 1 % of the maximum.")
         yield Note("preload_of_weak_stems", "caution", text, remedy)

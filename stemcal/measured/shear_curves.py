@@ -75,7 +75,7 @@ def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], l
             found.append(table)
         except UsageError as error:
             first = first or error
-            text = f"Sheet {shown(table.sheet)} has no curve and is not read."
+            text = f"Sheet {shown(table.sheet)} contains no curve and was skipped."
             skipped.append(Note("sheet_skipped", "info", text))
     if not found and first is not None:
         raise first
@@ -86,7 +86,7 @@ def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[Shear
     """Return the curves of one table; `several`: whether others are in the same file."""
     channels, notes = channels_of(table, how)
     if len(channels) > 1:
-        notes.insert(0, Note("side_by_side", "info", f"The file has {len(channels)} specimens side by side."))
+        notes.insert(0, Note("side_by_side", "info", f"The file contains {len(channels)} specimens side by side."))
     diameters = stated_diameters(table, len(channels))
     sheet = table.sheet if several else ""
     curves = [
@@ -101,18 +101,22 @@ def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: fl
     for column in (channels.across, channels.up):
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
-            raise UsageError(f"{table.source}: {shown(table.columns[column])} has no numbers but {shown(held)}")
+            raise UsageError(
+                f"{table.source}: {shown(table.columns[column])} contains {shown(held)} instead of numbers"
+            )
     rows, notes = usable(table, channels.across, channels.up)
     if len(rows.rows) < 5:
-        raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a specimen needs more.")
+        raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a curve needs at least 5")
     force = scale_of(table, channels.up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(channels.up))
     travel = _travel(rows, channels, how, notes)
     if -force.min() > force.max():
         force = -force
-        notes.append(Note("pressing_is_positive", "info", "The sign of the force is reversed: pressing is positive."))
+        notes.append(
+            Note("pressing_is_positive", "info", "The sign of the force was reversed, so that compression is positive.")
+        )
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
-        text = "The force is largest at the last point: the test may have ended before the maximum."
+        text = "The force is largest at the last point, so the test may have ended before the maximum."
         notes.append(Note("largest_at_end", "warning", text))
     return ShearCurve(
         source=table.source,
@@ -133,7 +137,7 @@ def _travel(table: TextTable, channels: Channels, how: CurveOptions, notes: list
     values = np.array(table.numbers(column))
     if not channels.timed or how.speed is None:
         return scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit) * values
-    text = f"Displacement is time {shown(table.columns[column])} times {how.speed:g} mm/s."
+    text = f"Displacement was computed as {shown(table.columns[column])} (time) times {how.speed:g} mm/s."
     notes.append(Note("displacement_from_time", "info", text))
     return how.speed * scale_of(table, column, SECONDS, "s", how.time_unit) * values
 
@@ -149,10 +153,10 @@ def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
     kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
     notes: list[Note] = []
     if len(kept) < len(table.rows):
-        text = f"{counted(len(table.rows) - len(kept), 'row')} without numbers for force or displacement omitted."
+        text = f"Omitted {counted(len(table.rows) - len(kept), 'row')} without a number for force or displacement."
         notes.append(Note("rows_left_out", "info", text))
     if table.unread:
-        text = f"{counted(table.unread, 'row')} of numbers apart from the curve not read."
+        text = f"Skipped {counted(table.unread, 'row')} of numbers outside the table of the curve."
         notes.append(Note("rows_apart", "caution", text))
     return replace(table, rows=tuple(kept)), notes
 

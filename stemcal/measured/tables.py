@@ -106,7 +106,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; name the file of one specimen") from None
+        raise UsageError(f"{path}: {error.strerror}; give the file of one specimen") from None
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
@@ -119,7 +119,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     found = sheets(content, str(path))
     if form.sheet is not None:
         if form.sheet not in found:
-            raise UsageError(f"{path}: no sheet {shown(form.sheet)}; there are {', '.join(map(shown, found))}")
+            raise UsageError(f"{path}: no sheet {shown(form.sheet)}; the sheets are {', '.join(map(shown, found))}")
         found = {form.sheet: found[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
     tables = []
@@ -129,7 +129,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
         if table.rows:
             tables.append(table)
     if not tables:
-        raise UsageError(f"{path}: no rows of numbers found on its sheets")
+        raise UsageError(f"{path}: no rows of numbers found in the workbook")
     return tables
 
 
@@ -143,7 +143,7 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
         raise UsageError(
-            f"{path}: no rows of numbers found; describe the file with --separator, --decimal and --encoding"
+            f"{path}: no rows of numbers found; describe the format with --separator, --decimal and --encoding"
         )
     return table
 
@@ -156,7 +156,8 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
         raise UsageError(
-            "--decimal comma --separator comma: a comma can be both only if the numbers are in quotes; omit one of them"
+            "--decimal comma --separator comma: the comma can be both only if the numbers are in quotes; omit one of "
+            "the options"
         )
     return ways
 
@@ -164,7 +165,7 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
 def _named(given: str, known: dict[str, str], option: str) -> str:
     if given in known or given in known.values():
         return known.get(given, given)
-    raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; take one of {', '.join(known)}")
+    raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; use one of {', '.join(known)}")
 
 
 # ---- where the numbers are among the lines, and what is above them
@@ -250,8 +251,8 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
             open_quote = odd.text.count('"') % 2 == 1
             if not odd.remark and (numbers or open_quote or cells > run.width):
                 raise UsageError(
-                    f"{source}: line {places[0] + 1} has {cells} cells, those around it {run.width}; correct or "
-                    "delete it"
+                    f"{source}: line {places[0] + 1} has {cells} cells, the lines around it have {run.width}; correct "
+                    "or delete this line"
                 )
 
 
@@ -311,7 +312,7 @@ def _given_column(table: TextTable, given: str, what: str) -> int:
         return table.columns.index(given)
     if given.isascii() and given.isdigit() and 1 <= int(given[:6]) <= len(table.columns):
         return int(given) - 1
-    raise UsageError(f"{table.source}: no column {shown(given)} for {what}; there are {columns_of(table)}")
+    raise UsageError(f"{table.source}: no column {shown(given)} for {what}; the columns are {columns_of(table)}")
 
 
 def columns_of(table: TextTable) -> str:

@@ -89,9 +89,9 @@ def beforehand(study: Study) -> Iterator[Note]:
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
-            f"{study.blade.edge_spread}: a cutting curve cannot separate the three."
+            f"{study.blade.edge_spread}: a cutting curve cannot determine the three separately."
         )
-        remedy = Remedy("Fix both lengths before the calibration, and report all three.")
+        remedy = Remedy("Fix both lengths before the calibration, and report all three values.")
         yield Note("lengths_belong", "caution", text, remedy)
 
 
@@ -104,8 +104,8 @@ def _short_stroke(study: Study) -> Iterator[Note]:
     if stroke < LEAST_STROKE * thickest:
         share = stroke / thickest
         text = (
-            f"The blade travels {stroke:.3g} mm, {share:.2g} of the largest diameter ({thickest:g} mm). If a run "
-            "stops before the peak, its force is too small."
+            f"The blade travels {stroke:.3g} mm, {share:.2g} times the largest diameter ({thickest:g} mm). If a run "
+            "stops before the peak, its force is too low."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 

@@ -60,9 +60,11 @@ def measure_tests(
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:
-            raise UsageError(f"{study.name} has no section tests; add one, or use stemcal measure shear")
+            raise UsageError(
+                f"the spec of {study.name} has no section `tests`; add one, or use `stemcal measure shear`"
+            )
         if not folder.is_dir():
-            raise UsageError(f"{folder} does not exist; give the folder that has a subfolder for each test")
+            raise UsageError(f"{folder} does not exist; give the folder with one subfolder per test")
         told = ", ".join(test.name for test in study.tests)
         raise UsageError(f"{folder} has no subfolder with the name of a test; the tests of {study.name}: {told}")
     asked = [one.partition("/") for one in exclude]
@@ -72,7 +74,7 @@ def measure_tests(
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}
     unread = [path.name for path in sorted(folder.glob("*")) if path.is_dir() and path.name not in read]
     skipped = [
-        Note("folder_skipped", "info", f"Folder {shown(name)} is not read: no test has this name.") for name in unread
+        Note("folder_skipped", "info", f"Folder {shown(name)} was skipped: no test has this name.") for name in unread
     ]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name], BREAK_DROP))

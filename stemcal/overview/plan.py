@@ -134,7 +134,7 @@ def _in_another_program(study: Study, here: int, left: int, seconds: float | Non
     if study.there is not study:
         names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
         text = f"{counted(here, 'run')} here, at most {left} in {program(study.there.solver.program_name)} ({names})."
-        time = "" if seconds is None else f" Those take at most {duration(seconds)} on one core."
+        time = "" if seconds is None else f" The runs in the other model take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 
 
@@ -191,15 +191,15 @@ def total(found: Plan) -> list[str]:
     if found.seconds is not None:
         source = {
             "guess": " (a rough estimate)",
-            "tried": ", measured on half a second of a run on this machine",
-            "recorded": f", measured on {counted(found.recorded_runs, 'recorded run')} on this machine",
+            "tried": ", estimated from half a second of a run on this machine",
+            "recorded": f", estimated from {counted(found.recorded_runs, 'recorded run')} on this machine",
         }.get(found.source, "")
         lines.append(f"On one core this takes {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
     if found.memory:
-        lines.append(f"A run takes about {in_bytes(found.memory)} of memory.")
+        lines.append(f"A run needs about {in_bytes(found.memory)} of memory.")
     return lines
 
 

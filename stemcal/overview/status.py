@@ -286,7 +286,7 @@ def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> 
     problems = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
     stages = [_state(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
     problems |= {f"{state.stage}.json": state.problem for state in stages}
-    changed = "is missing or was changed; `stemcal run SPEC` writes it again"
+    changed = "is missing or was changed; `stemcal run SPEC` writes the file again"
     problems |= dict.fromkeys((name for state in stages for name in state.changed_tables), changed)
     damaged = tuple(Damage(file, problem) for file, problem in problems.items() if problem)
     return Inspection(1, "verify", study.name, str(folder.path), not damaged, len(keys), damaged, tuple(stages))

@@ -1,1 +1,1 @@
-"""The Python face: what scripts and notebooks use; nothing here prints or exits."""
+"""The Python interface for scripts and notebooks; nothing here prints or exits."""

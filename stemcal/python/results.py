@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class StudyResults:
-    """What a study came to, stage by stage; a stage that is not done raises `UsageError` when it is asked for.
+    """The results of a study by stage; access to a stage that is not finished raises `UsageError`.
 
     Results are attributes: `screen`, `climb`, `surface`, `inversion`, `refinement`, `validation`, and those of other
     packages' stages by their names; `of` returns one by its class.
@@ -39,7 +39,7 @@ class StudyResults:
     study : Study
     folder : StudyFolder
     stale : tuple of str
-        Why stages whose files are there are left out: something has changed since.
+        Reasons why existing stage files are not used: an input has changed since.
     """
 
     def __init__(self, study: Study, folder: StudyFolder, results: Results) -> None:
@@ -47,11 +47,11 @@ class StudyResults:
 
     @classmethod
     def read(cls, study: Study, folder: StudyFolder) -> StudyResults:
-        """Read what is in the folder of a study."""
+        """Read the results in a study folder."""
         return cls(study, folder, fresh_results(study, folder))
 
     def of(self, kind: type[R]) -> R:
-        """Return the result of a stage by its class; raise `UsageError` if it is not done."""
+        """Return the result of a stage by its class; raise `UsageError` if the stage is not finished."""
         if (result := self._results.of(kind)) is not None:
             return result
         missing = f"{self.folder.path / kind.name}.json does not exist yet; run `stemcal {kind.name} SPEC` first"
@@ -74,12 +74,12 @@ class StudyResults:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the study is calibrated, with reservations or not, for which reasons, and the remedies."""
+        """The verdict on the study (calibrated, with reservations, not calibrated) with reasons and remedies."""
         return verdict_of(self.study, self.folder, self._results)
 
     @property
     def verdict_text(self) -> str:
-        """The verdict in three lines at most, as `stemcal run` ends with it."""
+        """The verdict in at most three lines, as printed at the end of `stemcal run`."""
         return "\n".join(lines(self.verdict, Names(self.study.naming)))
 
     @property
@@ -89,7 +89,7 @@ class StudyResults:
 
     @property
     def runs(self) -> Rows[Entry]:
-        """Every run of the study and what came of it."""
+        """Every run of the study with its outcome."""
         return ledger(self.study, self.folder)
 
     @cached_property
@@ -105,7 +105,7 @@ class StudyResults:
         return [plot.name for plot in gallery(self.study, self._results, self.records)]
 
     def figure(self, name: str) -> Figure:
-        """Draw the figure of that name, or the first that begins so: ``contour`` over the first two factors."""
+        """Draw the figure with this name, or the first whose name starts with it, such as ``contour``."""
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
         found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
         if found is None:

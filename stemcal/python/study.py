@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 def load_study(path: str | Path) -> Study:
-    """Return the study in a YAML file; raise `SpecError` with everything that is wrong with it."""
+    """Return the study in a YAML file; raise `SpecError` with all its mistakes."""
     study = read_spec(checked_path(path, "path"))
     study._hands = ByHand()
     return study
@@ -56,23 +56,23 @@ def calibrate(
     workers: int | None = None,
     progress: bool | None = None,
 ) -> StudyResults:
-    """Take a study through all its stages; finished runs are taken from the folder.
+    """Run all stages of a study; finished runs in the folder are reused.
 
     Parameters
     ----------
     study : Study or path
-        The study, or the YAML file that it is in.
+        The study, or the path of its YAML file.
     out : path, optional
         The study folder; by default ``runs/<study name>``.
     workers : int, optional
-        Simulations at a time; by default all cores.
+        Number of parallel simulations; by default the number of cores.
     progress : bool, optional
-        Whether a bar shows how far it is; by default in a terminal and in Jupyter.
+        Whether to show a progress bar; by default in a terminal and in Jupyter.
 
     Raises
     ------
     RunsFailed, TargetUnreachable, FolderLocked, Waiting, UsageError
-        As in the command line.
+        As on the command line.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
     folder = StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
@@ -91,7 +91,7 @@ def _study(given: Study | str | Path) -> Study:
         return given
     if isinstance(given, str | Path):
         return load_study(given)
-    raise UsageError(f"study: {type(given).__name__} is not a study; give one that `stemcal.load_study` returns")
+    raise UsageError(f"study: {type(given).__name__} is not a study; pass one that `stemcal.load_study` returned")
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
@@ -101,12 +101,12 @@ def _warn_before(demand: Demand, workers: int) -> None:
 
 
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:
-    """Return the results that lie in a study folder.
+    """Return the results in a study folder.
 
     Parameters
     ----------
     study : Study, optional
-        By default it is read again from the spec that `calibrate` or `stemcal run` was given.
+        By default it is read from the spec of the last `calibrate` or `stemcal run`.
 
     Raises
     ------
@@ -120,21 +120,21 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     if study is None:
         spec = found.remembered_spec()
         if spec is None:
-            raise UsageError(f"{place} does not contain its spec; pass it: stemcal.open_results(folder, study)")
+            raise UsageError(f"{place} does not contain its spec; pass the study: stemcal.open_results(folder, study)")
         study = load_study(spec)
     return StudyResults.read(study, found)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Curve:
-    """Force (N, filtered) on the blade over its travel from first touch (mm), and where the stem broke, if it did."""
+    """Filtered force on the blade (N) versus its travel from first contact (mm), and the travel at break, if any."""
 
     travel: Array
     force: Array
     broke: float | None = None
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a frame of pandas."""
+        """Return a pandas frame."""
         rows = zip(self.travel.tolist(), self.force.tolist(), strict=True)
         return Table((Column("travel"), Column("force")), tuple(rows)).to_frame()
 
@@ -143,12 +143,12 @@ class Curve:
         return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
 
     def __repr__(self) -> str:
-        return f"Curve of {len(self.travel)} points, {self.force.max():.4g} N at most"
+        return f"Curve of {len(self.travel)} points, maximum {self.force.max():.4g} N"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulated:
-    """One virtual shear test; `result` has all results of the solver."""
+    """One virtual shear test; `result` contains all results of the solver."""
 
     levels: dict[str, float]
     diameter: float
@@ -161,7 +161,7 @@ class Simulated:
 
     @property
     def curve(self) -> Curve:
-        """Force over travel."""
+        """Force versus travel."""
         history = self.result.history
         return Curve(history.travel, history.force_filtered, self.result.break_travel)
 
@@ -181,23 +181,23 @@ def simulate(
     Parameters
     ----------
     study : Study or path
-        The study, or the YAML file that it is in.
+        The study, or the path of its YAML file.
     diameter : float or str, optional
-        Outer diameter of the stem, in mm or with its unit; that of the specimen by default.
+        Outer diameter of the stem, in mm or with a unit; by default that of the specimen.
     levels : float or str
-        Values of factors in the units of the spec, or with a unit; the others are at mid-level.
+        Values of factors in the units of the spec or with a unit; the others are at mid-level.
 
     Raises
     ------
     UsageError
-        If the study's solver is not the embedded one, a factor is unknown, a value is none that a spec could have, or
-        it takes more than is sensible.
+        If the solver is not the embedded one, a factor is unknown, a value is not allowed in a spec, or the simulation
+        needs too much time or memory.
     SimulationFailed
-        If the simulation cannot be trusted.
+        If the simulation is not reliable.
     """
     study = _study(study)
     if not study.kind.force_history:
-        raise UsageError(f"simulate needs `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+        raise UsageError(f"simulate requires `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
     for name in levels:
         if name not in study.names:
             raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
@@ -211,10 +211,10 @@ def simulate(
 
 @dataclass(frozen=True)
 class ByHand:
-    """Asks for results and records them, in the folder of a study."""
+    """Lists the pending runs in a study folder and records their results."""
 
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        """Return the runs that are awaited."""
+        """Return the runs without results."""
         require_sheet(study)
         with _folder(study, out) as folder:
             waiting = gone_on(study, folder)
@@ -232,7 +232,7 @@ class ByHand:
         replace: str = "",
         who: str = "",
     ) -> int:
-        """Record results; return how many were taken."""
+        """Record results; return how many were accepted."""
         require_sheet(study)
         with _folder(study, out) as folder:
             found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name()))

@@ -50,15 +50,15 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
-        text = "Force over blade travel: validation runs in colour, all others in grey."
+        text = "Force versus blade travel: validation runs in colour, all other runs in grey."
         text += " Dotted: after failure." if any(curve.broke for curve in curves.values()) else ""
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for condition, modes in study.targets.modes.items():
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
-                "The measured curves and the one simulated at the calibration, each up to its peak, over its relative "
-                "travel; below, the difference of the forces in standard deviations of the specimens."
+                "Measured curves and the curve simulated with the calibrated parameters, up to the peak, versus "
+                "relative travel. Below: difference of the forces in standard deviations of the specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
@@ -73,7 +73,7 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
     """Return the pictures of one run; the page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
-        text, draw = f"Energies over blade travel, stem of {label}.", partial(energies, details.energies)
+        text, draw = f"Energies versus blade travel for the {label} stem.", partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
         plots += _pictures(label, name, details, on_page, hollow)
@@ -89,18 +89,18 @@ def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bo
     def plot(figure: str, text: str, draw: Callable[[], Figure], detail: bool = True) -> Plot:
         return Plot(f"{figure}-{name}", "runs", text, draw, on_page, wide=True, detail=detail)
 
-    meshed = f"The mesh of the stem of {label}: from the side with blade and supports (grey), and its cross-section."
+    meshed = f"Mesh of the {label} stem: side view with blade and supports (grey), and cross-section."
     bore = " (the bore between the walls)" if hollow else ""
     cut = (
-        f"The stem of {label} at the end of the simulation, which stops after the peak force, before the stem is cut "
-        f"through. From the side and in section{bore}, coloured by plastic strain; failed elements are removed. Grey: "
-        "the blade, and the supports with their clearance between."
+        f"The {label} stem at the end of the simulation, which stops after the peak force, before complete cutting: "
+        f"side view and section{bore}. Colours: plastic strain; failed elements are removed. Grey: the blade and, "
+        "separated by their clearance, the supports."
     )
     plots = [
         plot("mesh", meshed, lambda: mesh(shape())),
         plot("fracture", cut, lambda: fracture(shape()), detail=False),
     ]
     if details.film:
-        film = f"Cutting of the stem of {label}, in section: blade travel and force above each picture."
+        film = f"Cutting of the {label} stem, in section. Above each picture: blade travel and force."
         plots.append(plot("frames", film, lambda: fracture_frames(frames_of(shape(), details.film))))
     return plots

@@ -150,7 +150,7 @@ MOST = 5
 """The number of notes that are shown after a run."""
 KNOWN = "known"
 """The kind of the notes on intervals, which are true of a calibrated study only."""
-WITHHELD = "Not calibrated: no interval of the parameters and no statement of agreement is given."
+WITHHELD = "Not calibrated: intervals of the parameters and the agreement are not reported."
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:

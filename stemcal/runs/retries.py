@@ -65,7 +65,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
     for name, value in {naming.response.name: answer.response, **rest.pop(RESPONSES, {})}.items():
-        given = f"the solver gave the {nouns.get(name, name)} {value}"
+        given = f"the solver returned {value} for the {nouns.get(name, name)}"
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:

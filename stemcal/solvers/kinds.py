@@ -1,4 +1,4 @@
-"""The kinds of solvers that come with stemcal, and what each can do. What computes is imported when it is made."""
+"""The built-in kinds of solvers and their capabilities. The solvers themselves are imported when they are created."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Embedded(SolverKind):
 
 
 class Command(SolverKind):
-    """Any program that reads text files and leaves its result in one."""
+    """Any program that reads text files and writes its result to a file."""
 
     name, options = "command", CommandSolver
     starts_program = True
@@ -59,7 +59,7 @@ class Command(SolverKind):
 
 
 class Sheet(SolverKind):
-    """A sheet of runs that people do."""
+    """A sheet of runs that are done by hand."""
 
     name, options = "sheet", SheetSolver
     answers = "asks_people"
@@ -92,7 +92,7 @@ class Deck(SolverKind):
         try:
             yield "OpenRadioss", installation(DeckSolver(program="openradioss"), Path.cwd()).starter, True
         except UsageError as error:
-            missing = f"not there, {HOME} is not set; needed only for solver: {{kind: deck, program: openradioss}}"
+            missing = f"not found: {HOME} is not set; required only for solver: {{kind: deck, program: openradioss}}"
             yield ("OpenRadioss", str(error), False) if HOME in os.environ else ("OpenRadioss", missing, None)
 
 

@@ -31,7 +31,7 @@ def _inside_run_folder(given: object) -> object:
         return given
     parts = given.replace("\\", "/").split("/")
     if not given.strip() or "\0" in given or ":" in given or given[0] in "/\\" or ".." in parts or len(given) > 255:
-        raise complain(f"{given[:60]!r} is not a file in the run folder", "write its name, such as out.csv")
+        raise complain(f"{given[:60]!r} is not a file in the run folder", "write a file name, such as out.csv")
     return given
 
 
@@ -41,7 +41,7 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     try:
         groups = re.compile(given).groups
     except (re.error, OverflowError, RecursionError) as error:
-        raise complain(f"is no regular expression: {error}", "correct it") from None
+        raise complain(f"is not a valid regular expression: {error}", "correct it") from None
     if groups == 0:
         raise complain("has no group around the number", f"write it like '{_first(info)} = (\\S+)'")
     return given
@@ -64,7 +64,7 @@ Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "st
 
 
 class ResultReader(Frozen):
-    """A file in the run folder, and how the series of numbers in it becomes one number.
+    """A file in the run folder, and how a series of numbers in it is reduced to one number.
 
     One of `column` (of a CSV file with a header), `path` (in a JSON file) and `pattern` (in a text file) names the
     numbers.
@@ -89,10 +89,10 @@ class ResultReader(Frozen):
     def _names_numbers_once(self) -> Self:
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = f"has {' and '.join(given)}" if given else "does not say which numbers to read"
-            raise complain(found, "write one of column: … (CSV), path: … (JSON) and pattern: … (text)")
+            found = f"has {' and '.join(given)}" if given else "specifies no numbers to read"
+            raise complain(found, "write one of column: … (CSV), path: … (JSON) or pattern: … (text)")
         if self.pattern is not None and self.along is not None:
-            raise complain("has along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
+            raise complain("has both along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
         return self
 
 
@@ -109,7 +109,8 @@ MassScaling = Annotated[
     Number,
     Field(
         ge=1,
-        description="Factor on all mass. It increases time step and kinetic energy; each run checks the latter.",
+        description="Factor on all mass. A larger factor increases the time step and the kinetic energy, which each "
+        "run checks.",
     ),
 ]
 FilterWindow = Annotated[
@@ -128,7 +129,7 @@ class EmbeddedSolver(SolverOptions):
     """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` 1 + (rate/C)^(1/P), `none` no rate effect."""
     element_size: StemLength = Length(divisor=16.0)
-    """Length of the elements under the edge: a length, or a share of the diameter such as d/16. At most 0.6 of
+    """Length of the elements under the edge: a length, or a fraction of the diameter such as d/16. At most 0.6 times
     `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
     edge_over: Literal["elements", "nodes"] = "nodes"
@@ -152,7 +153,7 @@ class EmbeddedSolver(SolverOptions):
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
     interval; without the key the mesh stays in one position."""
     time_limit: Time | None = None
-    """Time limit of one run, from its start; unlimited by default."""
+    """Time limit of one run from its start; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
     """Threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
 
@@ -205,7 +206,7 @@ MOST_FILES = 100
 
 def _argument(given: object) -> object:
     if isinstance(given, str) and ("\0" in given or len(given) > 4000):
-        raise complain("is not usable as an argument", "shorten it")
+        raise complain("cannot be passed as an argument", "shorten it")
     return given
 
 
@@ -217,7 +218,7 @@ Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run; then all its processes are terminated."),
+    Field(description="Time limit of one run, after which all processes of the run are terminated."),
 ]
 
 
@@ -247,7 +248,7 @@ class CommandSolver(ProgramOptions):
     In `templates` and arguments of `command`, ``{{factor}}`` is replaced by the value of the factor in the unit of the
     spec, ``{{diameter}}`` by the outer diameter in mm. A condition that the spec declares is replaced by its name, and
     for a stochastic program ``{{seed}}`` and ``{{replicate}}``. Each run has a separate folder with templates and
-    `files`. The number read by `result` is the response: the peak force in N, or one declared under ``responses``.
+    `files`. The number that `result` reads is the response: the peak force in N, or one declared under ``responses``.
     """
 
     kind: Literal["command"] = "command"
@@ -258,10 +259,10 @@ class CommandSolver(ProgramOptions):
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
     For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """Source of the number; for several responses a mapping by their names."""
+    """Source of the response; for several responses, a mapping by name."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
-    design once, repeated centre points too. Without the key the program must be deterministic: the first run is
+    design once, also repeated centre points. Without the key the program must be deterministic: the first run is
     repeated to check this."""
 
     def without_curve(self) -> tuple[str, str] | None:
@@ -269,7 +270,7 @@ class CommandSolver(ProgramOptions):
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "needs a result that is the peak of the force–displacement curve, with the displacement in mm"
+        message = "requires a result that is the peak of the force–displacement curve, with the displacement in mm"
         return message, "add along: TRAVEL and reduction: max to result, or give only the force"
 
 
@@ -350,11 +351,11 @@ class DeckSolver(ProgramOptions):
             how = "a negative number of processors (ncpu=-4) in its command"
         else:
             how = "/PARITH/ON in the starter's deck"
-        return Remedy(f"Set a fixed order of sums: {how}")
+        return Remedy(f"Fix the order of summation: {how}")
 
 
 class SheetSolver(SolverOptions):
-    """A sheet of runs: a CSV file with a row for each run. A stage that needs results adds rows to it and waits.
+    """A sheet of runs: a CSV file with one row per run. A stage that needs results adds rows to it and waits.
 
     The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
     """
@@ -362,8 +363,8 @@ class SheetSolver(SolverOptions):
     kind: Literal["sheet"] = "sheet"
     """Results are entered into a sheet."""
     file: SpecFile | None = None
-    """Sheet of runs that are known or designed elsewhere, CSV or xlsx, with the columns run, factors and responses. Its
-    rows are the designs of the stages that it names; empty results are requested."""
+    """Sheet of runs that are known or designed elsewhere (CSV or xlsx), with the columns run, factors and responses.
+    Its rows are the designs of the stages that it names; empty results are requested."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
@@ -386,4 +387,4 @@ class PythonSolver(SolverOptions):
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )
-    """Name of the class in it."""
+    """Name of the class in that file."""

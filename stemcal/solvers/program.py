@@ -204,7 +204,9 @@ def executable(program: str, folder: Path, key: str = "command") -> str:
     found = shutil.which(str(folder / program) if by_path else program)
     if found is None:
         where = f"in {folder}" if by_path else "on PATH"
-        raise UsageError(f"solver.{key}: there is no program {program!r} {where}; install it or correct its name")
+        raise UsageError(
+            f"solver.{key}: no program {program!r} was found {where}; install the program or correct its name"
+        )
     return str(Path(found).absolute())
 
 

@@ -1,4 +1,4 @@
-"""What the workflow asks of a solver: these levels, this diameter, which force? Or what a study has in their place."""
+"""The interface of a solver: it returns the response at given levels and a given diameter or other condition."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from stemcal.naming import CUTTING, Naming
 
 @dataclass(frozen=True)
 class Request:
-    """One run to be answered.
+    """One requested run.
 
     Parameters
     ----------
     stage : str
-        Which stage asks.
+        The stage that requests it.
     row : int
         Row of the stage's design, from 0.
     levels : mapping
-        Every factor's value in the units of the spec.
+        Value of every factor in the units of the spec.
     condition : float
-        Outer diameter of the stem, mm; or the study's own condition, in its unit.
+        Outer diameter of the stem, mm, or the condition declared by the study, in its unit.
     pictured : bool
         Whether the answer should contain the data for pictures of the run, if the solver can.
     replicate : int
-        Which of the simulations of the same levels it is, from 1; 0 where there is one only. A numbered run is drawn
-        by chance: its answer also depends on its stage and row.
+        Number of this simulation of the same levels, from 1; 0 if there is only one. A numbered run is random:
+        its answer also depends on its stage and row.
     """
 
     stage: str
@@ -40,7 +40,7 @@ class Request:
     replicate: int = 0
 
     def as_record(self) -> dict[str, Any]:
-        """Return it as a record holds it: the replicate only where there are several."""
+        """Return it as stored in a record: the replicate only if there are several."""
         fields = {**vars(self), "levels": dict(self.levels), "replicate": self.replicate or None}
         return {name: value for name, value in fields.items() if value is not None}
 
@@ -51,9 +51,9 @@ RESPONSES = "responses"  # among the details of an answer: further responses by 
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request: a force in N, or a status and the reason why there is none.
+    """The outcome of a request: a force in N, or a status and the reason why there is none.
 
-    Where the study names its own responses `response` is the first of them, in its unit; details have the others.
+    If the study declares responses, `response` is the first of them, in its unit; details contain the others.
     """
 
     status: str
@@ -64,26 +64,26 @@ class Answer:
 
     @property
     def ok(self) -> bool:
-        """Whether the force may enter an analysis."""
+        """Whether the force may be used in an analysis."""
         return self.status == "ok"
 
     def readable(self) -> Answer:
-        """Return it with words that have no control characters: they may be a program's."""
+        """Return it without control characters in its texts, which may come from a program."""
         return replace(self, reason=in_a_line(self.reason), message=visible(self.message))
 
 
 class Solver:
     """One way to answer requests. Instances are pickled to worker processes.
 
-    A subclass gives `identity` and `solve`, and overrides further abilities.
+    A subclass defines `identity` and `solve`, and overrides further capabilities.
     """
 
     immediate: ClassVar[bool] = False
-    """Whether it answers in less time than a worker process takes to start."""
+    """Whether it answers faster than a worker process can start."""
     asks_people: ClassVar[bool] = False
-    """Whether people do its runs: their results are entered as records, unless it `knows` them."""
+    """Whether its runs are done by hand: results are entered as records, unless it `knows` them."""
     of_spec_alone: ClassVar[bool] = False
-    """Whether nothing determines its answers but the spec and stemcal's own code."""
+    """Whether its answers depend only on the spec and the code of stemcal."""
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return everything that determines the answer, as JSON values; equal identities share one record."""
@@ -94,17 +94,17 @@ class Solver:
         raise NotImplementedError
 
     def prepare(self) -> None:
-        """Do once, before workers start, what they would otherwise all do (compile, check a licence)."""
+        """Do the work that all workers would otherwise repeat (compile, check a licence), before they start."""
 
     def get_ready(self) -> None:
-        """Make this process ready for its first run, which counts against no time limit."""
+        """Prepare this process for its first run; this time does not count towards a time limit."""
 
     def placed(self, _folder: Path) -> Solver:
         """Return the solver with a folder of the study for the files of its runs."""
         return self
 
     def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return the rows of levels that it can answer for a stage, None if it answers any."""
+        """Return the rows of levels that it can answer for a stage; None if it can answer any."""
         return None
 
     def knows(self, _request: Request) -> bool:
@@ -112,22 +112,22 @@ class Solver:
         return False
 
     def given(self, _stage: str) -> list[Any]:
-        """Return what its known answers of a stage are made from, as JSON values."""
+        """Return the inputs of its known answers of a stage, as JSON values."""
         return []
 
     def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
-        """Write what people need for a run into a folder of that name."""
+        """Write the input files of a run by hand into a folder with this name."""
 
     def cost_estimate(self, _request: Request) -> float | None:
-        """Return the seconds that a run takes on one core, roughly; None where that is unknown."""
+        """Return the approximate seconds of a run on one core; None if unknown."""
         return None
 
     def memory_estimate(self, _request: Request) -> float | None:
-        """Return the bytes that a process needs for a run; None where that is unknown."""
+        """Return the bytes that a process needs for a run; None if unknown."""
         return None
 
     def pace(self, _request: Request) -> float | None:
-        """Return what a run takes here over its estimate, by a moment of it; None where that cannot be tried now."""
+        """Return measured over estimated time of a run, from a short sample; None if it cannot be measured now."""
         return None
 
     def preparing(self) -> bool:
@@ -137,12 +137,12 @@ class Solver:
     def belongings(self, _condition: float) -> dict[str, str] | None:
         """Return the settings on which calibrated values depend, by name, as they are at a stem diameter.
 
-        With others the same values give another force. None where there are none, or they are unknown.
+        With other settings the same values give another force. None if there are none, or they are unknown.
         """
         return None
 
     @property
     def naming(self) -> Naming:
-        """What its study calls responses and condition."""
+        """The names of responses and condition in the study."""
         naming: Naming = self.study.naming if hasattr(self, "study") else CUTTING
         return naming

@@ -65,7 +65,7 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not inside or not path.is_file():
-            raise SimulationFailed("no_result", f"the program wrote no file {name}")
+            raise SimulationFailed("no_result", f"the program did not write the file {name}")
         content = read_plain(path, most)
     except OSError as error:
         raise SimulationFailed("bad_result", f"{name}: {error.strerror}") from None
@@ -177,9 +177,9 @@ def plotted(series: Series) -> tuple[Array, Array]:
     """Return what a series is plotted along, and its numbers; raise `SimulationFailed` as `reduce_series` does."""
     y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
     if x.size != y.size:
-        raise SimulationFailed("bad_result", f"the curve has {y.size} numbers and {x.size} values of the travel")
+        raise SimulationFailed("bad_result", f"the curve has {y.size} values but {x.size} values of the travel")
     if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
-        raise SimulationFailed("bad_result", "the travel of the curve does not rise")
+        raise SimulationFailed("bad_result", "the travel of the curve does not increase")
     return x, y
 
 

@@ -66,7 +66,7 @@ def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Findi
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command contains {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write it instead of the value")
+            yield Finding(("factors", index, "name"), message, "write the placeholder instead of the value")
 
 
 def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
@@ -75,7 +75,7 @@ def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterato
         found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
         for name in dict.fromkeys(found):
             if name in CHANCE and name not in draft.names:
-                message = f"{{{{{name}}}}} is for a stochastic program"
+                message = f"{{{{{name}}}}} is allowed only for a stochastic program"
                 yield Finding(node, message, "write replicates: 1 under solver")
 
 
@@ -86,8 +86,10 @@ def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iter
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
-                message = f"{path.name} is read as a result; if the program wrote none, this file would be read instead"
-                yield Finding(("solver", key, index), message, "remove it, or change the file that the program writes")
+                message = f"{path.name} is also a result file: this copy would be read if the program wrote none"
+                yield Finding(
+                    ("solver", key, index), message, "remove this file, or change the file that the program writes"
+                )
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
                 yield Finding(("solver", key, index), message, "rename one of them")
@@ -105,7 +107,7 @@ def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Find
     elif FIRST in readers:
         if len(names) > 1:
             remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
-            yield Finding(path, f"one reader cannot fill {len(names)} responses", remedy)
+            yield Finding(path, f"one reader cannot return {len(names)} responses", remedy)
         return
     for name in readers:
         if name not in names:
@@ -126,7 +128,7 @@ def files_are_given(study: Study) -> Iterator[Finding]:
     lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
     for index, argument in enumerate(solver.command):
         if index and argument in lacking:
-            message = f"{argument} is in the folder of the spec, but not in that of a run"
+            message = f"{argument} is in the folder of the spec, but not in the run folder"
             yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
 
 
@@ -140,16 +142,16 @@ def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     names = [name for argument in solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:
         if name != "deck":
-            yield Finding(("solver", "command"), f"{{{{{name[:60]}}}}} has no meaning here", "write i={{deck}}")
+            yield Finding(("solver", "command"), f"unknown placeholder {{{{{name[:60]}}}}}", "write i={{deck}}")
     if "deck" not in names:
-        yield Finding(("solver", "command"), "the command does not name the deck", 'add an argument "i={{deck}}"')
+        yield Finding(("solver", "command"), "the command does not contain the deck", 'add an argument "i={{deck}}"')
 
 
 def keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
     key, other = ("programs", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
-        yield Finding(("solver", key), f"is a key of program: {other} (program is {solver.program})", "remove it")
+        yield Finding(("solver", key), f"applies only to program: {other}", "remove it")
 
 
 def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
@@ -157,4 +159,4 @@ def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Itera
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "has no effect: OpenRadioss's deck hardens isotropically"
-            yield Finding(("factors", index, "name"), message, "give it a fixed value under material")
+            yield Finding(("factors", index, "name"), message, "give the parameter a fixed value under material")

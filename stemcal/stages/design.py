@@ -99,5 +99,7 @@ def given_coded(coding: Coding, given: Sequence[Mapping[str, float]]) -> Array:
     """Return the rows that a solver has, coded; raise `UsageError` where a factor is missing."""
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
-        raise UsageError(f"the solver's table does not vary {', '.join(missing)}; name its columns in rsm.factors")
+        raise UsageError(
+            f"the solver's table does not vary {', '.join(missing)}; list the columns of the table in rsm.factors"
+        )
     return coding.to_coded([[row[name] for name in coding.names] for row in given])

@@ -82,9 +82,11 @@ def without_lengths(study: Study) -> Study:
     """
     solver = study.solver
     if not study.kind.any_element_size:
-        raise UsageError(f"export material needs `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
+        raise UsageError(f"export material requires `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
     if STRAIN not in study.names:
-        raise UsageError(f"export material adjusts {STRAIN}, which is not a factor of this study. Add it to factors.")
+        raise UsageError(
+            f"export material adjusts {STRAIN}, which is not a factor of this study. Add {STRAIN} to factors."
+        )
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -187,18 +189,18 @@ def strain_table(found: SizedStrains) -> Table:
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
     foot = (
-        f"The mean force over the positions of the mesh is {found.aim:.4g} N (stem of {found.condition:g} mm); the "
-        f"search ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: from the scatter over the "
-        f"positions. Valid: the mean and its standard error are within 5 %."
+        f"Target: mean force of {found.aim:.4g} N over the mesh positions ({found.condition:g} mm stem). The search "
+        f"ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: from the scatter over mesh positions. "
+        "Valid: error and standard error of the mean are within 5 %."
     )
-    return Table.of(columns, found.rows, "Failure strain over element size", [foot])
+    return Table.of(columns, found.rows, "Failure strain versus element size", [foot])
 
 
 def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[str]:
     """Return the comments of the card's file."""
     lines = [
         f"Stem of study {study.name}, calibrated by stemcal {code_version()}.",
-        "Units: mm, tonne, s, N, MPa. Each element fails by itself at the failure strain of this card.",
+        "Units: mm, tonne, s, N, MPa. Each element fails independently at the failure strain of this card.",
         f"For elements of {row.element_size:g} mm only: failure strain {row.failure_strain:.4g}. The mean force over "
         f"{row.positions} positions of the mesh is {row.force:.4g} N at {found.condition:g} mm; measured "
         f"{found.aim:.4g} N.",
@@ -209,7 +211,7 @@ def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[
             f"95 % interval of the failure strain from the scatter over the positions: {low:.3g} to {high:.3g}."
         )
     if study.material.growing():
-        grown = "Parameters of this study depend on the stem's diameter: all values here are for"
+        grown = "Parameters of this study depend on the stem diameter: all values in this file are for"
         lines.append(f"{grown} {found.condition:g} mm.")
     return lines
 
@@ -218,8 +220,8 @@ def curve_lines(found: SizedStrains) -> list[str]:
     """Return the comments of the curve's file."""
     sizes = ", ".join(f"{row.element_size:g}" for row in found.rows if row.valid)
     return [
-        f"Failure strain over element size, mm. Valid sizes: {sizes} mm.",
-        f"For a maximum force of {found.aim:.4g} N on a stem of {found.condition:g} mm.",
+        f"Failure strain versus element size (mm). Valid sizes: {sizes} mm.",
+        f"For a maximum force of {found.aim:.4g} N on a {found.condition:g} mm stem.",
     ]
 
 
@@ -228,11 +230,10 @@ def not_valid(found: SizedStrains, row: SizedStrain) -> str:
     where = f"--element-size: {row.element_size:g} mm is not possible"
     if abs(row.force / found.aim - 1.0) > VALID:
         return (
-            f"{where}: the force jumps between failure strains and is {row.force:.4g} N at best (target "
-            f"{found.aim:.4g} "
-            "N). Choose larger elements."
+            f"{where}: the force jumps between failure strains; the closest value is {row.force:.4g} N (target "
+            f"{found.aim:.4g} N). Choose larger elements."
         )
     return (
-        f"{where}: the force scatters by {row.sd_percent or 0.0:.3g} % over the positions of the mesh, and "
+        f"{where}: the force scatters by {row.sd_percent or 0.0:.3g} % over the mesh positions, and "
         f"{row.positions_needed} positions would be needed (at most {MOST_POSITIONS}). Choose another element size."
     )

@@ -123,8 +123,8 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
     changed = changes_since(study, solver, folder, stage)
     if changed == [CODE]:
         raise UsageError(
-            f"{folder.path / stage}.json was made by another version of stemcal; run `stemcal {stage} SPEC` again: "
-            "recorded runs are not repeated"
+            f"{folder.path / stage}.json was written by another version of stemcal; run `stemcal {stage} SPEC` again "
+            "(recorded runs are reused)"
         )
     if changed:
         raise UsageError(

@@ -1,6 +1,6 @@
-"""A stage as commands, plan, status, page and export see it, and the one list of stages.
+"""The interface of a stage to commands, plan, status, report and export, and the list of stages.
 
-What a stage is made of is imported in its methods: asking for its name, its title or its place costs nothing.
+Methods import the parts of a stage, so that its name, title and position are available without cost.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ class Stage(Checked, Generic[R]):
     Attributes
     ----------
     name : str
-        Of its command and of its files.
+        Name of its command and its files.
     title, help : str
-        For people; what its command does.
+        Title of the stage; description of its command.
     attribute : str
-        Of `StudyResults` in Python that holds its result; by default its name.
+        Attribute of `StudyResults` with its result; by default its name.
     purpose : str
-        What its section of the spec is for.
+        Purpose of its section in the spec.
     by_section : bool
-        Whether a study has it only where its spec has its section.
+        Whether a study has it only if its spec has its section.
     reads : tuple of str
-        The sections of the spec that it is made from.
+        The sections of the spec that it depends on.
     simulates : bool
         Whether it has its own runs.
     pictured : bool
-        Whether its runs keep what pictures are made from: those at a solution do.
+        Whether its runs keep the data for pictures, as runs at a solution do.
     one_by_one : bool
-        Whether each run follows from the one before, so that the next one corrects a failed one.
+        Whether each run depends on the previous one, so that the next run can replace a failed one.
     """
 
     name: ClassVar[str] = ""
@@ -64,33 +64,33 @@ class Stage(Checked, Generic[R]):
     one_by_one: ClassVar[bool] = False
 
     def needs(self, study: Study) -> str | None:
-        """Return the name of the stage whose file it reads; None if it reads none."""
+        """Return the name of the stage whose file it reads, or None."""
         return None
 
     def asked_for(self, study: Study) -> bool:
-        """Whether the whole study has it."""
+        """Return whether the whole study has this stage."""
         section = self.section() if self.by_section else None
         return section is None or study.given(section) is not None
 
     def seen(self, study: Study) -> Study:
-        """Return the study as the stage simulates it."""
+        """Return the study that the stage simulates."""
         return study
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return what its file depends on besides factors, sections, solver and the file before."""
+        """Return further inputs of its file, in addition to factors, sections, solver and the previous file."""
         return {}
 
     def section(self) -> type[Frozen] | None:
-        """Return the model of the section of the spec with the stage's name."""
+        """Return the model of its section in the spec."""
         return None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        """Return what must hold for its section, functions of a draft that yield what is wrong: `RULES` beside it."""
+        """Return the rules of its section, functions of a draft that yield mistakes: `RULES` of the same module."""
         found: Sequence[Callable[[Draft], Iterator[Finding]]] = self._beside_section("RULES", ())
         return found
 
     def doubts(self, study: Study) -> Iterator[Finding]:
-        """Yield what is possible but looks like a slip, as the function `doubts` beside its section does."""
+        """Yield values that are possible but probably mistakes, from `doubts` of the module of its section."""
         yield from self._beside_section("doubts", lambda _study: ())(study)
 
     def _beside_section(self, name: str, default: object) -> Any:
@@ -103,11 +103,11 @@ class Stage(Checked, Generic[R]):
         yield from ()
 
     def calibrates(self, study: Study) -> bool:
-        """Whether it sets the parameters in the study's own model; those of the last such stage hold."""
+        """Return whether it sets the parameters in the model of the study; the last such stage decides."""
         return False
 
     def fits(self, study: Study) -> tuple[tuple[Target, ...], tuple[str, ...]] | None:
-        """Return the targets that it fits together, none if it fits one force, and which responses of them."""
+        """Return the targets that it fits together (none if it fits one force) and the fitted responses."""
         return None
 
     def result(self) -> type[R]:
@@ -119,23 +119,23 @@ class Stage(Checked, Generic[R]):
         raise NotImplementedError
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
-        """Return the runs that it asks for, as far as they are known now; None where each follows from the last."""
+        """Return the runs that it needs, as far as they are known now; None if each depends on the last."""
         return None
 
     def later(self, study: Study) -> Later | None:
-        """Return the runs that it usually decides on one by one; None if it does not."""
+        """Return the usual number of runs that it decides one by one; None if it has none."""
         return None
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        """Return what it adds to the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
+        """Return its rules of the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
         return ()
 
     def most_there(self, study: Study) -> int:
-        """Return how many runs it makes at most in the other model that it has `seen`."""
+        """Return the maximum number of runs in the other model (`seen`)."""
         return 0
 
     def showing(self) -> object:
-        """Return its words, tables and figures (`report.showing.Showing`)."""
+        """Return its sentences, tables and figures (`report.showing.Showing`)."""
         raise NotImplementedError
 
 
@@ -161,9 +161,9 @@ def stage_called(name: str) -> Stage[Any]:
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
-    """Return the stages of a whole study in the order of the list, each after the one that it needs.
+    """Return the stages of a whole study in order, each after the one that it needs.
 
-    Another package's stage is one of them where the spec has its section.
+    They include a stage of another package if the spec has its section.
     """
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
     left += [stage_called(name) for name in study.further]
@@ -172,7 +172,7 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
         waiting = {stage.name for stage in left}
         ready = next((stage for stage in left if stage.needs(study) not in waiting), None)
         if ready is None:
-            raise UsageError(f"the stages {series(waiting)} need each other")
+            raise UsageError(f"the stages {series(waiting)} depend on each other")
         ordered.append(ready)
         left.remove(ready)
     return tuple(ordered)

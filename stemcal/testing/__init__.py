@@ -1,4 +1,4 @@
-"""Checks that a stage, a kind of solver, a design or a laboratory test of any package should pass; ours pass them too.
+"""Checks for stages, kinds of solvers, designs and laboratory tests of any package; built-in ones pass them too.
 
 Without pytest ``check_design(Doehlert())`` runs all checks and raises one `ChecksFailed`. With pytest::
 
@@ -39,7 +39,7 @@ KINDS: dict[type, tuple[Callable[..., Any], tuple[Callable[[Any], None], ...]]] 
 
 
 class ChecksFailed(AssertionError):
-    """Names the checks that failed, with the reason of each."""
+    """Raised with the names of the failed checks and their reasons."""
 
 
 @dataclass(frozen=True)
@@ -65,16 +65,18 @@ def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
     Parameters
     ----------
     thing : SurfaceDesign, SolverKind, Stage or LaboratoryKind
-        The object that an entry point makes.
+        The object created from an entry point.
     study : Study or path of its spec, optional
-        A study that uses it, small enough to be run several times; designs need none. The solver of a study of a stage
-        should be quick. A study of a laboratory test has a test of that kind.
+        A study that uses it, small enough to run several times; designs need none. For a stage, the solver of the study
+        should be fast. For a laboratory test, the study should contain a test of that kind.
     """
     for kind, (at_work, functions) in KINDS.items():
         if isinstance(thing, kind):
             subject, of = at_work(thing, study), str(getattr(thing, "name", ""))
             return [Check(one.__name__, of, one, subject) for one in functions]
-    raise UsageError(f"{thing!r:.60} is no {', '.join(kind.__name__ for kind in KINDS)}; give an object, not its class")
+    raise UsageError(
+        f"{thing!r:.60} is not a {', '.join(kind.__name__ for kind in KINDS)}; pass an object, not its class"
+    )
 
 
 def _check(thing: object, study: AnyStudy | None = None) -> None:
@@ -99,28 +101,28 @@ def check_solver(kind: SolverKind, study: AnyStudy) -> None:
 
 
 def check_stage(stage: Stage[Any], study: AnyStudy) -> None:
-    """Run all checks of an installed stage on a study that has it."""
+    """Run all checks of an installed stage on a study that uses it."""
     _check(stage, study)
 
 
 def check_laboratory_test(kind: LaboratoryKind, study: AnyStudy) -> None:
-    """Run all checks of an installed laboratory test on a study that has one of the kind."""
+    """Run all checks of an installed laboratory test on a study that contains one of its kind."""
     _check(kind, study)
 
 
 def parametrize_with_checks(
     objects: Iterable[object], expected_failures: Mapping[str, str] | None = None, slow: Collection[str] = ()
 ) -> pytest.MarkDecorator:
-    """Return a decorator that gives a test function each check of each object as `check`.
+    """Return a decorator that calls a test function with each check of each object as `check`.
 
     Parameters
     ----------
     objects : iterable
         Objects, or pairs of an object and its study, as in `checks_of`.
     expected_failures : mapping, optional
-        Reasons by check, by its name, as ``object-check``, or of all checks as ``object``: such a check has to fail.
+        Reasons by name of the check, as ``object-check``, or ``object`` for all its checks: these are expected to fail.
     slow : collection of str, optional
-        Checks, named in the same way, that get the mark `slow`.
+        Checks, named in the same way, that are marked `slow`.
     """
     import pytest
 

@@ -1,4 +1,4 @@
-"""The checks by kind of object; each is a function of the object at work, and raises an error if the object fails."""
+"""The checks by kind of object; each is a function of the object in use and raises an error if the object fails."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ _ROUNDING = 1e-9
 _COARSE = 3.0  # length of the elements of a laboratory test over the usual one
 _STIFFER = 0.02  # by how much twice the modulus may miss twice the force: the mass moves, and dents are contact's
 _STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
-"""Headings of numbers without a unit: ratios, and squares of a response, whose unit no table of variances prints."""
+"""Headings of numbers without a unit: ratios, and squares of a response, whose unit is not printed."""
 
 
 def require(holds: bool, message: str) -> None:
-    """Raise `AssertionError` with the message unless a condition holds; also where Python leaves assertions out."""
+    """Raise `AssertionError` with the message unless a condition is true, even if Python skips assertions."""
     if not holds:
         raise AssertionError(message)
 
 
 @contextmanager
 def apart(study: Study) -> Iterator[Path]:
-    """Work in an empty folder, and require that nothing is left there or in the folder of the spec."""
+    """Work in an empty folder and require that no file remains there or in the folder of the spec."""
     before, beside = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
         files = set(beside.rglob("*")) if study.source.is_file() else None
@@ -69,7 +69,7 @@ def apart(study: Study) -> Iterator[Path]:
 
 
 class AtWork:
-    """An object and a study that uses it, read from its spec when it is needed."""
+    """An object and a study that uses it, read from its spec on first use."""
 
     def __init__(self, thing: Any, study: Study | str | Path | None = None) -> None:
         self.thing, self._study = thing, study
@@ -78,7 +78,7 @@ class AtWork:
     def study(self) -> Study:
         """The study."""
         if self._study is None:
-            raise UsageError(f"{type(self.thing).__name__}: give a study that uses it")
+            raise UsageError(f"{type(self.thing).__name__}: pass a study that uses it")
         return self._study if isinstance(self._study, Study) else load_study(self._study)
 
 
@@ -86,7 +86,7 @@ class AtWork:
 
 
 class DesignAtWork(AtWork):
-    """A design, and its points for each number of factors that it takes."""
+    """A design and its points for each number of factors that it supports."""
 
     thing: SurfaceDesign
 
@@ -102,12 +102,12 @@ class DesignAtWork(AtWork):
 
     @property
     def few(self) -> dict[int, Array]:
-        """Those of few factors, which are soon made again."""
+        """The designs of few factors, which are quick to repeat."""
         return {k: points for k, points in self.each.items() if k <= _FEW}
 
 
 def points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
-    """A design has points for the numbers of factors that it declares; others, from 1 to 10, raise `UsageError`."""
+    """A design has points for each number of factors that it declares; others from 1 to 10 raise `UsageError`."""
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             found = at.each[k] if k in at.each else at.points(k)
@@ -116,9 +116,9 @@ def points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
 
 
 def same_points_again(at: DesignAtWork) -> None:
-    """Points do not depend on chance."""
+    """The points are not random."""
     for k, points in at.few.items():
-        require(np.array_equal(points, at.points(k)), f"the points of {k} factors are others the second time")
+        require(np.array_equal(points, at.points(k)), f"the points of {k} factors differ the second time")
 
 
 def every_term_can_be_estimated(at: DesignAtWork) -> None:
@@ -129,14 +129,14 @@ def every_term_can_be_estimated(at: DesignAtWork) -> None:
 
 
 def levels_are_balanced(at: DesignAtWork) -> None:
-    """The levels of each factor have the mean 0, unless the design declares that they are spread by chance."""
+    """The mean level of each factor is 0, unless the design declares otherwise."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
         require(off < _ROUNDING, f"the mean level of a factor is {off:.3g} with {k} factors")
 
 
 def centre_points_are_added(at: DesignAtWork) -> None:
-    """Each further centre point is a row of zeros; a design with a fixed number of runs has the same points."""
+    """Each additional centre point is a row of zeros; a design with a fixed number of runs has the same points."""
     for k, points in at.few.items():
         more = at.points(k, 5)
         centre = [int((~rows.any(axis=1)).sum()) for rows in (points, more)]
@@ -200,7 +200,7 @@ def kind_is_declared(at: AtWork) -> None:
 
 
 def solver_is_picklable(at: SolverAtWork) -> None:
-    """A solver goes to worker processes, and its identity there is the same, of JSON values."""
+    """A pickled solver has the same identity, made of JSON values."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
     here, there = (json.dumps(one.identity(at.requests[0]), sort_keys=True, allow_nan=False) for one in solvers)
     require(here == there, "a pickled solver has another identity")
@@ -228,7 +228,7 @@ def every_response_is_answered(at: SolverAtWork) -> None:
 
 
 def interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
-    """The same request has the same answer: both at once, or one and then both, leave the same answers."""
+    """The same request has the same answer, whether both requests are answered together or one after the other."""
     if not at.solver.asks_people:
         with apart(at.study) as place:
             at.answers(place, at.requests[:1])
@@ -238,13 +238,13 @@ def interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
 
 
 def nan_is_a_failed_run(at: SolverAtWork) -> None:
-    """A level that is not a number ends in a failed run with a reason, in no answer that is not a number."""
+    """A NaN level gives a failed run with a reason, not an answer that is NaN."""
     middle = at.requests[0]
     if not at.solver.asks_people:
         with apart(at.study) as place:
             wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
             (answer,) = at.answers(place, [wrong])
-        require(not answer.ok and bool(answer.reason), f"levels of NaN give {answer.status!r}, {answer.response}")
+        require(not answer.ok and bool(answer.reason), f"levels of NaN return {answer.status!r}, {answer.response}")
 
 
 OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
@@ -257,12 +257,12 @@ OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
 
 
 class StageAtWork(AtWork):
-    """A stage, made in a folder after the stages that it needs."""
+    """A stage, run in a folder after the stages that it needs."""
 
     thing: Stage[Any]
 
     def make(self, place: Path, watch: Callable[[Progress], None] = lambda _progress: None) -> StudyFolder:
-        """Make the stage and those before it in a folder."""
+        """Run the stage and the stages that it needs in a folder."""
         order, folder = [self.thing], StudyFolder(place)
         while (before := order[0].needs(self.study)) is not None:
             order.insert(0, stage_called(before))
@@ -273,7 +273,7 @@ class StageAtWork(AtWork):
 
     @cached_property
     def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
-        """A folder in which the stage was made, and its result."""
+        """A folder in which the stage was run, and its result."""
         kept = TemporaryDirectory()
         with apart(self.study):
             folder = self.make(Path(kept.name))
@@ -286,23 +286,23 @@ class StageAtWork(AtWork):
 
 
 def stage_is_declared(at: StageAtWork) -> None:
-    """A stage has a name, which is its result's, a title and a help."""
+    """A stage has a name, equal to that of its result, a title and a help text."""
     require(bool(at.thing.name and at.thing.title and at.thing.help), "name, title or help is missing")
     name = at.thing.result().name
     require(name == at.thing.name, f"the name is {at.thing.name!r}, that of the result {name!r}")
-    require(isinstance(at.thing.showing(), Showing), "showing returns no Showing")
+    require(isinstance(at.thing.showing(), Showing), "showing does not return a Showing")
 
 
 def result_is_its_file(at: StageAtWork) -> None:
     """Result → file → result → file gives the same bytes, and a result is picklable."""
     _, folder, result = at.made
     file = json.dumps(folder.read_stage(at.thing.name))
-    require(json.dumps(result.to_json()) == file, "a result that was read is written otherwise")
+    require(json.dumps(result.to_json()) == file, "a result changes when it is read and written again")
     require(pickle.loads(pickle.dumps(result)) == result, "a pickled result differs")
 
 
 def interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
-    """A stage that is interrupted after its first run, or not at all, leaves the same bytes."""
+    """A stage leaves the same bytes whether or not it is interrupted after its first run."""
 
     def interrupt(progress: Progress) -> None:
         if progress.stage == at.thing.name and progress.done > progress.cached:
@@ -318,7 +318,7 @@ def interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
 
 
 def stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
-    """A stage is fresh at once, and stale with another range of a factor or another number in its section."""
+    """A finished stage is up to date, and out of date after a change of a factor range or a number in its section."""
     first, *rest = at.study.factors
     wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
     studies = [at.study.model_copy(update={"factors": (wider, *rest)})]
@@ -328,12 +328,12 @@ def stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
             changed = own.model_copy(update={name: value + 1})
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
     now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
-    require(now[0] == [], f"stale at once: {', '.join(now[0])} changed")
-    require(all(now[1:]), "fresh although an input has changed")
+    require(now[0] == [], f"out of date immediately: {', '.join(now[0])} changed")
+    require(all(now[1:]), "still up to date although an input has changed")
 
 
 def tables_have_titles_and_units(at: StageAtWork) -> None:
-    """Every table has a title; a number has a unit, its own or in a column of units, unless it counts or is a ratio."""
+    """Every table has a title; a number has a unit in its heading or in a column, unless it is a count or a ratio."""
     result = at.made[2]
     for table in at.thing.showing().tables(result, names_of(result)):  # type: ignore[attr-defined]
         require(bool(table.title), "a table has no title")
@@ -344,11 +344,11 @@ def tables_have_titles_and_units(at: StageAtWork) -> None:
             named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
             require(bool(counts or has_units or named), f"{table.title}: {column.name} has no unit")
     for name, table in result.tables().items():
-        require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of another length")
+        require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of different lengths")
 
 
 def sentences_and_figures_are_whole(at: StageAtWork) -> None:
-    """Sentences end with a full stop; a figure has a name, a caption, and can be drawn."""
+    """Sentences end with a full stop; a figure has a name and a caption, and can be drawn."""
     _, folder, result = at.made
     showing: Any = at.thing.showing()
     for sentence in showing.outcome(result, names_of(result)):
@@ -385,12 +385,12 @@ class LaboratoryAtWork(AtWork):
         return section.model_copy(update={"element_size": coarse})
 
     def test(self, **levels: float) -> Any:
-        """Return the test at the middle of the ranges, apart from some levels."""
+        """Return the test at the middle of the ranges, except for the given levels."""
         return test_of(self.study, self.section, {**self.study.midlevels(), **levels}, self.study.targets.calibrate_at)
 
 
 def identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
-    """A test is picklable; its identity is made of JSON values and is another with another level."""
+    """A test is picklable; its identity consists of JSON values and changes with each level."""
     test = at.test()
     found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
     require(found[0] == found[1], "a pickled test has another identity")
@@ -400,18 +400,18 @@ def identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
 
 
 def model_is_sound(at: LaboratoryAtWork) -> None:
-    """Elements have positive volumes, the start is finite, and a tool or the driven nodes move."""
+    """Elements have positive volumes, initial values are finite, and a tool or the driven nodes move."""
     test = at.test()
     model = cutting.build(test) if isinstance(test, cutting.ShearTest) else build(rounded(test))
-    require(bool((model.mesh.volumes() > 0.0).all()), "an element has no volume")
+    require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
     require(bool(np.isfinite(velocity).all()), "velocities at the start are not finite")
     moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
-    require(moved, "neither a tool nor a driven node moves")
+    require(moved, "no tool and no driven node moves")
 
 
 def responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
-    """Each usual response is a positive number, the same the second time bit for bit, and no file is left."""
+    """Each usual response is a positive number that is repeated bit for bit, and no file remains."""
     with apart(at.study):
         found, again = (perform(at.test()).responses for _ in range(2))
     for name in at.section.usual:
@@ -420,12 +420,15 @@ def responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
 
 
 def forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
-    """A piece that neither yields nor fails, of twice the modulus, has twice the force at every travel."""
+    """If a piece neither yields nor fails, doubling its modulus doubles the force at every travel."""
     test = at.test()
     elastic = replace(test.material, yield_stress=math.inf, failure_strain=math.inf)
     stiffer = replace(elastic, elastic_modulus=2.0 * elastic.elastic_modulus)
     forces = [perform(replace(test, material=one)).responses["force"] for one in (elastic, stiffer)]
-    require(abs(forces[1] / forces[0] - 2.0) < _STIFFER, f"twice the modulus has {forces[1] / forces[0]:.4f} the force")
+    require(
+        abs(forces[1] / forces[0] - 2.0) < _STIFFER,
+        f"doubling the modulus multiplies the force by {forces[1] / forces[0]:.4f}",
+    )
 
 
 OF_TESTS: tuple[Callable[[LaboratoryAtWork], None], ...] = (

@@ -282,14 +282,17 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
 
 UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "no heading": (lambda cells: text_of(cells[1:]), "no line has the heading `run`; fill in the sheet"),
-    "a response deleted": (each(lambda row: [*row[:ANGLE], *row[BULK:]]), "no column is headed angle (deg); head it"),
-    "a factor deleted": (each(lambda row: [row[0], *row[2:]]), "no column is headed sliding; head it"),
+    "a response deleted": (
+        each(lambda row: [*row[:ANGLE], *row[BULK:]]),
+        "no column is headed angle (deg); use the headings",
+    ),
+    "a factor deleted": (each(lambda row: [row[0], *row[2:]]), "no column is headed sliding; use the headings"),
     "two columns of a response": (each(lambda row: [*row, row[ANGLE]]), "two columns are headed 'angle (deg)'; delete"),
     "another study's sheet": (headed((1, "density (kg/m3)")), "no column is headed sliding"),
     "an empty file": (lambda _cells: "", "no line has the heading `run`"),
-    "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as a workbook of Excel"),
-    "two sheets alike": (workbook(with_a_copy), "several of its sheets have a heading `run`"),
-    "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save it as .xlsx or CSV"),
+    "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as an Excel workbook"),
+    "two sheets alike": (workbook(with_a_copy), "several sheets have a heading `run`"),
+    "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save the file as .xlsx or CSV"),
     "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
     "another study's name": (put(STUDY, "heap 2"), "sheet.csv:4: the sheet is for study 'heap 2', not for 'heap'"),
 }

@@ -44,7 +44,7 @@ def test_calibrated_values_are_written(tmp_path: Path, monkeypatch: pytest.Monke
     asked = ("--for", "openradioss", "--no-force", "--json", "--out", out)
     done = command("export", "deck", spec, tmp_path / "run.k", *asked)
     found = json.loads((out / "invert.json").read_text("utf-8"))["parameters"]
-    assert json.loads(done.stdout)["result"]["levels"] == found and "no calibrated values" not in done.stderr
+    assert json.loads(done.stdout)["result"]["levels"] == found and "not calibrated yet" not in done.stderr
 
 
 @pytest.mark.slow
@@ -52,12 +52,12 @@ def test_calibrated_values_are_written_for_the_named_program(tmp_path: Path) -> 
     """Those of the finished study; before it mid-levels, which is said."""
     path, out = tmp_path / "run.k", tmp_path / "out"
     before = command("export", "deck", SMOKE, path, "--for", "openradioss", "--no-force", "--json", "--out", out)
-    assert "has no calibrated values" in " ".join(before.stderr.split())
+    assert "is not calibrated yet" in " ".join(before.stderr.split())
     assert json.loads(before.stdout)["result"]["levels"] == load_study(SMOKE).midlevels()
     assert command("run", SMOKE, "--out", out, "--quiet").exit_code == 0
     done = command("export", "deck", SMOKE, path, "--for", "openradioss", "--json", "--out", out)
     told, found = json.loads(done.stdout)["result"], json.loads((out / "invert.json").read_text("utf-8"))["parameters"]
-    assert told["levels"] == found and "no calibrated values" not in done.stderr
+    assert told["levels"] == found and "not calibrated yet" not in done.stderr
     assert told["force_of_study"] == simulate(load_study(SMOKE), found).peak_force
     assert 0.5 * told["force_of_study"] < told["force"] < 1.2 * told["force_of_study"]  # the lengths go along
     said = " ".join(done.stderr.split())
@@ -88,7 +88,7 @@ def test_deck_of_a_study_of_its_program_is_the_one_that_runs(tmp_path: Path) -> 
     assert len(json.loads(radioss.stdout)["result"]["files"]) == 3
     assert "/NONLOCAL" not in (tmp_path / "a_0000.rad").read_text("utf-8")
     other = command("export", "deck", spec, tmp_path / "b.k", "--for", "lsdyna", *asked)
-    assert other.exit_code == 2 and "do not apply to another program" in " ".join(other.stderr.split())
+    assert other.exit_code == 2 and "do not apply to " in " ".join(other.stderr.split())
     assert "stemcal run SPEC" in " ".join(other.stderr.split())
 
 
@@ -108,7 +108,7 @@ def test_refusals(tmp_path: Path) -> None:
     for args, said in (
         ((REPLAY, tmp_path / "x.k", *dyna), "kind sheet"),
         ((SMOKE, tmp_path / "x.k"), "add --for lsdyna or --for openradioss"),
-        ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA reads no .rad file"),
+        ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA cannot read .rad files"),
         ((SMOKE, tmp_path / "no" / "x.k", *dyna), "does not exist"),
         ((SMOKE, tmp_path / "x.k", *dyna, "--set", "yield_stres=3"), "did you mean yield_stress?"),
         ((fixed, tmp_path / "x.k", *dyna, "--diameter", "1"), "--diameter 1"),

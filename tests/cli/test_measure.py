@@ -50,7 +50,7 @@ def write(path: Path, text: str, encoding: str = "utf-8") -> Path:
 def test_specimens_side_by_side_are_all_read(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "力(N),位移(mm),力(N),位移(mm)\n" + lines("{f},{d},{g},{d}\n", scale=2.0), "gbk")
     assert peaks(tmp_path) == {"8mm#1": PEAK, "8mm#2": 2 * PEAK}
-    assert "8mm: The file has 2 specimens side by side" in shear(tmp_path)["notes"]
+    assert "8mm: The file contains 2 specimens side by side" in shear(tmp_path)["notes"]
     assert shear(tmp_path)["grades"][0]["n"] == 2
 
 
@@ -81,7 +81,7 @@ def test_one_displacement_for_several_forces(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg,Kraft 1,Kraft 2\n" + lines("{d},{f},{g}\n", scale=2.0))
     found = shear(tmp_path)
     assert [s["max_force"] for s in found["specimens"]] == [PEAK, 2 * PEAK]
-    assert "share the displacement 'Weg'" in found["notes"] and "--force-column" in found["notes"]
+    assert "share the displacement column 'Weg'" in found["notes"] and "--force-column" in found["notes"]
 
 
 def test_columns_that_may_be_specimens_or_channels(tmp_path: Path) -> None:
@@ -162,9 +162,9 @@ def test_a_workbook_of_a_sheet_per_specimen(tmp_path: Path) -> None:
     summary = [["试样", "最大力(N)"], ["1", 234.5], ["2", 469.0]]
     book(tmp_path / "8mm.xlsx", 试样1=[HEAD, *rows_of()], 试样2=[HEAD, *rows_of(2.0)], 结果=summary, 空=[[]])
     assert peaks(tmp_path) == {"8mm#试样1": pytest.approx(PEAK), "8mm#试样2": pytest.approx(2 * PEAK)}
-    assert "Sheet '结果' has no curve" in shear(tmp_path)["notes"]
+    assert "Sheet '结果' contains no curve" in shear(tmp_path)["notes"]
     assert peaks(tmp_path, "--sheet", "试样2") == {"8mm": pytest.approx(2 * PEAK)}
-    assert "there are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
+    assert "the sheets are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
 
 
 def test_specimens_side_by_side_in_a_workbook(tmp_path: Path) -> None:
@@ -188,10 +188,10 @@ def test_an_open_workbook_leaves_a_file_that_is_none(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("7mm.xlsx", b"PK\x03\x04 cut off", "cannot be read as a workbook"),
-        ("7mm.csv", b"PK\x03\x04 cut off", "cannot be read as a workbook"),
-        ("7mm.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "save it as .xlsx or CSV"),
-        ("7mm.xls", b"<html><table><tr><td>1</td></tr></table>", "save it as .xlsx or CSV"),
+        ("7mm.xlsx", b"PK\x03\x04 cut off", "cannot be read as an Excel workbook"),
+        ("7mm.csv", b"PK\x03\x04 cut off", "cannot be read as an Excel workbook"),
+        ("7mm.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "save the file as .xlsx or CSV"),
+        ("7mm.xls", b"<html><table><tr><td>1</td></tr></table>", "save the file as .xlsx or CSV"),
     ],
 )
 def test_a_workbook_that_is_none_is_said(tmp_path: Path, name: str, content: bytes, words: str) -> None:
@@ -253,7 +253,7 @@ def test_a_file_in_place_of_a_folder(tmp_path: Path) -> None:
 
 def test_the_time_of_day_is_no_number(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Time,Force\n" + lines("00:00:0{t},{f}\n"))
-    assert "'Time' has no numbers but '00:00:00.0'" in refused(tmp_path, "--speed", "1 mm/s")
+    assert "'Time' contains '00:00:00.0' instead of numbers" in refused(tmp_path, "--speed", "1 mm/s")
 
 
 def test_time_and_force_with_the_speed(tmp_path: Path) -> None:
@@ -261,7 +261,7 @@ def test_time_and_force_with_the_speed(tmp_path: Path) -> None:
     assert "--speed" in refused(tmp_path)
     found = shear(tmp_path, "--speed", "600 mm/min")
     assert found["specimens"][0]["travel_at_max"] == pytest.approx(0.3)
-    assert "Displacement is time '时间(s)' times 10 mm/s" in found["notes"]
+    assert "'时间(s)' (time) times 10 mm/s" in found["notes"]
 
 
 @pytest.mark.parametrize(
@@ -293,7 +293,7 @@ def test_where_there_is_a_displacement_the_speed_is_not_needed(tmp_path: Path) -
     write(tmp_path / "8mm.csv", "Time,Weg,Force\n" + lines("{t},{d},{f}\n"))
     found = shear(tmp_path, "--speed", "99 mm/s")
     assert found["specimens"][0]["travel_at_max"] == pytest.approx(0.3)
-    assert "--speed is not used" in found["notes"]
+    assert "--speed is ignored" in found["notes"]
 
 
 # ---- options that contradict each other or have no sense
@@ -304,7 +304,7 @@ def test_where_there_is_a_displacement_the_speed_is_not_needed(tmp_path: Path) -
     [
         (("--decimal", "comma", "--separator", "comma"), "--decimal comma --separator comma"),
         (("--speed", "1 mm/s", "--displacement-column", "1"), "--displacement-column"),
-        (("--time-column", "1"), "--time-column needs --speed"),
+        (("--time-column", "1"), "--time-column requires the blade speed"),
         (("--time-column", "1", "--displacement-column", "1", "--speed", "1 mm/s"), "--displacement-column"),
         (("--force-column", "1", "--displacement-column", "1"), "the same column"),
         (("--force-column", "1,2", "--displacement-column", "1,2,2"), "the same number"),
@@ -371,7 +371,7 @@ def test_a_line_that_cuts_the_table_in_two(tmp_path: Path, line: str) -> None:
 
 def test_cycles_with_words_between_are_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg;Kraft\n" + lines("{d};{f}\n") + "Cycle 2\n" + "0.1;7\n0.2;8\n")
-    assert "2 rows of numbers apart from the curve" in shear(tmp_path)["notes"]
+    assert "2 rows of numbers outside the table" in shear(tmp_path)["notes"]
 
 
 @pytest.mark.parametrize(

@@ -193,10 +193,10 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
     path.write_bytes(path.read_bytes().replace(b'"stage": "screen"', b'"stage": "scream"'))
     found = failed.json("status", "--verify")["verify"]
     assert found["ok"] is False and found["records"] == 12
-    assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not agree with its SHA-256"}]
+    assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not match its SHA-256 checksum"}]
     result = failed("status", "--verify")
     assert result.exit_code == 1
-    assert f"runs/{first}.json does not agree" in result.stderr
+    assert f"runs/{first}.json does not match" in result.stderr
     assert folder.record_path(second).exists() and path.exists()  # nothing was moved
 
 
@@ -230,7 +230,7 @@ def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> N
     assert record is not None
     path = folder.record_path(record["key"])
     path.write_text(sealed({**record, "identity": {**record["identity"], "diameter": 9.0}}), encoding="utf-8")
-    assert "its name does not match" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
+    assert "the name of the file does not match" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
 
 
 def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:

@@ -34,9 +34,9 @@ def test_a_quiet_study_says_its_verdict_alone() -> None:
 def test_what_is_wrong_with_a_stage() -> None:
     said = state(reasons={"inverted": 2, "timeout": 1}, censored=1, damaged=2, changed=("rsm", "solver version"))
     assert said[1:-1] == [
-        "screen: failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists them.",
-        "screen: 1 response not clearly past the maximum at the end of the stroke.",
-        "screen: 2 damaged records: the next command repeats the run.",
+        "screen: failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists the failed runs.",
+        "screen: 1 response may be too low: the stroke ended before the maximum was clearly passed.",
+        "screen: 2 damaged records; the next command repeats the run.",
         "screen.json is stale: rsm, solver version changed since.",
     ]
 

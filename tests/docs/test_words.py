@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
-from sentence_length import of_docs, pages  # noqa: E402
+from sentence_length import length, of_docs, pages  # noqa: E402
 
 # Clipped, personifying or vague words; each has a plainer one: fix, shows, is, next to, the caller, the number of …
 WORDS = re.compile(
@@ -82,7 +82,7 @@ def test_messages_docstrings_and_comments_have_plain_words(texts: Callable[[Path
 
 
 def test_sentences_of_pages_are_short() -> None:
-    assert [f"{file}: {text}" for file, text in of_docs(ROOT) if len(text.split()) > LONGEST] == []
+    assert [f"{file}: {text}" for file, text in of_docs(ROOT) if length(text) > LONGEST] == []
 
 
 @pytest.mark.skipif(shutil.which("codespell") is None, reason="codespell is part of the extra `dev`")

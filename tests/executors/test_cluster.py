@@ -187,7 +187,7 @@ def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: p
         kept: list[socket.socket] = []
         answering.start()
         began = time.monotonic()
-        with pytest.raises(UsageError, match=r"no Dask scheduler answers there .* usual port is 8786"):
+        with pytest.raises(UsageError, match=r"no Dask scheduler responds at this address .*default port 8786"):
             DaskExecutor(f"127.0.0.1:{server.getsockname()[1]}")
         answering.join()
         assert time.monotonic() - began < 5.0
@@ -197,14 +197,14 @@ def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: p
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 0.5)
     begun = time.monotonic()
-    with pytest.raises(UsageError, match="no Dask scheduler answers"):
+    with pytest.raises(UsageError, match="no Dask scheduler responds"):
         DaskExecutor("127.0.0.1:9")
     assert time.monotonic() - begun < 10.0
 
 
 def test_another_version_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stemcal.executors.cluster.code_version", lambda: "0.1.0+other")
-    with pytest.raises(UsageError, match=r"the study stemcal 0\.1\.0\+other; install the same version and code"):
+    with pytest.raises(UsageError, match=r"the study 0\.1\.0\+other; install the same version and code"):
         DaskExecutor(cluster.address)
 
 

@@ -58,7 +58,7 @@ def test_a_file_system_without_locks(folder: Path, number: int, _rng: random.Ran
         assert StudyFolder(study).holder() is None
         assert StudyFolder(study).read_stage("screen")["runs_used"] == 12
         refused = command("screen", CONFIGS / "paper-replay.yaml", "--out", folder / "new")
-    assert refused.exit_code == 1 and "on a disk that can lock files" in " ".join(refused.stderr.split())
+    assert refused.exit_code == 1 and "on a disk that supports file locks" in " ".join(refused.stderr.split())
     assert str(folder / "new") in refused.stderr and "--out" in refused.stderr
     assert not list((folder / "new").glob("screen.*"))
 

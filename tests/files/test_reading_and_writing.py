@@ -26,7 +26,7 @@ def test_a_file_is_written_as_a_whole_with_the_users_rights(tmp_path: Path) -> N
     write_atomic(path, b"b\n")
     assert path.read_bytes() == b"b\n" and list(tmp_path.iterdir()) == [path]
     assert os.name == "nt" or path.stat().st_mode & 0o777 == 0o666 & ~mask
-    with pytest.raises(StemcalError, match="its folder was deleted"):
+    with pytest.raises(StemcalError, match="the folder was deleted"):
         write_atomic(tmp_path / "none" / "a", b"")
 
 
@@ -39,7 +39,7 @@ def test_what_a_link_leads_to_stays_as_it_is(tmp_path: Path, target: str) -> Non
     elif target == "folder":
         mine.mkdir()
     link.symlink_to(mine)
-    with pytest.raises(StemcalError, match=r"is a link, .*; remove it"):
+    with pytest.raises(StemcalError, match=r"is a symbolic link, .*; remove the link"):
         make_folder(link)
     write_atomic(link, b"new")
     assert link.read_bytes() == b"new" and not link.is_symlink()

@@ -164,7 +164,7 @@ def test_json_of_anything_reads_back_to_the_same_digest(content: dict[str, Any])
 
 
 def test_unknown_objects_are_refused() -> None:
-    with pytest.raises(TypeError, match="no place in JSON"):
+    with pytest.raises(TypeError, match="cannot be written as JSON"):
         as_json({"a": object()})
 
 
@@ -177,7 +177,7 @@ def test_a_changed_digit_of_a_stage_file_is_seen(folder: StudyFolder) -> None:
     whole = path.read_bytes()
     for changed in (whole.replace(b"120.25", b"121.25"), whole + b" ", whole.replace(b"  ", b" ")):
         path.write_bytes(changed)
-        with pytest.raises(UsageError, match=r"does not agree with its SHA-256; run `stemcal screen SPEC` again"):
+        with pytest.raises(UsageError, match=r"does not match its SHA-256 checksum; run `stemcal screen SPEC` again"):
             folder.read_stage("screen")
 
 
@@ -208,7 +208,7 @@ def test_stage_files(folder: StudyFolder) -> None:
 
 def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
     folder.write_stage("screen", {"schema_version": 1, "stage": "screen"})
-    with pytest.raises(UsageError, match=r"screen.json has schema version 1, this stemcal reads 2; run .* again"):
+    with pytest.raises(UsageError, match=r"screen.json has schema version 1, but .* version 2; run .* again"):
         folder.read_stage("screen")
 
 
@@ -289,7 +289,7 @@ def test_leftovers_of_a_killed_writer_are_removed(tmp_path: Path) -> None:
 
 def test_a_file_in_the_way_is_a_clear_message(tmp_path: Path) -> None:
     (tmp_path / "study").touch()
-    with pytest.raises(StemcalError, match="choose another place with --out"):
+    with pytest.raises(StemcalError, match="choose another folder with --out"):
         StudyFolder(tmp_path / "study").lock()
 
 

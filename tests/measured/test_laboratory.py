@@ -62,9 +62,9 @@ def test_repeats_are_averaged_per_stem_in_columns_or_rows(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("stem,diameter\n1,8.1\n2,thick\n3,8.0\n4,7\n5,9\n", "stem 2: 'thick' is not a number|three or more"),
-        ("stem,diameter\n1,8.1\n2,-8\n3,8.0\n", "stem 2: -8 mm is not a diameter"),
-        ("stem,diameter\n1,8\n2,8\n3,8\n", "stems that differ"),
+        ("stem,diameter\n1,8.1\n2,thick\n3,8.0\n4,7\n5,9\n", "stem 2: 'thick' is not a number|at least three"),
+        ("stem,diameter\n1,8.1\n2,-8\n3,8.0\n", "stem 2: -8 mm is not a plausible diameter"),
+        ("stem,diameter\n1,8\n2,8\n3,8\n", "three stems of different diameters"),
         ("stem,diameter (furlong)\n1,8\n2,9\n3,8\n", "unknown unit 'furlong'"),
     ],
 )
@@ -96,7 +96,7 @@ def test_a_preload_that_weak_stems_feel_is_remarked_on(tmp_path: Path) -> None:
     weak, strong = (measure_shear(find_files(tmp_path, pattern)) for pattern in ("*.csv", "8mm*"))
     (note,) = weak.all_notes()
     assert note.kind == "preload_of_weak_stems" and strong.all_notes() == []
-    assert "5 N is 31 % of the maximum at 5 mm, 16 N" in note.text and "--preload 0.2," in str(note)
+    assert "5 N is 31 % of the maximum force at 5 mm (16 N)" in note.text and "--preload 0.2," in str(note)
 
 
 def test_units_signs_and_columns(tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_units_signs_and_columns(tmp_path: Path) -> None:
     assert [note.kind for note in curve.notes] == ["pressing_is_positive", "largest_at_end"]
     assert read_curves(path, CurveOptions(force_unit="N", preload=0.01))[0].max_force == pytest.approx(0.07)
     assert read_curves(path, CurveOptions(force_column="4", preload=1.0))[0].max_force == 7.0
-    with pytest.raises(UsageError, match="no column 'weight' for force; there are 't"):
+    with pytest.raises(UsageError, match="no column 'weight' for force; the columns are 't"):
         read_curves(path, CurveOptions(force_column="weight"))
 
 
@@ -137,7 +137,7 @@ def test_where_the_diameter_comes_from(tmp_path: Path) -> None:
     stated = curve_file(tmp_path / "s2.csv", force, "Stem diameter: 7,6 mm\ntravel (mm),force (N)")
     (tmp_path / "9 mm").mkdir()
     in_folder = curve_file(tmp_path / "9 mm" / "s3.csv", force)
-    with pytest.raises(UsageError, match="its diameter is unknown"):
+    with pytest.raises(UsageError, match="the diameter is unknown"):
         measure_shear([plain])
     index = tmp_path / "index.csv"
     index.write_text("file,diameter\ns1.csv,8.2\n")

@@ -67,7 +67,7 @@ def test_what_is_given_overrides_what_is_found(tmp_path: Path) -> None:
         (b"x,y\n1,2\n", Form(encoding="klingon"), "--encoding klingon: unknown"),
         (b"\xff\xff\n", Form(encoding="utf-8"), "not encoded in utf-8"),
         (b"x,y\n1,2\n", Form(separator="pipe"), "--separator pipe"),
-        (b"PK\x03\x04....", Form(), "cannot be read as a workbook"),
+        (b"PK\x03\x04....", Form(), "cannot be read as an Excel workbook"),
     ],
 )
 def test_what_cannot_be_read_is_said(tmp_path: Path, content: bytes, form: Form, words: str) -> None:

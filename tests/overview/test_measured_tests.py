@@ -103,7 +103,7 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
     done = command("measure", "tests", THREE, lab, "--preload", 100, "--exclude", "pull/8mm-1")
     notes = [line for line in done.stderr.splitlines() if line.startswith("note: ")]
     assert notes[0] == "note: pull: 8mm-1 is excluded (--exclude)."
-    assert notes[1].startswith("note: pull: The preload of 100 N is 16 % of the maximum at 8 mm")
+    assert notes[1].startswith("note: pull: The preload of 100 N is 16 % of the maximum force at 8 mm")
 
 
 def test_folders_go_by_the_name_of_a_test_and_others_are_told(lab: Path) -> None:
@@ -129,7 +129,7 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
         measure_tests(study, lab / "pull")
     with pytest.raises(UsageError, match=r"does not exist; give the folder"):
         measure_tests(study, lab / "nowhere")
-    with pytest.raises(UsageError, match=r"smoke has no section tests; add one, or use stemcal measure shear"):
+    with pytest.raises(UsageError, match=r"smoke has no section `tests`; add one, or use `stemcal measure shear`"):
         measure_tests(load_study(THREE.with_name("smoke.yaml")), lab)
     with pytest.raises(UsageError, match=r"write TEST/SPECIMEN, as in pull/8mm-1"):
         measure_tests(study, lab, exclude=["8mm-1"])

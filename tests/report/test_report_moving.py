@@ -170,10 +170,10 @@ def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) 
 def test_the_page_shows_mesh_cut_and_frames(with_film: tuple[Any, StudyFolder]) -> None:
     text = render(*with_film)
     for begin in (
-        "The mesh of the stem of",
-        "The stem of",
-        "Cutting of the stem of",
-        "Energies over blade travel, stem of",
+        "Mesh of the 8 mm stem",
+        "The 8 mm stem at the end",
+        "Cutting of the 8 mm stem",
+        "Energies versus blade travel for the",
     ):
         assert begin in text
     assert len(text.encode()) < 5_000_000

@@ -74,7 +74,7 @@ def test_the_first_screen_has_question_verdict_next_step_parameters_and_comparis
     assert places == sorted(places)
     verdict = first[places[1] :].partition("</section>")[0]
     assert verdict.count("<p>") == 1 and len(re.sub("<[^>]*>", "", verdict)) < 300
-    assert page.count("Measured and simulated maximum force; the parameters are fitted to the ringed values.</fig") == 1
+    assert page.count("Measured and simulated maximum force; the parameters are fitted to the circled values.<") == 1
 
 
 def test_commands_and_keys_stand_as_code_and_no_mark_is_left(page: str) -> None:
@@ -202,7 +202,7 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
             record = folder.peek(row["key"])
             record["details"] = {"curve": {"travel": [0.0, 0.4, 0.8], "force": [0.0, row["simulated"], 20.0]}}
             copy.save(record)
-    assert "Force over blade travel" in render(study, copy)
+    assert "Force versus blade travel" in render(study, copy)
 
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:

@@ -135,7 +135,7 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     validation = moist[2].of(ValidateResult)
     assert validation is not None
     table = tables_of(validation)[0]
-    assert table.title == "Measured against simulated angle of repose"
+    assert table.title == "Measured and simulated angle of repose"
     assert table.heads[:3] == ("Moisture, %", "Role", "Measured, °")
     assert [row[0] for row in table.cells] == ["12", "16"]
     errors = [row.compared.error_percent for row in validation.rows]

@@ -266,7 +266,7 @@ def test_input_changed_meanwhile_fails_the_run(tmp_path: Path) -> None:
 
 def test_missing_program_is_told_before_anything_runs(tmp_path: Path) -> None:
     solver = make_solver(study_of(tmp_path, command='["no-such-program-here", "x"]'))
-    with pytest.raises(UsageError, match="no program 'no-such-program-here' on PATH"):
+    with pytest.raises(UsageError, match="no program 'no-such-program-here' was found on PATH"):
         solver.prepare()
 
 
@@ -300,10 +300,10 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
     ("result", "said"),
     [
         ("{file: out.json, path: a, column: b}", "solver.result: has column and path; write one of"),
-        ("{file: out.json}", "solver.result: does not say which numbers to read; write one of column: …"),
+        ("{file: out.json}", "solver.result: specifies no numbers to read; write one of column: …"),
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
-        ("{file: out.txt, pattern: '(1'}", "is no regular expression"),
-        ("{file: out.txt, pattern: '(1{4294967295})'}", "is no regular expression: the repetition number"),
+        ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
+        ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
         ("{file: out.txt, pattern: 'F=1'}", "has no group around the number"),
         ("{file: out.json, path: out, reduction: mean}", "is not one of the choices"),
     ],

@@ -48,7 +48,7 @@ def test_levels_that_leave_no_bore_are_named() -> None:
 
 def test_a_stem_wider_than_the_blade_is_named() -> None:
     study = load_study(CONFIGS / "smoke.yaml")
-    wide = "diameter: 1000.5 mm is not the diameter of a stem; use at most 1000 mm, or check its unit"
+    wide = "diameter: 1000.5 mm is not a plausible stem diameter; use at most 1000 mm"
     assert list(wrong_levels(study, study.midlevels(), 1000.5)) == [wide]
     assert list(wrong_levels(study, study.midlevels(), 90.0)) == []
 

@@ -148,7 +148,7 @@ def test_rcforc_of_both_generations_and_fortran_numbers(tmp_path: Path) -> None:
 
 
 def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(SimulationFailed, match="no file rcforc"):
+    with pytest.raises(SimulationFailed, match="not write the file rcforc"):
         contact_force(read_text(tmp_path, "rcforc"))
     text = "  slave 1 time  0.0  x  0. y  0. z 1.\n  slave 1 time 0.5 x 0. y 0. z ************\n"
     (tmp_path / "rcforc").write_text(text, encoding="utf-8")
@@ -230,7 +230,7 @@ def test_spec_is_checked_like_that_of_the_embedded_solver(tmp_path: Path) -> Non
     with pytest.raises(SpecError) as caught:
         study_of(tmp_path, material="", options="")
     assert "the LS-DYNA solver needs density" in str(caught.value)
-    with pytest.raises(SpecError, match="does not name the deck"):
+    with pytest.raises(SpecError, match="does not contain the deck"):
         text = SPEC.format(command='["ls-dyna", "i=run.k"]', mode='""', options="", material=MATERIAL)
         (tmp_path / "b.yaml").write_text(text, encoding="utf-8")
         load_study(tmp_path / "b.yaml")

@@ -52,7 +52,7 @@ def test_stops_once_the_target_is_passed(tmp_path: Path) -> None:
     assert forces == pytest.approx(expected, abs=1e-6)
     assert stage["best_step"] == 2 and stage["passed"]
     nearest = stage["notes"][0]
-    assert nearest["kind"] == "nearest_step" and f"({stage['error_percent']:+.1f} %)" in nearest["text"]
+    assert nearest["kind"] == "nearest_step" and f"{stage['error_percent']:+.1f} %)" in nearest["text"]
     assert stage["error_percent"] == pytest.approx(100 * (110 - expected[2]) / 110)
     assert stage["solution"]["yield_stress"] == pytest.approx(17.0)
 
@@ -119,7 +119,7 @@ CLIMB = ClimbResult(
 def test_a_climb_that_passed_the_target() -> None:
     assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
         "4 runs changed Stress and b together towards the target.",
-        "The target was passed; step 2 is nearest, 1.3 % from it.",
+        "The target was passed; step 2 is nearest to it (error 1.3 %).",
     ]
 
 

@@ -69,7 +69,7 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
             THREE.format("design: latin-hypercube, runs: 9"),
             "9 runs cannot determine the 10 coefficients of 3 factors; take 20",
         ),
-        (THREE.format("runs: 30"), "the size of central-composite follows from the factors"),
+        (THREE.format("runs: 30"), "the number of factors determines the size of central-composite"),
         ("screen: {design: taguchi}\n", "screen.design"),
         ("screen: {fold_over: 1}\n", "screen.fold_over"),
     ],

@@ -101,7 +101,7 @@ def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatc
     found = found_for(tmp_path, monkeypatch, 4.0)
     row = found.row(4.0)
     assert not row.valid and row.force == pytest.approx(90.0)
-    assert "is 90 N at best (target 110 N)" in not_valid(found, row)
+    assert "the closest value is 90 N (target 110 N)" in not_valid(found, row)
     rough = replace(row, force=110.0, sd_percent=50.0)
     assert "scatters by 50 %" in not_valid(found, rough) and "100 positions would be needed" in not_valid(found, rough)
 
@@ -109,7 +109,7 @@ def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatc
 def test_a_material_that_grows_states_its_diameter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found, study = found_for(tmp_path, monkeypatch, 1.0), make_study(tmp_path, TWO)
     growing = {"material": study.material.model_copy(update={"density": Growth(at=8.0, exponent=0.5, value=1e-9)})}
-    said = "Parameters of this study depend on the stem's diameter: all values here are for 8 mm."
+    said = "Parameters of this study depend on the stem diameter: all values in this file are for 8 mm."
     lines = [material_lines(one, found, found.rows[0]) for one in (study, study.model_copy(update=growing))]
     assert [said in each for each in lines] == [False, True]
 
@@ -122,7 +122,7 @@ def test_runs_are_recorded_and_are_of_no_stage(tmp_path: Path, monkeypatch: pyte
     records = len(work.folder.keys())
     assert strains_of(work, [1.0]) == first and len(work.folder.keys()) == records
     assert "material" not in {entry.stage for entry in ledger(work.study, work.folder, work.solver)}
-    assert lines[0] == "Failure strain over element size: 0/5 runs"
+    assert lines[0] == "Failure strain versus element size: 0/5 runs"
 
 
 def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
@@ -130,14 +130,14 @@ def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
     there = without_lengths(study)
     assert there.material.internal_length.at(8.0) == there.blade.edge_spread.at(8.0) == 0.0
     assert there.loading.duration == 3.0 * study.loading.duration and isinstance(there.solver, EmbeddedSolver)
-    with pytest.raises(UsageError, match=r"needs `solver: \{kind: embedded\}`; this spec has kind sheet"):
+    with pytest.raises(UsageError, match=r"requires `solver: \{kind: embedded\}`; this spec has kind sheet"):
         without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
 
 
 def test_a_curve_rises_in_its_sizes() -> None:
-    text = curve_text([(2.0, 0.0146), (0.707, 0.27)], ["Failure strain over element size, mm."])
+    text = curve_text([(2.0, 0.0146), (0.707, 0.27)], ["Failure strain versus element size (mm)."])
     lines = text.splitlines()
-    assert lines[:3] == ["*KEYWORD", "$ Failure strain over element size, mm.", "*DEFINE_CURVE"]
+    assert lines[:3] == ["*KEYWORD", "$ Failure strain versus element size (mm).", "*DEFINE_CURVE"]
     assert [line.split() for line in lines[-3:]] == [["0.707", "0.27"], ["2.0", "0.0146"], ["*END"]]
 
 

@@ -168,7 +168,7 @@ def test_a_study_of_bad_hourglass_and_after_the_advice(tmp_path: Path, judged: J
     assert "up to 16 %" in before.reasons[0].text
     # 16 % of 10: elements finer by 1.6, 1.6⁴ times the time; 40 µs / 1.6
     remedy = before.reasons[0].remedy
-    assert remedy.edit == "solver: {element_size: d/26, time_step: 25 us}" and "6.6 times the time" in remedy.text
+    assert remedy.edit == "solver: {element_size: d/26, time_step: 25 us}" and "6.6 times as long" in remedy.text
     far = for_physics(study, Doubt("hourglass", 1, 47.1))  # d/76 would take 490 times the time
     assert far.edit is None
     finer = edited(study, remedy, tmp_path / "second")
@@ -183,7 +183,7 @@ def test_inertia_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     assert before.verdict == "not_calibrated"
     remedy = before.reasons[0].remedy
     assert remedy.edit == "solver: {mass_scaling: 400, time_step: 8 us}"
-    assert "below 5 %" in remedy.text and "5 times the time" in remedy.text
+    assert "below 5 %" in remedy.text and "5 times as long" in remedy.text
     lighter = edited(study, remedy, tmp_path / "second")
     after = judged(lighter, tmp_path / "second", solver_of(lighter))
     assert better(after, before)

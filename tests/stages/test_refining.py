@@ -76,7 +76,7 @@ def test_a_failed_run_is_stepped_back_from(tmp_path: Path) -> None:
 
 
 def test_only_failures_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RunsFailed, match=r"no point was simulated without a failure in 3 runs \(inverted: element 3"):
+    with pytest.raises(RunsFailed, match=r"each simulated point had a failed run \(3 runs: inverted: element 3"):
         refined(tmp_path, "refine: {budget: 3}\n", Curved(fails=frozenset(range(9))))
 
 

@@ -151,7 +151,7 @@ def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = written(tmp_path, spec_of(targets="targets: [{angle: 70 deg}]\n"))
-    with pytest.raises(TargetUnreachable, match=r"target 70° is above what the surface reaches .* to [\d.]+°\)"):
+    with pytest.raises(TargetUnreachable, match=r"target 70° is above all values of the surface .* to [\d.]+°\)"):
         calibrated(tmp_path, study, monkeypatch)
     verdict = verdict_of(study, StudyFolder(tmp_path / "out"))
     first = lines(verdict, Names(study.naming))[0]

@@ -97,7 +97,7 @@ def solve_target(
         If ŷ misses the target everywhere in the region.
     """
     if rule not in RULES:
-        raise UsageError(f"invert.rule: no rule {rule!r}; choose one of {', '.join(RULES)}")
+        raise UsageError(f"invert.rule: unknown rule {rule!r}; choose one of {', '.join(RULES)}")
     region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)

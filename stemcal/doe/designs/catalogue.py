@@ -27,7 +27,7 @@ def _full(k: int, runs: int | None) -> Array:
     design = full_factorial(k)
     if runs not in (None, len(design)):
         raise UsageError(
-            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; leave it out"
+            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; omit the key"
         )
     return design
 
@@ -42,13 +42,13 @@ SCREENING: dict[str, Callable[[int, int | None], Array]] = {
 def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = False) -> Array:
     """Build a screening design for k factors, folded over if asked; `runs` overrides its usual size."""
     if name not in SCREENING:
-        raise UsageError(f"screen.design: no design {name!r}; choose one of {', '.join(SCREENING)}")
+        raise UsageError(f"screen.design: unknown design {name!r}; choose one of {', '.join(SCREENING)}")
     design = SCREENING[name](k, runs)
     return fold_over(design) if folded else design
 
 
 def fold_over(coded: Array) -> Array:
-    """Append every run with all signs turned: main effects become clear of two-factor interactions.
+    """Append every run with all signs reversed: main effects become clear of two-factor interactions.
 
     Resolution III turns into IV. Source: G. E. P. Box and K. B. Wilson, J. R. Stat. Soc. B 13 (1951) 1–45.
     """
@@ -57,7 +57,7 @@ def fold_over(coded: Array) -> Array:
 
 @dataclass(frozen=True)
 class SurfaceOptions:
-    """What may be chosen about a design for a response surface; each design uses the options that concern it."""
+    """Options of a design for a response surface; each design uses those that apply to it."""
 
     design: str = "central-composite"
     centre_points: int = 6
@@ -73,7 +73,7 @@ class SurfaceOptions:
 class SurfaceDesign(Checked):
     """A design for the response surface of k factors, in coded units.
 
-    `factors` are how few and how many it takes; the levels of a `balanced` one have the mean 0.
+    `factors` contains the smallest and largest number of factors; the mean level of a `balanced` design is 0.
     """
 
     name: ClassVar[str] = ""
@@ -85,18 +85,18 @@ class SurfaceDesign(Checked):
         raise NotImplementedError
 
     def runs(self, k: int, options: SurfaceOptions) -> Array:
-        """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not take."""
+        """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not support."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
-            raise UsageError(f"rsm.factors: {self.name} takes {least} to {most} factors, not {k}")
+            raise UsageError(f"rsm.factors: {self.name} requires {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
-        """Return the coded distance at which a factor's low and high lie."""
+        """Return the coded distance of the low and high levels of a factor."""
         return 1.0
 
     def radius(self, k: int, options: SurfaceOptions) -> float:
-        """Return how far from the centre the surface may be used: by default √k, the distance of the corners."""
+        """Return the coded radius within which the surface may be used: by default √k, the distance of the corners."""
         return float(k**0.5)
 
 
@@ -141,7 +141,7 @@ class ThreeLevels(SurfaceDesign):
 
 
 class LatinHypercube(SurfaceDesign):
-    """Points spread over the whole box."""
+    """Points distributed over the whole range of all factors."""
 
     name, balanced = "latin-hypercube", False
 
@@ -160,7 +160,7 @@ def surface_design(name: str) -> SurfaceDesign:
     """Return a design by its name; raise `UsageError` if there is none."""
     if (found := SURFACES.named(name)) is None:
         known = ", ".join(one.name for one in SURFACES.built_in)
-        raise UsageError(f"rsm.design: no design {name!r}; choose one of {known}")
+        raise UsageError(f"rsm.design: unknown design {name!r}; choose one of {known}")
     return found
 
 
@@ -203,7 +203,7 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
     if len(points) < count:
         raise UsageError(
-            f"rsm.extra_runs: the design has {len(points)} free points, fewer than {count}; use fewer runs"
+            f"rsm.extra_runs: the design has only {len(points)} free points for {count} runs; use fewer runs"
         )
     phi, base = term_columns(points), term_columns(design)
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])

@@ -91,8 +91,8 @@ def full_factorial(k: int, levels: int = 2) -> Array:
     """Return every combination of `levels` equally spaced levels from −1 to +1, the first factor fastest."""
     if k < 1 or levels < 2 or levels**k > _MOST_RUNS:
         raise UsageError(
-            f"full factorial: {levels} levels of {k} factors; use at least one factor and two levels, and at most "
-            f"{_MOST_RUNS} runs"
+            f"full factorial: {levels} levels of {k} factors are not possible; use at least one factor, two levels, "
+            f"and at most {_MOST_RUNS} runs"
         )
     from pyDOE3 import fullfact
 
@@ -111,7 +111,7 @@ def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
     listed = ", ".join(map(str, known)) or "none"
     wanted = f"{runs} runs" if runs is not None else f"resolution {resolution}"
     raise UsageError(
-        f"fractional factorial: none is known for {k} factors with {wanted}; sizes for {k} factors: {listed}"
+        f"fractional factorial: no design with {wanted} is known for {k} factors; available sizes: {listed}"
     )
 
 

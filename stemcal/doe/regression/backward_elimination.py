@@ -44,7 +44,7 @@ def reduce_surface(
     columns = term_columns(points[present])
     if not_estimable(columns, chosen):
         raise UsageError(
-            "rsm.reduce: the runs cannot estimate the full quadratic with which backward elimination begins; add runs"
+            "rsm.reduce: the runs cannot estimate the full quadratic model, where backward elimination starts; add runs"
         )
     steps: list[ReductionStep] = []
     while removable := _removable(chosen):

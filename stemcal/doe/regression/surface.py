@@ -195,7 +195,7 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     if terms is None:
         return list(range(len(known)))
     if unknown := [term for term in terms if term not in known]:
-        raise UsageError(f"response surface: no term {unknown[0]!r}; the terms are {', '.join(known)}")
+        raise UsageError(f"response surface: unknown term {unknown[0]!r}; the terms are {', '.join(known)}")
     return [i for i, term in enumerate(known) if i == 0 or term in terms]
 
 
@@ -275,8 +275,9 @@ def surface_notes(
     largest = max(inflation, default=1.0)
     if failed:
         text = (
-            f"{failed} of {len(fit.response) + failed} runs failed; the surface is fitted to the others, with {fit.df} "
-            f"residual df. The design is no longer as planned (largest variance inflation factor {largest:.2f})."
+            f"{failed} of {len(fit.response) + failed} runs failed; the surface is fitted to the remaining runs, with "
+            f"{fit.df} residual df. The design is no longer as planned (largest variance inflation factor "
+            f"{largest:.2f})."
         )
         yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
@@ -291,8 +292,8 @@ def surface_notes(
         yield Note("exact_surface", "caution", "The surface passes through every run exactly: F cannot be computed.")
     if copies:
         text = (
-            f"{counted(copies, 'run')} exactly repeat others: the solver is deterministic. Each point counts once, "
-            f"which leaves {fit.df} residual df."
+            f"{counted(copies, 'run')} exactly repeat other runs, so the solver is deterministic. Each point counts "
+            f"once, which leaves {fit.df} residual df."
         )
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
@@ -323,7 +324,7 @@ def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], wr
         p, without = split.p, run.lack_of_fit_p_without
         if p is not None and without is not None and (p < 0.05) != (without < 0.05):
             text = (
-                f"Without {called(run)} lack of fit has p {signed_probability(without)}, with it "
-                f"p {signed_probability(p)}: whether the surface fits depends on this run."
+                f"The test for lack of fit depends on {called(run)}: p {signed_probability(p)} with this run, p "
+                f"{signed_probability(without)} without it."
             )
             yield Note("verdict_on_one_run", "warning", text)

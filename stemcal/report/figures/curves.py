@@ -84,7 +84,7 @@ def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
 def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
     """Return the energies of a run over blade travel: work done, and where it went."""
     styles = {
-        "external": ("work of the blade", INK, "-"),
+        "external": ("work done by the blade", INK, "-"),
         "internal": ("internal", BLUE, "-"),
         "eroded": ("in eroded elements", ORANGE, "-"),
         "contact": ("friction and contact", GREEN, "-"),

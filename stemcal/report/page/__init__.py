@@ -110,7 +110,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     done = results.done
     if not done:
         raise UsageError(
-            "\n".join(results.stale) or f"{folder.path}: no stage is done yet; run `stemcal run SPEC` first"
+            "\n".join(results.stale) or f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
         )
     first = first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]

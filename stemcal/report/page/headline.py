@@ -127,7 +127,7 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),
-        ("Page made by", f"stemcal {code_version()}"),
+        ("Written by", f"stemcal {code_version()}"),
         ("Cite", f"The stemcal developers: stemcal, version {__version__}. Publish this spec with your results."),
     ]
 

@@ -20,7 +20,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("share_percent", "Share", "%", to_decimals(1)),
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
-    share = f"The grades contain {found.share_percent:.1f} % of the stems. An upper limit is part of the next grade."
+    share = f"The grades contain {found.share_percent:.1f} % of the stems. Each grade excludes its upper limit."
     return [
         Table(columns, tuple(_statistics(found).items()), "Stem diameters"),
         Table.of(grades, found.grades, "Grades", [share]),
@@ -47,7 +47,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
         Column("left_out", "", of=lambda one: "left out" if one.excluded else ""),
     ]
-    foot = "Outlier: by Grubbs' test, still included.", *_growth(tests.power_law)
+    foot = "Outlier: flagged by Grubbs' test, but included.", *_growth(tests.power_law)
     return [
         Table.of(grades, tests.grades, "Maximum shear force by grade", foot),
         Table.of(specimens, tests.specimens, "Specimens"),
@@ -89,4 +89,4 @@ def _growth(law: PowerLaw | None) -> list[str]:
         return []
     ends = "" if law.exponent_interval is None else f" (95 % {interval(law.exponent_interval, 3)})"
     formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
-    return [f"{formula}, F in N, d in mm, R² {law.r2:.3f} of the logarithms."]
+    return [f"{formula}, F in N, d in mm, R² {law.r2:.3f} in logarithms."]

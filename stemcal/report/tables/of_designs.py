@@ -55,7 +55,7 @@ def checks_table(records: Records) -> Table | None:
     )
     foot = (
         "Failed: elements deleted up to the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
-        "largest share of the internal energy before the peak; if they are small, the test is quasi-static."
+        "largest share of the internal energy before the peak; if both are small, the test is quasi-static."
     )
     return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
 

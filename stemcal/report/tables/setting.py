@@ -20,7 +20,7 @@ def setting_tables(study: Study) -> list[Table]:
     """Return the factors, what stood still next to them, and what was measured."""
     tables = [_factors(study), _measured(study)]
     if (how := study.solver.explicit) is not None:
-        tables.append(_values("Part", _virtual_test(study, how), "The virtual shear test"))
+        tables.append(_values("Part", _virtual_test(study, how), "Virtual shear test"))
     if study.material.given() or study.material.growing():
         tables.append(_values("Parameter", _material(study), "Material held"))
     return tables
@@ -40,7 +40,7 @@ def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
     return Table.of(
         columns,
         sorted(target.condition for target in study.targets.means),
-        "The material of each stem, calibrated",
+        "Calibrated material of each stem",
         claims=True,
     )
 
@@ -83,7 +83,7 @@ def _measured(study: Study) -> Table:
     ]
     strong, foot = frozenset[int](), []
     if naming.condition is not None and 1 < len(fitted) == len(targets):
-        foot = ["The parameters are fitted to all of them together."]
+        foot = ["The parameters are fitted to all measurements together."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
         foot = [f"Bold: fitted values ({Names(naming).conditions(fitted)})."]

@@ -53,14 +53,14 @@ def contact_force(text: str) -> ContactForce:
     mine = [match for match in rows if int(match[2]) == BLADE_CONTACT]
     if not mine:
         there = sorted({int(match[2]) for match in rows})
-        raise SimulationFailed("no_result", f"{FORCES} has no contact {BLADE_CONTACT}, only {there}")
+        raise SimulationFailed("no_result", f"{FORCES} contains no contact {BLADE_CONTACT}, only {there}")
     side = mine[0][1].lower()
     series = [(number_of(match[3]), number_of(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
     if not (good := np.isfinite(time) & np.isfinite(force)).all():
         raise SimulationFailed("nan", f"the force of the blade is NaN from {time[good].max(initial=0.0):g} s on")
     if len(time) < 2 or not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", f"the times of the blade's contact in {FORCES} do not rise")
+        raise SimulationFailed("bad_result", f"the times of the blade's contact in {FORCES} do not increase")
     return ContactForce.turned(time, force)
 
 

@@ -72,7 +72,7 @@ class Deck:
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             known = "`solver: {kind: embedded}` or {kind: deck}"
-            raise UsageError(f"a deck needs {known}; this spec has kind {study.solver.kind}")
+            raise UsageError(f"a deck requires {known}; this spec has kind {study.solver.kind}")
         return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
@@ -175,8 +175,8 @@ class Deck:
         elements = mesh_size(stem, how).elements
         if elements > MOST_ELEMENTS:
             raise UsageError(
-                f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, at most "
-                f"{MOST_ELEMENTS:.0e} are written; use larger elements (solver.element_size) or a shorter specimen"
+                f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, more than the limit "
+                f"of {MOST_ELEMENTS:.0e}; use larger elements (solver.element_size) or a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
@@ -212,7 +212,7 @@ class Deck:
         if not given:
             return
         if not self.form.lengths:
-            yield f"there is no card for {' and '.join(given)}, so the force depends on this mesh"
+            yield f"no card represents {' and '.join(given)}, so the force depends on this mesh"
         else:
             most = _RESOLVED * self.edge_spread
             yield (
@@ -221,7 +221,7 @@ class Deck:
             )
             if self._element_size > most:
                 yield (
-                    f"elements of {self._element_size:.3g} mm are too large for that nose and the force becomes too "
+                    f"elements of {self._element_size:.3g} mm are too large for this nose, which makes the force too "
                     f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
@@ -248,7 +248,7 @@ class Deck:
             yield f"{law} is written as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"{law} is omitted: at the speed of the blade it adds {most:.1g} at most"
+            yield f"{law} is omitted: at the speed of the blade the law adds at most {most:.1g}"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:

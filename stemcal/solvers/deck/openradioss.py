@@ -78,7 +78,9 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
     named = options.programs.get("home") or options.environment.get(HOME) or os.environ.get(HOME)
     home = None if named is None else folder / named
     if home is not None and not home.is_dir():
-        raise UsageError(f"solver.programs.home: there is no folder {home}; name that of OpenRadioss, or set {HOME}")
+        raise UsageError(
+            f"solver.programs.home: the folder {home} does not exist; give the folder of OpenRadioss, or set {HOME}"
+        )
     given: Mapping[str, str] = {str(name): program for name, program in options.programs.items()}
     programs = {name: _program(name, given.get(name), home, folder) for name in _BEGINNINGS}
     if home is None and (at := Path(programs["starter"]).resolve().parent.parent / _DEFINITIONS_FOLDER).is_dir():
@@ -103,7 +105,7 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
     named = environment.get(DEFINITIONS) or os.environ.get(DEFINITIONS)
     if named and Path(named).is_dir():
         return
-    where = f"there is no folder {named}" if named else f"{DEFINITIONS} is not set"
+    where = f"the folder {named} does not exist" if named else f"{DEFINITIONS} is not set"
     raise UsageError(
         f"solver.programs.home: {where}, so the starter ends every run with 'Check "
         f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
@@ -123,7 +125,9 @@ def _program(name: str, given: str | None, home: Path | None, folder: Path) -> s
         except UsageError:
             continue
     where = f"in {home / 'exec'} nor on PATH" if home is not None else f"on PATH, and {HOME} is not set"
-    raise UsageError(f"solver.programs: there is no {name} {where}; install OpenRadioss, or name it in solver.programs")
+    raise UsageError(
+        f"solver.programs: no {name} was found {where}; install OpenRadioss, or give its path in solver.programs"
+    )
 
 
 def _variables(home: Path | None) -> dict[str, str]:
@@ -216,7 +220,7 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
     wrong = differences(starter_accepted(folder, ended), STEM, deck.material, deck.nonlocal_length)
     if wrong:
         raise SimulationFailed(
-            "not_as_written", f"the starter read another material than was written: {'; '.join(wrong)}"
+            "not_as_written", f"the starter read a material that differs from the deck: {'; '.join(wrong)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
 
@@ -224,7 +228,9 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
 def leave_engine_input(folder: Path, text: str | None) -> None:
     """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
     if (folder / ENGINE_INPUT).is_symlink():
-        raise SimulationFailed("no_engine_input", f"{ENGINE_INPUT} is a link, which is not written through")
+        raise SimulationFailed(
+            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal does not write through links"
+        )
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text
     except SimulationFailed as missing:

@@ -164,16 +164,16 @@ def contact_force(text: str) -> ContactForce:
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
-        raise SimulationFailed("no_result", f"the time histories have no contact {BLADE_CONTACT}, only {there}")
+        raise SimulationFailed("no_result", f"the time histories contain no contact {BLADE_CONTACT}, only {there}")
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
         raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
     if len(values) < 2 or not np.isfinite(values).all():
-        raise SimulationFailed("nan", "the force of the blade has no numbers")
+        raise SimulationFailed("nan", "the force of the blade is not numeric")
     time, force = values[:, 0], values[:, 1] + values[:, 2]
     if not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", "the times of the time histories do not rise")
+        raise SimulationFailed("bad_result", "the times of the time histories do not increase")
     found = ContactForce.turned(time, force)
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(
@@ -207,7 +207,7 @@ def engine_ran(folder: Path, ended: Ended) -> None:
     said = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
         raise SimulationFailed(
-            "no_restart", f"the engine found no {missing[1]}: the starter's restart file is not there"
+            "no_restart", f"the engine did not find {missing[1]}: the restart file of the starter is missing"
         )
     if ended.code == 0 and "NORMAL TERMINATION" in said:
         return
@@ -224,7 +224,7 @@ def table_made(folder: Path, ended: Ended) -> None:
     """Raise `SimulationFailed` unless there is a table of the time histories."""
     if ended.code != 0 or not (folder / TABLE).is_file():
         because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
-        raise SimulationFailed("no_history", f"th_to_csv ended with code {ended.code} and no table{because}")
+        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
 
 
 def text_left(folder: Path, name: str) -> str:

@@ -87,7 +87,7 @@ class Sheet(Solver):
         """Return what the file has of a run."""
         row = self._row(request)
         if row is None or row.answer is None:
-            raise UsageError(f"{run_name(request)} has no result yet; enter it with `stemcal enter`")
+            raise UsageError(f"{run_name(request)} has no result yet; enter the result with `stemcal enter`")
         return row.answer
 
     def given(self, stage: str) -> list[Any]:
@@ -127,7 +127,7 @@ def known_rows(study: Study, path: Path) -> dict[str, list[KnownRow]]:
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"solver.file: {path.name}: {error.strerror}; name a sheet of runs") from None
+        raise UsageError(f"solver.file: {path.name}: {error.strerror}; give the path of a sheet of runs") from None
     found: dict[str, list[KnownRow]] = {}
     wrong: list[str] = []
     for cells in _numbered(filled(content, path.name, study, partial=True)):
@@ -188,8 +188,12 @@ def _gaps(source: str, rows: Mapping[str, Sequence[KnownRow]]) -> list[str]:
     for stage in dict.fromkeys(name.split()[0] for name in rows):
         of_stage = {name: row[0] for name, row in rows.items() if name.split()[0] == stage}
         if {_number(name) for name in of_stage} != set(range(1, len(of_stage) + 1)):
-            wrong.append(f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; number them again")
+            wrong.append(
+                f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; renumber these rows"
+            )
         columns = [set[str](row.levels) for row in of_stage.values()]
         if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
-            wrong.append(f"{source}: only some rows of {stage} have a level of {', '.join(partial)}; complete them")
+            wrong.append(
+                f"{source}: only some rows of {stage} have a level of {', '.join(partial)}; complete these rows"
+            )
     return wrong

@@ -167,12 +167,12 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
         If it is neither, or has not the columns of this study.
     """
     if len(content) > MAX_BYTES:
-        raise UsageError(f"{source} has more than {MAX_BYTES // MIB} MiB; save the sheet alone")
+        raise UsageError(f"{source} is larger than {MAX_BYTES // MIB} MiB; save only the sheet")
     if is_workbook(content, source):
         return _of_workbook(content, source, study, partial)
     text = decoded(content, None, Path(source))[0]
     if "\0" in text:
-        raise UsageError(f"{source} is not text; save the sheet as .xlsx or CSV")
+        raise UsageError(f"{source} is not a text file; save the sheet as .xlsx or CSV")
     return _of_lines(_split(text, source), source, study, partial, complete=text.endswith(("\n", "\r")))
 
 
@@ -216,7 +216,7 @@ def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> li
     sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
-        raise UsageError(f"{source}: several of its sheets have a heading `{RUN}` ({titles}); leave one of them in it")
+        raise UsageError(f"{source}: several sheets have a heading `{RUN}` ({titles}); keep only one of these sheets")
     return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
 
 
@@ -234,7 +234,7 @@ def _split(text: str, source: str) -> Lines:
         try:
             found.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
-            raise UsageError(f"{source}:{reader.line_num}: no line of a table ({error}); correct it") from None
+            raise UsageError(f"{source}:{reader.line_num}: not a valid CSV line ({error}); correct the line") from None
     return max(found, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 
@@ -246,14 +246,14 @@ def _head(lines: Lines) -> int | None:
 def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: bool = True) -> list[Filled]:
     head = _head(lines)
     if head is None:
-        raise UsageError(f"{source}: no line has the heading `{RUN}`; fill in the sheet that stemcal has written")
+        raise UsageError(f"{source}: no line has the heading `{RUN}`; fill in the sheet that stemcal wrote")
     columns, units = _columns(lines[head][1], source, study, partial)
     rows = [(number, cells) for number, cells in lines[head + 1 :] if any(cell.strip() for cell in cells)]
     factors = [column for column in columns if column.kind == "factor"]
     numbers = [cells[columns[c]] for _, cells in rows for c in factors if columns[c] < len(cells)]
     decimal = "," if any("," in n for n in numbers) and not any("." in n for n in numbers) else "."
     if len(lines) > MAX_ROWS:
-        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {MAX_ROWS:,} lines; delete foreign rows")
+        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {MAX_ROWS:,} lines; delete unrelated rows")
     width = len(lines[head][1])
     cut = None if complete or not rows or narrow(rows[-1][1][-1]) == narrow(study.name) else rows[-1][0]
     return [
@@ -274,10 +274,14 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
 def _broken(cells: int, width: int, cut: bool) -> str:
     """Return what is wrong with a row as a whole."""
     if cells > width:
-        return f"the row has {cells} cells, the heading {width}; put texts and decimal commas in quotes"
+        return f"the row has {cells} cells, the heading has {width}; put texts and decimal commas in quotes"
     if cells < width:
-        return f"the row has {cells} cells, the heading {width}; it was cut short: complete it"
-    return "the last line has no line end, so it may be cut short; check it and end it with a line break" if cut else ""
+        return f"the row has {cells} cells, the heading has {width}; the row is truncated: complete the row"
+    return (
+        "the last line has no line break and may be truncated; check this line and end it with a line break"
+        if cut
+        else ""
+    )
 
 
 def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:
@@ -295,7 +299,7 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
     optional = ("said", "study", *(ASKED if partial else ()))
     missing = [column.heading for column in fields if column not in places and column.kind not in optional]
     if missing:
-        raise UsageError(f"{source}: no column is headed {listed(missing)}; head it as in the sheet of this study")
+        raise UsageError(f"{source}: no column is headed {listed(missing)}; use the headings of the study's own sheet")
     return places, units
 
 

@@ -48,14 +48,14 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
     """Return the run that a row means: of the same name, and of the same levels as far as it has them."""
     named = runs.get(" ".join(row.run.split()).casefold(), ())
     if not named:
-        message = f"the study has no run {row.run!r}; write its name as in the sheet, such as rsm 3"
+        message = f"the study has no run {row.run!r}; write the name as in the sheet, such as rsm 3"
         raise RowRefused(row, "unknown_run", message)
     wrong = [other_level(study, run, row) for run in named]
     meant = [run for run, other in zip(named, wrong, strict=True) if other is None]
     if not meant:
         raise next(other for other in wrong if other is not None)
     if len({(run.condition, run.replicate) for run in meant}) > 1:
-        message = f"several runs are called {row.run}; add its condition and replicate, as in the sheet"
+        message = f"several runs are called {row.run}; add condition and replicate, as in the sheet"
         raise RowRefused(row, "several_meant", message)
     return meant[0]
 
@@ -72,7 +72,7 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
         if not _is_level(row, name, level, near, unit):
             message = (
                 f"{row.run} was requested at {name} = {level:.6g}{Named('', '', '', unit).unit_suffix}, but the row "
-                f"has {row.levels[name]!r}; copy the row from the sheet, or do the run at the requested levels"
+                f"has {row.levels[name]!r}; copy the row from the sheet, or repeat the run at the requested levels"
             )
             return RowRefused(row, "other_levels", message)
     return None
@@ -110,7 +110,7 @@ def result_in(study: Study, row: Filled) -> Answer:
 def _value(row: Filled, response: Named) -> float:
     text = row.values.get(response.name, "")
     if not text:
-        message = f"{row.run} has no {response.name}; write its value too, or `failed: why`"
+        message = f"{row.run} has no {response.name}; write this value too, or `failed: why`"
         raise RowRefused(row, "incomplete", message)
     try:
         return number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
@@ -140,7 +140,7 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
     other = _OTHER[decimal]
     first, second = as_number(text, decimal), as_number(text, other)
     if first is not None and second is not None and first != second and other in text:
-        raise Unread(f"{cell!r} may be {first:.6g} or {second:.6g}; write it without a comma")
+        raise Unread(f"{cell!r} may be {first:.6g} or {second:.6g}; write the number without a comma")
     value = second if first is None else first
     if value is None:
         raise Unread(f"{cell!r} is not a number; write a number")
@@ -149,9 +149,9 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
             known, into = parse_unit(unit), parse_unit(wanted)
             value = value if known == into else from_internal(convert(value, unit, into.dimension), wanted)
         except UnitError:
-            raise Unread(f"{cell!r} is in {unit}, not in {wanted}; convert it") from None
+            raise Unread(f"{cell!r} is in {unit}, not in {wanted}; convert the value") from None
     if abs(value) > MOST:
-        raise Unread(f"{cell!r} is beyond 1e30; correct it")
+        raise Unread(f"{cell!r} exceeds 1e30; correct the value")
     return value
 
 

@@ -19,13 +19,13 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the surface's design towards the measured value.
+    help = """Move the centre of the surface design towards the measured value.
 
-        It changes the active factors together, in at most climb.steps steps along the slope of the screening, until the
-        response passes the target; the best step is the new centre. `stemcal run` includes it if the spec has a section
-        climb.
+        The climb changes the active factors together, in at most climb.steps steps along the slope of the screening,
+        until the response passes the target; the best step is the new centre. `stemcal run` includes the climb if the
+        spec has a `climb` section.
         """
-    purpose = "Between stages 1 and 2: steps towards the target; omitted without this section."
+    purpose = "Between stages 1 and 2: steps towards the target; skipped without this section."
     by_section = True
 
     def needs(self, study: Study) -> str | None:

@@ -66,14 +66,15 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     """Yield where the surface is centred, and that the walk ended before the target."""
     error = minus(f"{best.error_percent or 0.0:+.1f}")
     text = (
-        f"Of {counted(len(rows), 'step')} along the slope of the screening, step {best.step} is nearest to the target "
-        f"({error} %): the surface is centred there."
+        f"Step {best.step} of {len(rows)} along the slope of the screening is nearest to the target (error {error} %). "
+        "The surface is centred there."
     )
     yield Note("nearest_step", "info", text)
     if not reached:
         response = names.response.long
         text = (
-            f"The steps reached the edge of the ranges before the {response} passed the target, which may be outside."
+            f"The steps reached the edge of the ranges before the {response} passed the target, so the target may be "
+            "outside the ranges."
         )
         remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
         yield Note("target_not_passed", "warning", text, remedy)
@@ -156,7 +157,7 @@ def later(study: Study) -> Later | None:
     most = f"at most {counted(options.steps + 1, 'more run')}"
     note = Note("decided_later", "caution", f"climb: {most}, chosen one by one.")
     if options.at_once:
-        note = Note("asked_together", "caution", f"climb: {most}, all at once after the stage before it.")
+        note = Note("asked_together", "caution", f"climb: {most}, all at once after the previous stage.")
     step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
     return Later([[step]] * (options.steps // 2), note)
 

@@ -18,22 +18,22 @@ if TYPE_CHECKING:
 class ClimbOptions(Frozen):
     """Steps towards the target between screening and surface.
 
-    Steps end at the ends of the ranges; active factors without a size move in proportion to their slopes.
+    Steps end at the limits of the ranges; active factors without a size move in proportion to their slopes.
     """
 
     steps: Annotated[Whole, Field(ge=1, le=50)] = 5
-    """Number of steps from the centre to the ends of the ranges."""
+    """Number of steps from the centre to the limits of the ranges."""
     step_sizes: dict[str, Annotated[Number, Field(gt=0)]] = {}
     """Step of each factor in its unit; `steps` is then the maximum number."""
     at_once: Flag = False
-    """Whether all steps are run at once, also those beyond the target: fewer rounds for runs by hand or many cores. The
-    mean of the screening then gives the direction."""
+    """Whether all steps are run at once, including those beyond the target: fewer rounds for runs by hand or many
+    cores. The mean of the screening then gives the direction."""
 
 
 def follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
     if not is_screened(draft.study) and draft.study.given(ClimbOptions) is not None:
-        yield Finding(("climb",), "a climb follows the slope that a screening finds", "remove screen.design: none")
+        yield Finding(("climb",), "climb requires a screening, whose slope it follows", "remove screen.design: none")
 
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
@@ -45,7 +45,7 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
             yield draft.unknown_factor(path, name)
         elif name in known and size > known[name].half_range * (1.0 + 1e-9):
             factor = known[name]
-            message = f"a step of {size:g} from the middle, {factor.centre:g}, leaves {factor.low:g} to {factor.high:g}"
+            message = f"a step of {size:g} from {factor.centre:g} leaves the range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, f"use at most {factor.half_range:g}")
 
 

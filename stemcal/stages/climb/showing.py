@@ -17,7 +17,7 @@ class ClimbShowing(Showing[ClimbResult]):
         reached = "The target was passed" if result.passed else "The target was not reached"
         return [
             "1 run was made at the centre." if len(result.rows) == 1 else stepped,
-            f"{reached}; step {result.best_step} is nearest, {fixed(abs(result.error_percent), 1)} % from it.",
+            f"{reached}; step {result.best_step} is nearest to it (error {fixed(abs(result.error_percent), 1)} %).",
         ]
 
     def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:

@@ -37,7 +37,7 @@ class InvertOptions(Frozen):
 
     rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
     """Rule that selects one of the solutions: the nearest to the centre, or the one with all factors
-    but the strongest at their centre."""
+    except the strongest at their centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
     )
@@ -45,7 +45,7 @@ class InvertOptions(Frozen):
     each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
     are calibrated at the first of a list."""
     responses: Responses = (FIRST,)
-    """What is fitted: the force alone, or also travel and work to the maximum."""
+    """Fitted responses: only the force, or also travel and work up to the maximum."""
 
 
 def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
@@ -66,7 +66,7 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
         if not any(isclose(condition, other) for other in measured):
             named, listed = draft.naming, ", ".join(f"{value:g}" for value in measured[:20])
             message = f"no {named.response.noun} is given for {named.place(condition)}, only for {listed}"
-            remedy = f"add its {named.response.noun} to targets, or remove it here"
+            remedy = f"add the {named.response.noun} to targets, or remove the value here"
             yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
 
 
@@ -76,7 +76,7 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
     if names == (FIRST,):
         return
     if named.is_cutting and not draft.kind.travel_and_work:
-        yield Finding(path, f"solver {draft.study.solver.kind} returns a force only", "remove it")
+        yield Finding(path, f"solver {draft.study.solver.kind} returns only a force", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"{listed}: list the {named.response.noun}, and each response once"
@@ -91,7 +91,9 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
     sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
     given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
     if not given:
-        yield Finding(("invert", "responses"), f"no {name} is given in targets", "add it, or remove it here")
+        yield Finding(
+            ("invert", "responses"), f"no {name} is given in targets", "add the response to targets, or remove it here"
+        )
     elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition.noun}" if naming.condition is not None else ""
         message = f"{name} has no sd{at_any}: its weight is unknown"
@@ -102,7 +104,7 @@ def rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
-        remedy = "leave it out: with priors the solution is the best fit to forces and priors"
+        remedy = "omit the rule: with priors the solution is the best fit to forces and priors"
         yield Finding(("invert", "rule"), f"{draft.study.of(InvertOptions).rule} ignores the priors", remedy)
 
 
@@ -114,7 +116,7 @@ def doubts(study: Study) -> Iterator[Finding]:
     if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
-        yield Finding(("invert", "responses"), message, "fit only the force, or add this error to their sd")
+        yield Finding(("invert", "responses"), message, "fit only the force, or include this error in their sd")
 
 
 def growth_is_seen(draft: Draft) -> Iterator[Finding]:
@@ -126,7 +128,7 @@ def growth_is_seen(draft: Draft) -> Iterator[Finding]:
     for name, growth in draft.growing.items():
         exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
         if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
-            message = f"at {at:g} mm, the only diameter that is fitted, {exponent} changes nothing"
+            message = f"at {at:g} mm, the only fitted diameter, {exponent} has no effect"
             remedy = "write diameters: all under invert, or another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)
 

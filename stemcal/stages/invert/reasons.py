@@ -63,8 +63,8 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
     others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
     return minus(
         f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). It differs from the joint fit by "
-        f"{errors[place]:+.0f} %, the others by {others} %."
+        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). This value differs from the "
+        f"joint fit by {errors[place]:+.0f} %, the other values by {others} %."
     )
 
 

@@ -120,14 +120,14 @@ class Inversion(InvertResult):
         return fit_of_study(self._study, self._surface)
 
     def log_likelihood(self, levels: Mapping[str, Any]) -> Any:
-        """Return the log-likelihood of what was measured, up to a constant, at levels in the units of the spec.
+        """Return the log-likelihood of the measurements, up to a constant, at levels in the units of the spec.
 
         Each level is a number, or an array to evaluate many points at once. Priors of the spec are included. The value
         is minus infinity outside the ranges. Raise `UsageError` if a level is missing.
         """
         names = self._surface.names
         if missing := [name for name in names if name not in levels]:
-            raise UsageError(f"log_likelihood: no level of {', '.join(missing)}")
+            raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
         inside = self._surface.region(self._study).contains(points)
@@ -227,7 +227,7 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     if tests:
         columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
     largest = f"Largest error {fixed(error)} % if fitted, {fixed(left_out)} % if left out."
-    others = "other tests. Others predict: 95 % interval of the mean, predicted by the others." if tests else "others."
+    others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "others."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
 
@@ -250,7 +250,7 @@ def _published(
         Column("known", titled(head), of=known),
     ]
     fixed = any(factor.name not in found for factor in study.factors)
-    note = "fixed: not calibrated, in the middle of its range." if fixed else ""
+    note = "fixed: not calibrated, set to the middle of its range." if fixed else ""
     of = (
         "Finite element simulation parameters of the stem."
         if study.naming.is_cutting
@@ -296,7 +296,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
             axes.set_xlabel((labels or {}).get(name, name))
             if row == 1 and invert.certainty_alone is not None:
                 legend_above(axes)
-        figure.supylabel("rise of the misfit (1: the 95 % limit)", fontsize=9)
+        figure.supylabel("increase in misfit (1: 95 % limit)", fontsize=9)
     return figure
 
 

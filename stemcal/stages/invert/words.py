@@ -111,7 +111,7 @@ def unseen_changes(part: Certainty, stage: InvertResult, names: Names) -> list[s
         series(change(names.factor(name), size, part.units[name]) for name, size in found.items())
         for found in part.unseen_changes
     ]
-    return [f"{_data(part, stage, names)} is insensitive to a change of {one} (to first order)." for one in each]
+    return [f"{_data(part, stage, names)} is insensitive, to first order, to the change {one}." for one in each]
 
 
 def valid_for(stage: InvertResult) -> list[str]:
@@ -135,9 +135,9 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         return []
     exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
-        "Report the 95 % range: all values that agree with the measurement if the other parameters vary.",
+        "Report the 95 % interval: all values that agree with the measurement when the other parameters vary.",
         *assumption(stage.certainty),
-        "Not determined: the interval covers at least half of the range.",
+        "Not determined: the interval covers at least half of the factor range.",
         f"Exact solutions of the surface, without its error: {exact}.",
     ]
 
@@ -149,7 +149,7 @@ def _left_out(joint: JointFitted, names: Names) -> list[str]:
     several = condition is not None and len({row.condition for row in joint.rows}) > 1
     tests = any(row.left_out_interval is not None for row in joint.rows)
     each = "test" if tests else condition.long if condition is not None and several else "response"
-    return [f"With each {each} left out in turn, the fit to the others predicts it within {tenths(error)} %."]
+    return [f"When each {each} is left out in turn, the fit to the others predicts it to within {tenths(error)} %."]
 
 
 def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
@@ -160,9 +160,9 @@ def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
     each = [f"F = a·d^{e:g} {fixed(error, 1)} % ({fixed(out, 1)} %)" for e, error, out in formulas]
     fitted, out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     judged = {
-        None: "Without values that were left out they cannot be compared.",
-        True: "By the diameters left out in turn, the joint fit predicts better than a formula.",
-        False: "By the diameters left out in turn, the joint fit predicts no better than a formula.",
+        None: "The predictions cannot be compared because no values were left out.",
+        True: "For diameters left out in turn, the joint fit predicts better than a formula.",
+        False: "For diameters left out in turn, the joint fit predicts no better than a formula.",
     }[null.beaten_by(out)]
     return (
         f"Largest errors for the same {null.conditions} forces (left out in turn): {series(each)}; joint fit "
@@ -199,7 +199,9 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
 
 def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     error = tenths(joint.max_abs_error_percent)
-    yield Note("surfaces_miss", "info", f"The surfaces meet the {len(joint.rows)} measured values within {error} %.")
+    yield Note(
+        "surfaces_miss", "info", f"The surfaces reproduce the {len(joint.rows)} measured values to within {error} %."
+    )
     if joint.further:
         text = "Means of the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
@@ -212,7 +214,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         severity = {None: "caution", True: "info", False: "warning"}
         yield Note("without_mechanics", severity[beaten], _without_mechanics(joint.null, joint))  # type: ignore[arg-type]
     if joint.scatter == "misfit":
-        text = "No SD was given: all relative weights are equal, and the misfit of the fit gives the scatter."
+        text = "No SD was given: all relative weights are equal, and the scatter is estimated from the misfit."
         yield Note("weights", "caution", text)
     if joint.p is not None and joint.p < 0.05:
         text = (
@@ -225,15 +227,15 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
 def of_level_set(free: tuple[str, ...], second: bool) -> Iterator[Note]:
     """Yield the factors that one target does not determine, and whether another solution is as near to the centre."""
     if free:
-        yield Note("free_factors", "info", f"The target does not restrict {series(free)} within the region.")
+        yield Note("free_factors", "info", f"The target does not constrain {series(free)} within the region.")
     if second:
-        text = "A second solution is equally far from the centre; the reported one has the higher levels."
+        text = "A second solution is equally far from the centre; the one with the higher levels is reported."
         yield Note("second_solution", "info", text)
 
 
 def prior_unused(factors: tuple[str, ...]) -> Note:
     """Return that factors with a prior are not varied."""
-    text = f"The surface does not vary {series(factors)}: the prior is unused, and the middle of the range is held."
+    text = f"The surface does not vary {series(factors)}: the prior is not used, and the middle of the range is kept."
     return Note("prior_unused", "caution", text)
 
 
@@ -263,6 +265,6 @@ def machine(of: str, stated: float, sd: float, ends: tuple[float | None, float |
     else:
         found = "the testing machine would have to be stiffer than a rigid one"
     if contradicted:
-        text = f"According to the curves {found}; `machine` allows {before}."
+        text = f"According to the curves, {found}; `machine` allows {before}."
         return Note("machine_contradicted", "warning", text, Remedy("Check `machine` and the start of the sheets."))
-    return Note("machine_found", "info", f"With the fit to the curves {found}; `machine` alone allows {before}.")
+    return Note("machine_found", "info", f"From the fit to the curves, {found}; `machine` alone allows {before}.")

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 
 class Refinement(Stage["RefineResult"]):
-    """The parameters corrected by simulations, in the study's own model or in that of `refine.in`."""
+    """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
     pictured = one_by_one = True
-    help = """Correct the parameters until the simulation meets the measured value.
+    help = """Correct the parameters until the simulation matches the measured value.
 
-        It stops within refine.tolerance_percent of the measured value, or after refine.budget simulations. For a
-        joint fit (invert.diameters) each of its diameters is simulated; the stage also stops when the fit no longer
-        changes. `stemcal run` includes it if the spec has a `refine` section, and the validation then uses the refined
-        parameters. With refine.in it runs after the validation, in the program or on the mesh where the parameters
-        will be used.
+        The stage stops within refine.tolerance_percent of the measured value, or after refine.budget simulations. For a
+        joint fit (invert.diameters) every fitted diameter is simulated; the stage also stops when the fit no longer
+        changes. `stemcal run` includes the stage if the spec has a `refine` section, and the validation then uses the
+        refined parameters. With refine.in the stage runs after the validation, in the program or on the mesh where the
+        parameters will be used.
         """
-    purpose = """Stage 4: simulate at the solution and correct it, also in another program; omitted without this
+    purpose = """Stage 4: simulate at the solution and correct it, also in another program; skipped without this
         section."""
     by_section = True
 

@@ -214,19 +214,20 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
             f"Raise refine.budget, or check whether the {response} jumps between neighbouring points.",
         ),
         (False, "settled"): (
-            f"The error is {missed:.2f} %, and no parameters nearby reduce it. The rest is model error or measurement "
-            f"scatter.",
+            f"The error is {missed:.2f} %, and no parameters nearby reduce it. The remaining error is model error or "
+            "measurement scatter.",
             "",
         ),
         (True, "budget"): (still, f"Raise refine.budget, or give {factors} a wider range under refine.adjust."),
         (True, "out_of_reach"): (
-            f"The {response} is {missed:.1f} % from the target at the end of the range of {factors}.",
-            "Give it a wider range, or add another factor, under refine.adjust.",
+            f"The {response} is {missed:.1f} % from the target at the limit of the range of {factors}.",
+            "Under refine.adjust, give this factor a wider range or add another factor.",
         ),
         (True, "settled"): (
-            f"The {response} is {missed:.1f} % from the target, and smaller steps do not help: it jumps, or does not "
-            f"depend on {factors}.",
-            "Average over several positions of the mesh (replicates of the embedded solver), or adjust another factor.",
+            f"The {response} is {missed:.1f} % from the target, and smaller steps do not help: the response jumps, or "
+            f"does not depend on {factors}.",
+            "Average over several positions of the mesh (`replicates` of the embedded solver), or adjust another "
+            "factor.",
         ),
     }[stage.elsewhere, stage.stopped]
     yield Note("not_reached", "warning", text, Remedy(remedy) if remedy else None)

@@ -36,7 +36,7 @@ class RefineOptions(Frozen):
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
     """The program or mesh in which the parameters will be used: any solver with its keys, also `embedded` with another
-    mesh. Omitted keys are those of the study if its solver has the same kind. By default the study's own model."""
+    mesh. Omitted keys are those of the study if its solver has the same kind. By default the model of the study."""
     internal_length: StemLengthOrZero | None = None
     """`material.internal_length` in `in`; `0 mm` for local failure."""
     edge_spread: StemLengthOrZero | None = None
@@ -52,7 +52,7 @@ class RefineOptions(Frozen):
     ] = {}
     """Factors that may change in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if
     the surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
-    strain may change from a tenth of its lower end to 1."""
+    strain may range from a tenth of its lower limit to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest error of the simulated response at the solution."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
@@ -105,11 +105,11 @@ def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
             yield Finding(("refine", "adjust", name), message, "widen the range")
     if not refine.elsewhere and (refine.adjust or refine.changes):
         key = "adjust" if refine.adjust else next(iter(next(iter(refine.changes.values()))))
-        message = "it applies to another model only, and there is no key `in`"
-        yield Finding(("refine", key), message, "add refine.in, or remove it", at_key=True)
+        message = "this key applies only to another model, but the key `in` is missing"
+        yield Finding(("refine", key), message, "add refine.in, or remove this key", at_key=True)
     if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
-        message = "the study's runs are entered by hand already, and a sheet asks for one program only"
-        yield Finding(("refine", "in", "kind"), message, "make a separate study for it")
+        message = "the runs of the study are already entered by hand, and a sheet can serve only one program"
+        yield Finding(("refine", "in", "kind"), message, "make a separate study for the other program")
 
 
 def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
@@ -118,10 +118,10 @@ def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
         return
     if draft.tests:
         message = "another model does not simulate the tests"
-        yield Finding(("refine", "in"), message, "remove it, or the tests", at_key=True)
+        yield Finding(("refine", "in"), message, "remove refine.in or the tests", at_key=True)
     if any(target.curves for target in draft.study.targets.means):
         message = "curves are not compared in another model"
-        yield Finding(("refine", "in"), message, "remove it, or the curves", at_key=True)
+        yield Finding(("refine", "in"), message, "remove refine.in or the curves", at_key=True)
 
 
 def the_model_is_possible(draft: Draft) -> Iterator[Finding]:

@@ -28,7 +28,7 @@ class RefineShowing(Showing[RefineResult]):
         if result.elsewhere:
             return _there(result, names)
         count = len(result.made)
-        runs = "1 run at the solution" if count == 1 else f"{count} runs corrected the solution"
+        runs = "Solution checked in 1 run" if count == 1 else f"Solution corrected in {count} runs"
         error = f"{abs(result.error_percent):.2f} %, {'' if result.converged else 'not '}within the tolerance of"
         return [f"{runs}: the error is {error} {result.tolerance_percent:g} %."]
 
@@ -51,7 +51,7 @@ class RefineShowing(Showing[RefineResult]):
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
         response = result.naming.response.capital
-        text = f"{response}: measured, and simulated before and after the refinement; the target is ringed."
+        text = f"{response}: measured, and simulated before and after the refinement. The target is circled."
         return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
     def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
@@ -79,10 +79,10 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         Column("between", "Between", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
-        "Other parameters keep their calibrated values. The search ends at the first values within its tolerance; "
-        "others may fit equally well."
+        "Other parameters keep their calibrated values. The search ends at the first values within the tolerance; "
+        "other values may fit equally well."
     ]
-    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
+    foot += ["95 % range: from the scatter of the measured mean, other parameters fixed."] if known else []
     foot += [f"They depend on {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 

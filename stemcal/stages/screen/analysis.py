@@ -171,8 +171,8 @@ def analyse_screening(
     fit = fit_least_squares(matrix, y[present])
     if n_failed and fit.df < 1:
         raise RunsFailed(
-            f"screening: {n_failed} of {len(y)} runs failed and no residual degree of freedom is left to test the "
-            f"effects; correct those runs and repeat the stage"
+            f"screening: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom to test the "
+            "effects; correct the failed runs and repeat the stage"
         )
     residual, mean_square = residual_of(fit, centre)
     changes = changes_of(fit)
@@ -250,8 +250,8 @@ def screening_notes(
 
 def _curvature(found: Curvature, written: Names) -> Note:
     means = (
-        f"Curvature: the corners give {written.quantity(found.corners)} on average, the centre "
-        f"{written.quantity(found.centre)} ({counted(found.runs, 'run')})."
+        f"Curvature: the mean response is {written.quantity(found.corners)} at the corners and "
+        f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:
         return Note("curvature", "caution", f"{means} Without an estimate of error the difference cannot be tested.")
@@ -285,6 +285,7 @@ def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note
     if touched:
         pair = f"{effects[a].factor}:{effects[b].factor}"
         text = (
-            f"An interaction {pair} of the two strongest factors would also appear in the effects of {series(touched)}."
+            f"An interaction of the two strongest factors, {pair}, would bias the estimated effects of "
+            f"{series(touched)}."
         )
         yield Note("interaction_of_strongest", "caution", text)

@@ -25,7 +25,7 @@ class ScreenOptions(Frozen):
     ] = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
-    """Runs at the centre of all ranges, which show curvature and scatter."""
+    """Runs at the centre of all ranges, which reveal curvature and scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
     """Number of runs instead of the default: Plackett–Burman has 12 for 5 to 11 factors."""
     fold_over: Flag = False

@@ -46,7 +46,7 @@ class ScreenShowing(Showing[ScreenResult]):
             )
             return [count, f"Factors that affect the {response} (share of the sum of squares): {shares}."]
         if (largest := _largest_untested(result)) is None:
-            return [count, f"None of them affects the {response} significantly."]
+            return [count, f"No factor affects the {response} significantly."]
         effect = names.quantity(largest.effect, "+.4g")
         return [
             count,
@@ -124,8 +124,8 @@ def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Ta
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
         margins.append(
-            f"Lenth: pseudo standard error {pse}; an effect beyond ±{me} is significant, beyond ±{sme} also after "
-            "correction for the number of effects."
+            f"Lenth's method: pseudo standard error {pse}; an effect beyond ±{me} is significant, beyond ±{sme} also "
+            "after correction for the number of effects."
         )
     shares = "** p < 0.01, * p < 0.05. Share: of the total sum of squares."
     strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)

@@ -74,8 +74,8 @@ def _shape(shape: Shape, names: Names) -> str:
     if shape.predicted is None:
         return "The surface has no single stationary point: it is a plane, or constant along some direction."
     return (
-        f"The stationary point ({shape.called}) has {names.quantity(shape.predicted)} at coded radius "
-        f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the region of the runs."
+        f"The stationary point ({shape.called}, {names.quantity(shape.predicted)}) is at coded radius "
+        f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the design region."
     )
 
 
@@ -205,8 +205,8 @@ def _summary(
         place = f"{study.naming.place(condition)}: ".removeprefix(": ")
         name = study.naming.named(response).name
         raise RunsFailed(
-            f"{place}the record of run {silent[0]} has no {name}: it was made by another version or "
-            "solver; use another study folder (--out), or remove the response from invert.responses"
+            f"{place}the record of run {silent[0]} has no {name}because another version or solver wrote it; use "
+            "another study folder (--out), or remove the response from invert.responses"
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
 
@@ -248,13 +248,13 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 
 def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
-    needs = f"rsm.design {design} needs {least} to {most} factors"
+    needs = f"rsm.design {design} requires {least} to {most} factors"
     if factors < least:
-        text = f"{needs}, but this study has {factors}: it will stop after the screening."
+        text = f"{needs}, but this study has {factors}: the study will stop after the screening."
         return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
     text = (
-        f"{needs}. If fewer are significant, the surface uses the {least} with the largest contribution, and some of "
-        f"its terms are noise; if more, the {most} strongest."
+        f"{needs}. If fewer factors are significant, the surface uses the {least} factors with the largest "
+        f"contribution, and some terms are noise; if more are significant, it uses the {most} strongest."
     )
     remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
     return Note("factors_wanted", "caution", text, remedy)
@@ -269,10 +269,10 @@ def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
         screened = is_screened(study) and factor.name not in unseen
         if not screened and factor.name not in chosen:
             text = (
-                f"No run varies {factor.name}, which is neither screened nor listed in rsm.factors; it stays at "
-                f"{factor.centre:g}."
+                f"{factor.name} is neither screened nor listed in rsm.factors, so it stays at {factor.centre:g} in all "
+                "runs."
             )
-            remedy = Remedy("List it in rsm.factors, or set this value instead of a range.")
+            remedy = Remedy("List the factor in rsm.factors, or set a fixed value instead of the range.")
             yield Note("not_varied", "caution", text, remedy)
 
 
@@ -303,7 +303,7 @@ def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> 
     if by_chance:
         return _scatter(repeated, names)
     text = (
-        f"{len(widest)} runs at the same levels gave {names.quantity(min(widest), 'g')} to "
+        f"{len(widest)} runs at the same levels gave responses from {names.quantity(min(widest), 'g')} to "
         f"{names.quantity(max(widest), 'g')}. A deterministic solver gives one response for one set of levels, so "
         "these runs differed in something not recorded."
     )

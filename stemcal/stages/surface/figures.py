@@ -16,14 +16,14 @@ _NORMAL = NormalDist()
 
 def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
-    observed = f"Simulated {rsm.naming.response.noun} against that predicted by the response surface."
+    observed = f"Simulated {rsm.naming.response.noun} versus the value predicted by the response surface."
     checks = (
         "Normal plot of the residuals (a straight line if normal), residuals in run order (no trend expected), and the "
         "influence of each run (strong above a Cook's distance of 1, dashed line)."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
-        Plot("residuals", "rsm", "Residuals of the surface, run by run.", partial(residuals, rsm), detail=True),
+        Plot("residuals", "rsm", "Residuals of the surface for each run.", partial(residuals, rsm), detail=True),
     ]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
@@ -37,11 +37,11 @@ def _pair_plots(
 ) -> list[Plot]:
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2
-    over = f"over {Names(rsm.naming, labels).factors(pair)}"
+    over = f"versus {Names(rsm.naming, labels).factors(pair)}"
     held = "" if alone else f", the other factors at the {'solution' if solved else 'centre'}"
     unit = f" in {response.written}" if response.written else ""
     met = f" Orange: the measured {response.noun}; star: the solution." if solved else ""
-    lines = f"{response.capital} {over}{held}, contours{unit}.{met} White dots: design points (numbers: repeats)."
+    lines = f"Contours of the {response.noun}{unit} {over}{held}.{met} White dots: design points (numbers: repeats)."
     dots = " Dots: runs, filled above the surface and open below it." if alone else ""
     relieved = f"Response surface of the {response.noun} {over}{held}, with contours projected onto the base.{dots}"
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))

@@ -69,7 +69,7 @@ def _axial_distance(given: Any) -> Any:
     if given in get_args(AlphaRule) or (number and 0 < given <= 100):
         return given
     shown = f"{given:g}" if number else repr(given)[:60]
-    raise complain(f"{shown} is no axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
+    raise complain(f"{shown} is not an axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
 
 
 class RsmOptions(Frozen):
@@ -97,7 +97,7 @@ class RsmOptions(Frozen):
     ] = "significant"
     """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
-    """Runs at the centre. The embedded solver is deterministic, so further runs add no information."""
+    """Runs at the centre. The embedded solver is deterministic, so repeated runs add no information."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
@@ -107,7 +107,7 @@ class RsmOptions(Frozen):
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
-    """Further runs where the surface is least certain. A larger number reuses the runs made before."""
+    """Further runs where the surface is least certain. If you increase the number, earlier runs are reused."""
     reduce: Literal["none", "backward"] = "none"
     """`backward` removes terms with p above 0.1, one by one; the hierarchy of terms is kept."""
     coding: dict[str, tuple[Number, Number]] = {}
@@ -162,7 +162,7 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         elif name in chosen[:index]:
             yield Finding(path, f"{name} is listed twice", "remove one")
     if not chosen:
-        yield Finding(("rsm", "factors"), "a response surface needs a factor", "name one")
+        yield Finding(("rsm", "factors"), "a response surface needs at least one factor", "name one")
     if len(chosen) > MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors make too many corner runs"
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
@@ -184,7 +184,7 @@ def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
     most = min(most, MOST_CCD_FACTORS, len(draft.names))
     if rsm.strongest and not least <= rsm.strongest <= most:
         known = len(draft.names)
-        message = f"{rsm.design} takes {least} to {most} of these {known} factors, not {rsm.strongest}"
+        message = f"{rsm.design} requires {least} to {most} of these {known} factors, not {rsm.strongest}"
         yield Finding(("rsm", "factors"), message, f"write strongest {least}")
 
 
@@ -208,8 +208,8 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
     rsm = draft.study.of(RsmOptions)
     if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
-        message = f"the size of {rsm.design} follows from the factors"
-        yield Finding(("rsm", "runs"), message, f"leave it out or write design: {LATIN_HYPERCUBE}")
+        message = f"the number of factors determines the size of {rsm.design}"
+        yield Finding(("rsm", "runs"), message, f"omit runs or write design: {LATIN_HYPERCUBE}")
 
 
 def coding_fits(draft: Draft) -> Iterator[Finding]:
@@ -283,7 +283,7 @@ def surface_factors(study: Study, solver: Solver, before: Screened | None) -> tu
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
     if set(columns) != set(chosen):
-        text = f"The table varies {series(columns)}; the screening would have chosen {series(chosen)}."
+        text = f"The table varies {series(columns)}, but the screening selects {series(chosen)}."
         notes = [Note("table_varies", "warning", text)]
     return columns, notes
 
@@ -303,7 +303,7 @@ def _strongest(before: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]
         few = f"only {series(found)}" if found else "no factor"
         text = f"The screening found {few} significant; the surface uses the strongest factors, {series(chosen)}."
         return chosen, [Note("few_significant", "caution", text)]
-    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of them."
+    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of these factors."
     return chosen, [Note("many_significant", "caution", text)]
 
 
@@ -311,7 +311,7 @@ def _strongest_asked(chosen: Sequence[str], significant: Sequence[str]) -> Note:
     """Return the note on the factors that `rsm.factors: strongest N` chose."""
     text = f"The surface uses the strongest factors (`rsm.factors`): {series(chosen)}."
     if weak := [name for name in chosen if name not in significant]:
-        text += f" Not significant among them: {series(weak)}."
+        text += f" Of these, {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
     if left := [name for name in significant if name not in chosen]:
-        text += f" Significant, but left out: {series(left)}."
+        text += f" Significant but not used: {series(left)}."
     return Note("strongest_asked", "caution", text)

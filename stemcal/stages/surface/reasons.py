@@ -45,7 +45,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = f"The program gave {ends} for the same levels: it is stochastic, which the spec does not declare."
+            text = f"The program returned {ends} for the same levels: it is stochastic, but not declared as such."
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
@@ -123,7 +123,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     left = "its error is unknown" if unknown else f"its error has {counted(surface.fitted.df, 'degree')} of freedom"
     text = (
         f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}. The surface is fitted to the others; {left}."
+        f"{_where(surface, coded[failed])}. The surface is fitted to the remaining runs; {left}."
     )
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
@@ -140,7 +140,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(evidence: Evidence) -> bool:
-    """Whether all runs are used up, according to the fit or, before it, the surface."""
+    """Return whether the fit, and before it the surface, has no residual degrees of freedom."""
     told = (result.surface_error_known for result in reversed(evidence.results.done))
     return next((not known for known in told if known is not None), False)
 
@@ -166,7 +166,8 @@ def _after_failures(study: Study, surface: SurfaceResult, coded: Array, failed: 
                 )
     more = advice.more_runs(study, surface)
     return Remedy(
-        f"Correct the cause and repeat them (`stemcal run SPEC --retry`), or add runs: {more.text}", more.edit
+        f"Correct the cause and repeat the failed runs (`stemcal run SPEC --retry`), or add runs: {more.text}",
+        more.edit,
     )
 
 
@@ -189,7 +190,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     if none_left and rest and evidence.names.placed:
         key, unit = "diameters", evidence.names.condition.unit_suffix
         edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
-        remedy = Remedy(f"{remedy.text} Until then fit the others: `{edit}`.", edit)
+        remedy = Remedy(f"{remedy.text} Until then fit the other conditions: `{edit}`.", edit)
     yield Note("failed_runs", "error", text, remedy)
 
 

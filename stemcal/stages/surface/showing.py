@@ -53,7 +53,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
-            text += f" Of its {len(responses)} runs {copies} repeat others; without scatter they add no information."
+            text += f" {copies} of {len(responses)} runs are repeats, which add no information without scatter."
         return [text]
 
     def certainty(self, result: SurfaceResult, names: Names) -> list[str]:
@@ -98,7 +98,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels it is asked for; a notebook shows it as the profiler of the page."""
+    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
 
     _setting: Setting
 
@@ -107,7 +107,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: no level of {', '.join(missing)}; pass one by name, as in {{{missing[0]!r}: …}}"
+                f"predict: the level of {', '.join(missing)} is missing; pass it by name, as in {{{missing[0]!r}: …}}"
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -211,12 +211,11 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         point = (
             f"Stationary point: {shape.called}, {names.quantity(shape.predicted)} at "
             f"{level_list(shape.natural, names)}; coded radius {shape.coded_radius:.2f}, "
-            f"{'inside' if shape.inside else 'outside'} the region of the runs."
+            f"{'inside' if shape.inside else 'outside'} the design region."
         )
     curved = (
         f"Negative curvature: the {names.response.long} decreases on both sides along that axis. The last columns are "
-        f"its "
-        "direction in coded units."
+        "the direction of the axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
@@ -258,6 +257,6 @@ def _levels(stage: SurfaceResult) -> PaperTable:
 def _lack_of_fit(stage: SurfaceResult) -> str:
     lack = stage.anova_row("Lack of fit")
     if lack is None or lack.p is None or not stage.lack_of_fit_testable:
-        return "Its lack of fit cannot be tested."
+        return "The lack of fit of the surface cannot be tested."
     significance = "significant" if lack.p < 0.05 else "not significant"
-    return f"Its lack of fit is {significance} (p {signed_probability(lack.p)})."
+    return f"The lack of fit of the surface is {significance} (p {signed_probability(lack.p)})."

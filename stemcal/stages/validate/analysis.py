@@ -176,7 +176,7 @@ def _failed(stage: ValidateResult, names: Names) -> Iterator[Note]:
 def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = f"The measured force grows as d^{lab.value:.2f}, the simulated as d^{model.value:.2f}."
+        text = f"The measured force grows as d^{lab.value:.2f}, the simulated force as d^{model.value:.2f}."
         yield Note("growth", "info", text)
 
 
@@ -187,9 +187,9 @@ def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
         return
     measured, simulated = _range(one.measured for one in pairs), _range(one.simulated for one in pairs)
     text = (
-        f"The measured force has its maximum at {measured} mm of travel, the simulated at {simulated} mm. A measured "
-        "travel includes the compliance of the machine's frame and clamps and of the stem between preload and cut. "
-        "Compare the forces; fit the travel only after that compliance is measured and subtracted."
+        f"The measured force has its maximum at {measured} mm of travel, the simulated force at {simulated} mm. A "
+        "measured travel includes the compliance of the machine's frame and clamps and of the stem between preload "
+        "and cut. Compare the forces; fit the travel only after that compliance is measured and subtracted."
     )
     yield Note("travel_apart", "caution", text)
 

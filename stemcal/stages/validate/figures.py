@@ -26,7 +26,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         spread = spread_of(study, response)
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
-            text += "; the parameters are fitted to the ringed values" if validate.fitted else ""
+            text += "; the parameters are fitted to the circled values" if validate.fitted else ""
         text += ". Bars: standard deviation of the measurements." if spread else "."
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw, on_page = partial(validation, validate, spread, response), response.name in shown

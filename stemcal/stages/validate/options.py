@@ -10,7 +10,7 @@ from stemcal.study.types.field_types import Frozen, Number
 
 
 class ValidateOptions(Frozen):
-    """The comparison with what was measured."""
+    """Comparison with the measurements."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
     """Largest error at which simulated and measured response agree."""

@@ -18,7 +18,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         return
     if checked.is_given:
         text = "The validation is read from a sheet, not simulated with these parameters."
-        yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that simulates."))
+        yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that runs simulations."))
         return
     held_out = [row for row in evidence.judged if not row.fitted]
     failed = tuple(row.condition for row in held_out if row.error_percent is None)
@@ -30,10 +30,13 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
-        until = "Until then use the result only where it agrees."
+        until = "Until then use the result only where simulation and measurement agree."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and chose_conditions(study):  # no advice undoes an earlier one
-            remedy = Remedy("Use the result only where it agrees, or add a factor that the error depends on.")
+            remedy = Remedy(
+                "Use the result only where simulation and measurement agree, or add a factor on which the "
+                "error depends."
+            )
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
     if not held_out and not _predicted_in_turn(evidence):
@@ -50,7 +53,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         for row in checked.compared
         if row.simulated
     ]
-    then = "With the surfaces of all of them, stemcal can compute what removes the trend."
+    then = "With surfaces at all diameters, stemcal can suggest how to remove the trend."
     remedy = advice.fit_all(study, "conditions", then)
     yield from trend_reason(evidence, rows, checked.worst_percent or 0.0, lambda: remedy)
 

@@ -67,7 +67,7 @@ class ValidateRow(Spread):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ValidateResult(StageResult):
-    """Measured against simulated response over the conditions, and how a force grows with the stem's diameter."""
+    """Measured and simulated responses at the conditions, and how a force grows with the stem's diameter."""
 
     name: ClassVar[str] = "validate"
     shown = ("worst_percent",)

@@ -90,7 +90,7 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
         *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
     ]
     worst = [errors_in_short(stage, names)] if names.placed else []
-    title = f"Measured against simulated {names.response.long}"
+    title = f"Measured and simulated {names.response.long}"
     return Table.of(columns, stage.rows, title, (*worst, f"{_ERROR}."))
 
 

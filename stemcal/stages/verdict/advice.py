@@ -50,8 +50,10 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     ]
     if found:
         return min(found, key=lambda entry: entry[0])[1]
-    fixed = "loading and specimen" if study.naming.is_cutting else "the values that the simulation holds fixed"
-    return Remedy(f"No range of {series(surface.names)} alone includes it; check the units, and {fixed}.")
+    fixed = "loading and specimen" if study.naming.is_cutting else "the fixed values of the simulation"
+    return Remedy(
+        f"Widening only one range ({series(surface.names)}) cannot include the target; check the units and {fixed}."
+    )
 
 
 def _widened(factor: Factor, up: bool, width: float) -> Remedy:
@@ -107,7 +109,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
     end = surface.names[order[0]]
-    return Remedy(f"Add another factor: {end} is at the end of its possible range.")
+    return Remedy(f"Add another factor: {end} is at the limit of its possible range.")
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
@@ -127,8 +129,8 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "No parameter of the surface removes it inside its range. Check wall thickness, gap and stroke; then vary "
-            "a further parameter."
+            "No parameter of the surface can remove the trend within its range. Check wall thickness, gap and stroke; "
+            "then vary another parameter."
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
@@ -185,14 +187,14 @@ def to_follow(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
         quarter = 0.25 * (factor.high - factor.low)
         middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
         edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
-    return Remedy("Halve the ranges about the solution, or add `refine: {}`.", f"factors: [{', '.join(edits)}]")
+    return Remedy("Halve the ranges around the solution, or add `refine: {}`.", f"factors: [{', '.join(edits)}]")
 
 
 def measure_more(study: Study) -> Remedy:
     """Return the remedy for a result that nothing checks."""
     naming = study.naming
     if naming.condition is None:
-        return Remedy("Measure under another condition, or a further response that `invert.responses` leaves out.")
+        return Remedy("Measure under another condition, or measure a response that is not in `invert.responses`.")
     other = f"Measure at another {naming.condition.long}"
     fewer = ", or leave one out of `invert.diameters`" if len(study.joint_targets) > 1 else ""
     return Remedy(f"{other}{fewer}.")

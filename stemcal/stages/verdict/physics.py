@@ -127,7 +127,7 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver.explicit
     if solver is None:
-        return Remedy(f"Correct it in the input of the solver: use {_INPUT[doubt.kind]}.")
+        return Remedy(f"Correct the input of the solver: use {_INPUT[doubt.kind]}.")
     match doubt.kind:
         case "inertia":
             return _inertia(solver, doubt.worst or 0.0)
@@ -166,7 +166,9 @@ def _inertia(solver: Explicit, worst: float) -> Remedy:
     scaling = outwards(max(solver.mass_scaling * swing**2, 1.0), False)
     values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
     times = outwards(1.0 / swing, True)
-    return _in_solver(values, f"reduces inertia below {limit:g} % in most runs, at about {times:g} times the time.")
+    return _in_solver(
+        values, f"reduces inertia below {limit:g} % in most runs, but takes about {times:g} times as long."
+    )
 
 
 def _half_the_step(solver: Explicit) -> Remedy:
@@ -194,4 +196,6 @@ def _hourglass(solver: Explicit, worst: float) -> Remedy:
         return Remedy(f"Use much finer elements or another mesh: {worst:.0f} % is {finer:.1f} times the limit.")
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
-    return _in_solver(values, f"may reduce it below {limit:g} %, at about {outwards(finer**4, True):g} times the time.")
+    return _in_solver(
+        values, f"may reduce it below {limit:g} %, but takes about {outwards(finer**4, True):g} times as long."
+    )

@@ -169,8 +169,10 @@ def unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
-        by_hand = "Write the results into the sheet of the study folder, then `stemcal run SPEC`."
-        remedy = Remedy(by_hand if evidence.study.kind.answers == "asks_people" else "`stemcal run SPEC` continues.")
+        by_hand = "Fill in the sheet of the study folder, then run `stemcal run SPEC`."
+        remedy = Remedy(
+            by_hand if evidence.study.kind.answers == "asks_people" else "Continue with `stemcal run SPEC`."
+        )
         there_alone = all(stage.seen(evidence.study) is not evidence.study for stage in missing)
         severity: Severity = "warning" if there_alone else "error"
         titles = ", ".join(stage.title for stage in missing)

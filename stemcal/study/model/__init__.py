@@ -87,13 +87,13 @@ class OwnSections(Frozen):
     material: MaterialSection = MaterialSection()
     """Fixed values of the parameters that are not factors, and the internal length."""
     solver: AnySolver = Field(default_factory=usual_solver)
-    """The solver, which computes the response to a set of levels."""
+    """The solver, which computes the response at given levels."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
     """Laboratory tests of pieces of the same stems, in addition to cutting."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
-    """Measured responses, a row for each test and diameter."""
+    """Measured responses, one row per test and diameter."""
 
 
 def _form() -> type[OwnSections]:
@@ -178,7 +178,7 @@ class Study(StudyForm):
         replace: str = "",
         who: str = "",
     ) -> int:
-        """Record results; return how many were taken.
+        """Record results; return how many were accepted.
 
         Parameters
         ----------

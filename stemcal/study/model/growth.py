@@ -25,18 +25,18 @@ def _exponent(given: Any) -> Any:
 
 
 class Growth(Frozen):
-    """A material parameter that is a power of the diameter: its value at `at`, times (diameter / at)^exponent."""
+    """A material parameter that is a power of the diameter: value at `at` times (diameter / at)^exponent."""
 
     at: Size
-    """The diameter at which the parameter has its value, or the level of the factor of its name."""
+    """Diameter at which the parameter has its value, or the level of the factor with its name."""
     exponent: Annotated[
         float | str,
         BeforeValidator(_exponent),
         WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "description": "the name of a factor"}]}),
     ]
-    """Power of the diameter, a number; or the name of a factor, which is then calibrated with the others."""
+    """Exponent: a number, or the name of a factor, which is then calibrated with the others."""
     value: Any = None
-    """Value at that diameter; omitted if the parameter is a factor."""
+    """Value at that diameter; omit it if the parameter is a factor."""
 
     def given_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
         """Return value·(d/at)^exponent; `level` is the value of a parameter that is a factor."""

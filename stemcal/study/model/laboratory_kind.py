@@ -1,4 +1,4 @@
-"""Laboratory tests besides cutting: the keys that a spec gives a test of each kind, and the kinds by name."""
+"""Laboratory tests other than cutting: the keys of a test of each kind, and the kinds by name."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class PieceSection(LaboratorySection):
 
 
 class FurtherCutSection(LaboratorySection):
-    """The cut of the sections above in another way."""
+    """Another cut, with changes to the sections above."""
 
     kind: Literal["cutting"] = "cutting"
     blade: BladeSection | None = None

@@ -23,17 +23,17 @@ _SCATTER = {"anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}
 
 
 class TargetRow(Frozen):
-    """What was measured in one test at one condition: means over `n` specimens.
+    """Measurements of one test at one condition: means over `n` specimens.
 
     Where the spec declares `responses` and `conditions`, their names take the place of `force` and `diameter`.
     """
 
     test: ColumnName | None = None
-    """Name of its test under `tests`; without it the cutting test."""
+    """Name of a test under `tests`; by default the cutting test."""
     diameter: Size | None = None
     """Outer diameter of the stems."""
     force: Annotated[float, Quantity("force", above=0)] | None = None
-    """Mean of their maximum force."""
+    """Mean maximum force."""
     travel: Size | None = None
     """Mean travel from first contact to the maximum force."""
     work: Annotated[float, Quantity("energy", above=0)] | None = None
@@ -46,8 +46,8 @@ class TargetRow(Frozen):
     n: Annotated[Whole, Field(ge=1)] | None = None
     """Number of specimens."""
     curves: Patterns | None = None
-    """Files of force over travel, a specimen each: names or patterns such as lab/8mm/*.csv. The shape of the curves is
-    fitted too; `force`, `sd` and `n` are calculated from them unless given."""
+    """Files of force versus travel, one per specimen: names or patterns such as lab/8mm/*.csv. The shape of the curves
+    is also fitted; `force`, `sd` and `n` are calculated from them unless given."""
 
 
 class Mean(Frozen):

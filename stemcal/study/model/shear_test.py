@@ -32,9 +32,9 @@ class SpecimenSection(Frozen):
     outer_diameter: Size = 8.0
     """Outer diameter. The parameters are calibrated there if `targets` have it; rows of `targets` have their own."""
     diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
-    """Diameter of the bore over the outer diameter; 0 for a solid stem."""
+    """Bore diameter divided by outer diameter; 0 for a solid stem."""
     length: Size = 50.0
-    """Length of the piece, the blade at its middle."""
+    """Length of the piece; the blade cuts it in the middle."""
 
 
 class BladeSection(Frozen):
@@ -59,7 +59,7 @@ class SupportsSection(Frozen):
     """Two rigid blocks that support the stem."""
 
     clearance: Size = 20.0
-    """Gap between the supports; the blade moves down in its middle."""
+    """Gap between the supports; the blade moves down in the middle of it."""
     fillet_radius: SizeOrZero = 1.0
     """Radius of the supports' edges."""
 
@@ -142,7 +142,7 @@ class MaterialSection(Frozen):
     tangent_modulus: Stress | None = None
     """Slope Et of the stress–strain curve beyond yield."""
     hardening_parameter: Ratio | None = None
-    """0 for kinematic hardening, 1 for isotropic, between for a mixture."""
+    """0 for kinematic, 1 for isotropic, values in between for mixed hardening."""
     strain_rate_c: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("rate")])] | None = None
     """C of the strain-rate law; a larger value reduces the effect of speed. `solver.rate_law: none` disables it."""
     strain_rate_p: Ratio | None = None

@@ -18,16 +18,16 @@ from stemcal.study.types.units import from_internal, parse_unit
 from stemcal.words import listed, nearest
 
 _KINDS = {
-    "string_type": ("a text", "put it between quotes"),
+    "string_type": ("text", "put it between quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
-    "int_type": ("a whole number", "write it without a point or unit"),
-    "int_from_float": ("a whole number", "write it without a point or unit"),
+    "int_type": ("a whole number", "write the number without a point or unit"),
+    "int_from_float": ("a whole number", "write the number without a point or unit"),
     "tuple_type": ("a list", "begin each entry with - on its own line"),
     "list_type": ("a list", "begin each entry with - on its own line"),
-    "dict_type": ("a mapping", "write key: value lines below it"),
-    "model_type": ("a mapping", "write key: value lines below it"),
-    "model_attributes_type": ("a mapping", "write key: value lines below it"),
-    "dataclass_type": ("a mapping", "write key: value lines below it"),
+    "dict_type": ("a mapping", "write key: value lines below this key"),
+    "model_type": ("a mapping", "write key: value lines below this key"),
+    "model_attributes_type": ("a mapping", "write key: value lines below this key"),
+    "dataclass_type": ("a mapping", "write key: value lines below this key"),
 }
 _BOUNDS = {
     "greater_than": ("must be above", "gt"),
@@ -82,7 +82,7 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     near = nearest(key, known)
     section = section_with(key)
     if key[:1].isdecimal():
-        remedy = "use a decimal point instead of the comma, as in 37.5"
+        remedy = "use a decimal point instead of a comma, as in 37.5"
     elif near:
         remedy = f"did you mean {near}?"
     elif section:
@@ -180,7 +180,7 @@ def checked_path(given: object, name: str) -> Path:
     """Return a path that Python gives; raise `UsageError` for what names no file or folder."""
     text = fspath(given) if isinstance(given, str | PathLike) else None
     if not isinstance(text, str):
-        raise UsageError(f"{name}: {type(given).__name__} is no path; give it as text or as a pathlib.Path")
+        raise UsageError(f"{name}: {type(given).__name__} is not a path; pass a string or a pathlib.Path")
     if not text.strip() or "\0" in text:
         raise UsageError(f"{name}: {text!r} is not a path; give a file or a folder")
     return Path(text)

@@ -39,7 +39,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
     """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
-        message = "the file is empty" if data is None else "a study is a mapping: lines of key: value"
+        message = "the file is empty" if data is None else "a spec must be a mapping: lines of key: value"
         sections.findings.append(Finding((), message, "start from `stemcal init`"))
         return sections
     _learn_kinds(data)
@@ -78,7 +78,7 @@ class Sections:
         """Read a section; of one that is wrong, what is good of it."""
         told: Collection[NodePath] = ()
         if given is None:
-            self.findings.append(Finding((_spelled(name),), "is empty", "fill it in or remove it"))
+            self.findings.append(Finding((_spelled(name),), "is empty", "fill in the section or remove it"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
             told = [(_spelled(name), "responses")]  # unknown while a test is wrong
@@ -138,8 +138,8 @@ class Sections:
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
         if isinstance(given, list) and len(given) > MOST_FACTORS:
-            remedy = "screen the important ones, and set the others under material"
-            message = f"there are {len(given)} factors, at most {MOST_FACTORS} can be"
+            remedy = "screen the important factors, and set the other parameters under material"
+            message = f"there are {len(given)} factors, but at most {MOST_FACTORS} are possible"
             self.findings.append(Finding((name,), message, remedy))
             return
         if not isinstance(given, list) or not given:

@@ -48,7 +48,7 @@ def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[li
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "name files of force over travel in the folder of the spec")]
+        return read, [Finding(path, str(error), "give force–travel files in the folder of the spec")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
@@ -57,7 +57,7 @@ def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[li
                 Finding(path, str(error), "correct the file; name the columns Travel (mm) and Force (N), for example")
             )
     if not wrong and len(read) < FEWEST:
-        message = f"curves of only {counted(len(read), 'specimen')}: their scatter is unknown"
+        message = f"curves of only {counted(len(read), 'specimen')} do not determine the scatter"
         wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give only force and sd"))
     return read, wrong[:_MOST_NAMES]
 
@@ -125,7 +125,7 @@ class Rows:
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
         test = row.get("test")
         if "test" in row and test not in self.tests:
-            remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it, or describe the test in tests"
+            remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it or add it to tests"
             self._find(("targets", index, "test"), f"{str(test)[:60]!r} is not a test of this study", remedy)
             return
         if test is None:
@@ -249,7 +249,7 @@ class _Row:
             for name in sd:
                 if name not in names:
                     known = any(name == one.name for one in naming.responses)
-                    missing = f"there is no {str(name)[:60]} of which this is the standard deviation"
+                    missing = f"this is the standard deviation of {str(name)[:60]}, which has no value"
                     self._find(("sd", name), missing, f"add {name}: …" if known else did_you_mean(str(name), names))
             return sd
         if len(names) > 1:
@@ -258,7 +258,7 @@ class _Row:
             self._find(("sd",), message, f"write sd: {{{names[0]}: {shown}, {names[1]}: …}}")
             return {}
         if not names and not self.row.get("curves"):
-            self._find(("sd",), "there is no response of which this is the standard deviation", "add the response")
+            self._find(("sd",), "this standard deviation has no response", "add the response")
         return dict.fromkeys(names, sd)
 
     def _read(self, key: tuple[str, ...], given: Any, named: Named, **bounds: float) -> float | None:
@@ -306,7 +306,7 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is outside the computable range", "check number and unit")
     if above is not None and not value > above:
-        raise complain(f"{named.text(value)} must be above 0", "errors are calculated in % of it")
+        raise complain(f"{named.text(value)} must be above 0", "correct the value: errors are percentages of it")
     if value < at_least:
         raise complain(f"{named.text(value)} is not a standard deviation", "write a value of 0 or more")
     return value

@@ -35,7 +35,7 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", index, "low"), message, "swap them")
         elif factor.low == factor.high:
             message = f"low and high are both {low}"
-            yield Finding(("factors", index, "low"), message, "widen the range or move it to material")
+            yield Finding(("factors", index, "low"), message, "widen the range or move the parameter to material")
 
 
 def priors_fit(draft: Draft) -> Iterator[Finding]:
@@ -46,10 +46,10 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
         path: NodePath = ("factors", index, "prior", "mean")
         if prior.kind == "lognormal" and prior.mean <= 0:
             message = f"a lognormal mean of {prior.mean:g} is not above 0"
-            yield Finding(path, message, "correct it, or write kind: normal")
+            yield Finding(path, message, "correct the mean, or write kind: normal")
         elif prior.kind == "lognormal" and factor.low <= 0:
             message = f"low {factor.low:g} is not possible with a lognormal prior"
-            yield Finding(("factors", index, "low"), message, "raise it above 0, or write kind: normal")
+            yield Finding(("factors", index, "low"), message, "raise low above 0, or write kind: normal")
         elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             message = f"{prior.mean:g} ± {prior.sd:g} excludes the whole range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
@@ -97,7 +97,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
-        yield f"diameter: {diameter:g} mm is not the diameter of a stem; use at most {_WIDEST:g} mm, or check its unit"
+        yield f"diameter: {diameter:g} mm is not a plausible stem diameter; use at most {_WIDEST:g} mm"
         return
     steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
     if steep:
@@ -117,7 +117,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
             shown = in_unit(value, parameter.unit)
             yield f"{name} = {shown} at this diameter {wrong}; {parameter.usual} is usual in plants"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
-        yield "tangent_modulus must be below elastic_modulus; change one of them"
+        yield "tangent_modulus must be below elastic_modulus; change one of the two"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
         yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
 
@@ -136,7 +136,7 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
     """A parameter is a factor or fixed, not both."""
     for name in draft.study.material.given():
         if name in draft.names:
-            remedy = "remove it here, or there if it is not to be calibrated"
+            remedy = "remove the value here, or remove the factor if its value is known"
             yield Finding(("material", name), f"{name} is a factor too", remedy, at_key=True)
 
 
@@ -146,7 +146,7 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
         for key in keys if name in draft.names else ():
             if key in getattr(draft.study, section).model_fields_set:
                 message = f"the factor {name} replaces it"
-                yield Finding((section, key), message, "remove it here, or the factor", at_key=True)
+                yield Finding((section, key), message, "remove this key or the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
         yield Finding(("loading", "stroke"), "duration also sets the stroke", "remove one of the two", at_key=True)
 
@@ -169,7 +169,9 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     places |= {("material", name): name for name in _in_material(draft)}
     for path, name in places.items():
         if name in RATE:
-            yield Finding(path, f"rate_law: none does not use {name}", "remove it, or choose another solver.rate_law")
+            yield Finding(
+                path, f"rate_law: none does not use {name}", "remove the parameter, or choose another solver.rate_law"
+            )
 
 
 def material_is_complete(draft: Draft) -> Iterator[Finding]:
@@ -183,7 +185,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
         if name in given:
             continue
         message = f"the {draft.study.solver.title} solver needs {name} ({parameter.usual})"
-        remedy = "add it to material, or to factors to calibrate it"
+        remedy = "add the parameter to material, or to factors to calibrate it"
         if name in RATE and draft.study.solver.rate is not None:
             remedy += "; or write rate_law: none under solver, if speed should not affect the yield stress"
         yield Finding(("material",), message, remedy)
@@ -198,7 +200,7 @@ def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
         elastic = _extreme(draft, "elastic_modulus", "low", diameter)
         if tangent and elastic and tangent[1] >= elastic[1]:
             message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
-            yield Finding(tangent[0], message, "lower it, or raise elastic_modulus")
+            yield Finding(tangent[0], message, "lower tangent_modulus, or raise elastic_modulus")
             return
 
 
@@ -253,11 +255,11 @@ def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
     for name, growth in draft.growing.items() if draft.kind.parameters else ():
         path = ("material", name)
         if name in draft.names and growth.value is not None:
-            remedy = "remove its value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
+            remedy = "remove the value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
             yield Finding(path, f"{name} is a factor too", remedy, at_key=True)
         elif name not in draft.names and growth.value is None:
             remedy = f"add value: … ({PARAMETERS[name].usual}), or make {name} a factor"
-            yield Finding(path, f"{name} has no value at its diameter", remedy, at_key=True)
+            yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
 
 
 def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
@@ -272,7 +274,7 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, f"{exponent} is a material parameter", did_you_mean(exponent, free or ["growth"]))
         elif exponent not in draft.names:
             message = f"{exponent[:60]!r} is neither a number nor a factor of this study"
-            yield Finding(path, message, f"add it to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
+            yield Finding(path, message, f"add the exponent to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
         elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
             yield Finding(("factors", known[exponent]), *wrong)
 
@@ -297,7 +299,7 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
             if wrong := parameter.outside(value):
                 shown = in_unit(float(f"{value:.4g}"), parameter.unit)
                 message = f"at a diameter of this study it is {shown}, which {wrong}"
-                yield Finding(("material", name), message, "correct value, exponent or their ranges")
+                yield Finding(("material", name), message, "correct the value, the exponent or their ranges")
                 break
 
 
@@ -306,5 +308,5 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     if factor.unit != "1":
         return "an exponent has no unit", "remove its unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
-        return f"{factor.low:g} to {factor.high:g} are not exponents", f"stay within ±{MOST_EXPONENT:g}"
+        return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"stay within ±{MOST_EXPONENT:g}"
     return None

@@ -39,7 +39,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
-FALL = "with elements two thirds as long they are up to 10 % smaller"
+FALL = "with elements two thirds as long, they are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
@@ -89,7 +89,7 @@ def _speed(study: Study) -> Iterator[Finding]:
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
         message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check its unit: testing machines are set in mm/min")
+        yield Finding(("loading", "speed"), message, "check the unit: testing machines are set in mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
@@ -112,7 +112,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
-            message = f"elements of {mesh.element_size} are more than {_RESOLVED:g} of {whole}"
+            message = f"elements of {mesh.element_size} are longer than {_RESOLVED:g} times {whole}"
             remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
@@ -131,7 +131,8 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"{count} elements through a wall of {wall:.3g} mm: its bending, and so the force, depends on them"
+                f"{count} elements through a wall of {wall:.3g} mm: its bending, and therefore the force, depends on "
+                "their number"
             )
             remedy = f"write elements_through_wall: {_THROUGH_THIN} under solver"
             yield Finding(("solver", "element_size"), message, remedy)
@@ -150,8 +151,8 @@ def _targets(study: Study) -> Iterator[Finding]:
         if study.naming.response == FORCE:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
-            message = "a standard deviation of 0 gives this mean nearly all the weight of a joint fit"
-            yield Finding((*path, "sd"), message, "omit it if it is not known")
+            message = "a standard deviation of 0 gives this mean almost all the weight in a joint fit"
+            yield Finding((*path, "sd"), message, "omit sd if it is not known")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:
@@ -194,7 +195,7 @@ def _machine(study: Study) -> Iterator[Finding]:
     machine = study.machine
     if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
         message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is too uncertain: the machine may be rigid"
-        yield Finding(("machine", "stiffness_sd"), message, "measure its stiffness without a stem")
+        yield Finding(("machine", "stiffness_sd"), message, "measure the stiffness without a stem")
 
 
 def _materials(study: Study) -> Iterator[Finding]:
@@ -238,7 +239,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
         message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "add a row for it to targets, or omit it")
+        yield Finding(("specimen", "outer_diameter"), message, "add a row for this diameter to targets, or omit it")
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

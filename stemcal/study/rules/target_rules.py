@@ -57,10 +57,10 @@ def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
     path = ("targets",)
     if min(shares) > _TOO_MUCH * max(strengths):
         message = f"every force is more than {_TOO_MUCH:g} times the strength of the whole cross-section"
-        yield Finding(path, message, "was it measured in N and written in kN?")
+        yield Finding(path, message, "was the force measured in N and written in kN?")
     elif max(shares) < min(strengths) / _TOO_LITTLE:
         message = f"every force is less than 1/{_TOO_LITTLE:g} of the strength of the whole cross-section"
-        yield Finding(path, message, "was it measured in kN and written in N, or in N and written in mN?")
+        yield Finding(path, message, "was the force measured in kN and written in N, or in N and written in mN?")
 
 
 def _yield_stresses(draft: Draft) -> list[float]:
@@ -88,17 +88,17 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
         if is_own:
             title = draft.study.solver.title
             message = f"the {title} solver returns only the maximum force of a stem"
-            yield Finding((section,), message, "remove it, or use solver: {kind: command}", at_key=True)
+            yield Finding((section,), message, "remove the response, or use solver: {kind: command}", at_key=True)
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     """The specimen is on both supports."""
     if draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
-            f"the supports are {draft.study.supports.clearance:g} mm apart, the specimen is only "
+            f"the supports are {draft.study.supports.clearance:g} mm apart, but the specimen is only "
             f"{draft.study.specimen.length:g} mm long"
         )
-        yield Finding(("supports", "clearance"), message, "move them closer or use a longer specimen")
+        yield Finding(("supports", "clearance"), message, "move the supports closer or use a longer specimen")
 
 
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
@@ -129,7 +129,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
         return
     if not draft.kind.simulates_tests:
         message = f"solver {draft.study.solver.kind} does not simulate laboratory tests"
-        yield Finding(("tests",), message, "remove it, or use the embedded solver", at_key=True)
+        yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
             message = f"{section} of a program cannot be combined with the tests of the embedded solver"
@@ -150,10 +150,10 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the section machine has no effect"
-        yield Finding(("machine",), message, "remove it, or name curves in targets", at_key=True)
+        yield Finding(("machine",), message, "remove the section, or name curves in targets", at_key=True)
     if machine.stiffness_sd and machine.stiffness is None:
         message = "the stiffness is missing"
-        yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove it")
+        yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove the section")
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
@@ -165,7 +165,7 @@ def tests_differ(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
-            taken = "the test of the sections above" if key == _CUTTING else "another test"
+            taken = "the cutting test of the spec" if key == _CUTTING else "another test"
             yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
         seen.add(key)
         for response in test.measured:
@@ -222,5 +222,5 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
                 message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"
-                yield Finding(place, message, "add a row with its force, or remove this one")
+                yield Finding(place, message, "add a row with the cutting force, or remove this row")
             seen.append(means.diameter)

@@ -93,14 +93,14 @@ UnitText = Annotated[
 
 
 class PriorKnowledge(Frozen):
-    """What is known of a factor before anything is measured here; it enters the calibration as one more measurement."""
+    """Knowledge of a factor from other sources; the calibration uses it as one more measurement."""
 
     kind: Literal["normal", "lognormal"] = "normal"
     """`normal`, or `lognormal` for a positive value with a relative scatter."""
     mean: Number
     """Mean of its value, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]
-    """Standard deviation of its value among the stems of this study, not of a mean elsewhere."""
+    """Standard deviation of its value among the stems of this study, not the standard error of a mean."""
     source: Annotated[Title, Field(min_length=3), Seen]
     """Source of the distribution: a publication or a test; the report shows it."""
 
@@ -113,19 +113,19 @@ class Factor(Frozen):
     (friction at any speed) or `wall_thickness` (at the calibration diameter; other stems have the same ratio). With
     other programs: any name."""
     symbol: Symbol
-    """Short sign in tables and equations; X1, X2, … by default."""
+    """Symbol in tables and equations; X1, X2, … by default."""
     label: Label
-    """Name on page and figures; by default made from `name`."""
+    """Name in the report and in figures; by default derived from `name`."""
     unit: UnitText = "1"
     """Unit of `low`, `high` and all results; 1 for pure numbers."""
     low: Number
-    """Lower end of the search range."""
+    """Lower limit of the search range."""
     high: Number
-    """Upper end of the search range."""
+    """Upper limit of the search range."""
     prior: PriorKnowledge | None = None
     """Prior knowledge; by default all values between low and high are equally likely."""
     expected_sign: Literal["+", "-"] | None = None
-    """Sign of its effect on the response by mechanics; a screening with the opposite sign gives a warning."""
+    """Sign of the effect expected from mechanics; the opposite sign in the screening gives a warning."""
 
     @property
     def centre(self) -> float:
@@ -144,7 +144,7 @@ class Factor(Frozen):
 
 
 class OwnQuantity(Frozen):
-    """A response, or the condition at which responses are measured, where a study has its own; values are in `unit`."""
+    """A response, or the condition at which responses are measured, declared by a study; values are in `unit`."""
 
     name: ColumnName
     """Name in tables and files; also the key in `targets` and `solver.result`; templates contain a condition as
@@ -152,7 +152,7 @@ class OwnQuantity(Frozen):
     symbol: Symbol | None = None
     """Symbol in equations and on axes; by default Y for a response, x for the condition."""
     label: Label | None = None
-    """Name on page, figures and in sentences; by default made from `name`."""
+    """Name in the report, figures and sentences; by default derived from `name`."""
     unit: UnitText = "1"
     """Unit of its values everywhere. Targets may have another unit of the same kind; an unknown unit is shown
     unchanged."""

@@ -110,18 +110,18 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
     if info.context is None:
         return given
     if not isinstance(given, str) or not given.strip():
-        raise complain("should be the name of a file", "write its path relative to the spec")
+        raise complain("should be the name of a file", "write a path relative to the spec")
     folder: Path = info.context["spec"]
     if "\0" in given or len(given) > 1000:
-        raise complain("is not a usable file name", "write its path relative to the spec")
+        raise complain("is not a usable file name", "write a path relative to the spec")
     windows = PureWindowsPath(given)
     if Path(given).is_absolute() or windows.drive or windows.root:
-        raise complain(f"{given!r} is an absolute path", "write it relative to the spec")
+        raise complain(f"{given!r} is an absolute path", "write a path relative to the spec")
     return _inside(folder, given)
 
 
 def _inside(folder: Path, given: str) -> Path:
-    outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into it")
+    outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into that folder")
     if ".." in PureWindowsPath(given).parts:
         raise outside
     try:
@@ -132,7 +132,7 @@ def _inside(folder: Path, given: str) -> Path:
     if not path.is_relative_to(folder.resolve()):
         raise outside
     if not found:
-        raise complain(f"file {given!r} does not exist ({path})", "check its name; it is relative to the spec")
+        raise complain(f"file {given!r} does not exist ({path})", "check the name, which is relative to the spec")
     return path
 
 
@@ -182,7 +182,7 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and _, such as yield_stress"
-        raise complain(f"{name[:60]!r} is not allowed as the name of a column", remedy)
+        raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
     if len(name) > 40:
         raise complain(f"the name has {len(name)} characters", "use at most 40")
     return name
@@ -218,7 +218,7 @@ def _study_name(name: str) -> str:
     if name != name.strip():
         raise complain(f"{name!r} begins or ends with a space", remedy)
     if name.startswith(".") or name.endswith("."):
-        raise complain(f"{name!r} begins or ends with a point", remedy)
+        raise complain(f"{name!r} begins or ends with a dot", remedy)
     if name.split(".")[0].rstrip().lower() in _DEVICES:
         raise complain(f"{name!r} is a device on Windows, not a folder", "choose another name")
     return name

@@ -74,7 +74,7 @@ def _in_own_unit(given: str, named: Named) -> float:
     try:
         return float(text)
     except ValueError:
-        raise complain(f"{given[:60]!r} is no value in {named.unit}", f"write it like '1 {named.unit}'") from None
+        raise complain(f"{given[:60]!r} is not a value in {named.unit}", f"write it like '1 {named.unit}'") from None
 
 
 def _condition(given: Any, naming: Naming) -> float:

@@ -1,6 +1,6 @@
-"""Kinds of solvers: what each can do, the keys that a spec gives it, and what makes it.
+"""Kinds of solvers: their capabilities, the keys of a spec, and the function that creates a solver.
 
-Code asks a kind, or its options, what it can do; none asks for a class or for a name.
+Code queries the capabilities of a kind or its options, never a class or a name.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Mesh(NamedTuple):
 
 
 class Explicit(Protocol):
-    """What decides the time step of an explicit solver."""
+    """The settings that determine the time step of an explicit solver."""
 
     element_size: Length
     mass_scaling: float
@@ -33,38 +33,38 @@ class Explicit(Protocol):
 
 
 class SolverOptions(Frozen):
-    """The keys of a spec's solver; a subclass adds its own and defines what follows from them."""
+    """The keys of `solver`; a subclass adds its own keys and defines the properties below."""
 
     kind: str
 
     @property
     def title(self) -> str:
-        """What messages call the solver."""
+        """The name of the solver in messages."""
         return self.kind
 
     @property
     def program_name(self) -> str:
-        """The program that answers: that of a deck, else the kind."""
+        """The program that computes: that of a deck, otherwise the kind."""
         return self.kind
 
     @property
     def version(self) -> str:
-        """Its version, as far as the spec has it."""
+        """Its version, if the spec contains it."""
         return ""
 
     @property
     def repeats(self) -> int:
-        """How often it is asked for the same levels; 0 where it answers the same every time."""
+        """Number of simulations of the same levels; 0 if it is deterministic."""
         return getattr(self, "replicates", None) or 0
 
     @property
     def run_limit(self) -> float | None:
-        """How long a run may take, s, where the executor has to end it."""
+        """Time limit of a run that the executor must enforce, s."""
         return None
 
     @property
     def rate(self) -> str | None:
-        """The law by which speed raises the yield stress, None where that is not the spec's matter."""
+        """The law by which speed increases the yield stress; None if the spec does not set it."""
         return None
 
     @property
@@ -79,61 +79,61 @@ class SolverOptions(Frozen):
 
     @property
     def explicit(self) -> Explicit | None:
-        """What decides its time step, where advice may change that."""
+        """The settings of its time step, if advice may change them."""
         return None
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return why a run has no force over travel and what to do, None if it has."""
+        """Return why a run has no force–travel curve and what to do; None if it has one."""
         return f"solver {self.title} has no curve to compare", "give only the force"
 
     def chance_remedy(self) -> Remedy:
-        """Return how to declare, or remove, the chance in its answers."""
+        """Return how to declare or remove the randomness of its answers."""
         text = (
-            "Write replicates: 5 under solver, to simulate each point five times and include its scatter, and "
-            "{{seed}} where the program takes one"
+            "Write replicates: 5 under solver, which simulates each point five times and includes the scatter, and "
+            "{{seed}} where the program expects a seed"
         )
         return Remedy(text, "solver: {replicates: 5}")
 
 
 class SolverKind:
-    """One kind of solver. A subclass gives `name`, `options` and `make`, and declares what it can do."""
+    """One kind of solver. A subclass defines `name`, `options` and `make`, and declares its capabilities."""
 
     name: ClassVar[str]
     options: ClassVar[type[SolverOptions]]
-    """The keys that a spec gives it."""
+    """The model of its keys in a spec."""
     answers: ClassVar[Answers] = "computes"
-    """Whether it computes, looks answers up, or people do the runs."""
+    """Whether it computes, looks up answers, or the runs are done by hand."""
     of_spec_alone: ClassVar[bool] = False
-    """Whether nothing determines its answers but the spec and stemcal's own code."""
+    """Whether its answers depend only on the spec and the code of stemcal."""
     starts_program: ClassVar[bool] = False
-    """Whether a program has to be there that the spec names."""
+    """Whether it requires a program that the spec names."""
     foresees: ClassVar[bool] = False
     """Whether it estimates the time and memory of a run."""
     force_history: ClassVar[bool] = False
     """Whether a single run gives the whole history of the force, for `simulate`."""
     travel_and_work: ClassVar[bool] = False
-    """Whether it answers a cut with travel and work to the maximum, too."""
+    """Whether it also returns travel and work up to the maximum of a cut."""
     writes_decks: ClassVar[bool] = False
-    """Whether a study is calibrated in a program on decks that stemcal writes."""
+    """Whether it runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True
-    """Whether a study may declare responses and conditions, rather than the force on a stem."""
+    """Whether a study may declare responses and conditions instead of the force on a stem."""
     replicates: ClassVar[Literal["mesh", "seed"] | None] = None
-    """In what replicates of a run differ."""
+    """The difference between replicates of a run."""
     any_element_size: ClassVar[bool] = False
     """Whether a request may ask for elements of another size."""
     simulates_tests: ClassVar[bool] = False
-    """Whether it simulates laboratory tests besides cutting."""
+    """Whether it simulates other laboratory tests than cutting."""
     parameters: ClassVar[Mapping[str, Parameter]] = {}
-    """The parameters that factors can be; none where they may have any name."""
+    """The parameters that can be factors; empty if factors may have any name."""
     rules: ClassVar[tuple[Callable[[Any, Any], Iterator[Any]], ...]] = ()
-    """What must hold for its keys: functions of a draft and its options that yield findings."""
+    """The rules of its keys: functions of a draft and its options that yield findings."""
 
     def make(self, study: Any) -> Any:
         """Return the solver of a study, a `solvers.protocol.Solver`."""
         raise NotImplementedError
 
     def doubts(self, _study: Any) -> Iterator[Any]:
-        """Yield findings on what is possible but looks like a slip."""
+        """Yield findings on values that are possible but probably mistakes."""
         yield from ()
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
@@ -159,5 +159,5 @@ AnySolver = Annotated[SolverOptions, OneOf(SOLVERS)]
 
 
 def usual_solver() -> SolverOptions:
-    """Return the solver of a spec that names none."""
+    """Return the default solver of a spec."""
     return SOLVERS.built_in[0].options(kind=SOLVERS.built_in[0].name)

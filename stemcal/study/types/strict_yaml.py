@@ -105,7 +105,7 @@ def read_yaml(content: bytes) -> Document:
     except yaml.MarkedYAMLError as error:
         builder.note(_place(_mark(error)), *_syntax(error))
     except (yaml.YAMLError, ValueError, OverflowError):
-        builder.note(builder.here, "this is not readable as YAML", "check escapes and % lines from here on")
+        builder.note(builder.here, "this is not readable as YAML", "check escapes and % lines after this place")
     except _Stopped:
         pass
     return builder.document
@@ -119,7 +119,7 @@ def _feed(builder: _Builder, text: str) -> None:
     for count, event in enumerate(yaml.parse(text, Loader=yaml.SafeLoader)):
         builder.here = _place(event.start_mark)
         if count >= MAX_EVENTS:
-            builder.stop(f"the file has more than {MAX_EVENTS} parts", "is this the right file?")
+            builder.stop(f"the file has more than {MAX_EVENTS} elements", "is this the right file?")
         builder.take(event)
     builder.document.complete = True
 
@@ -300,7 +300,7 @@ def _place_of(text: str, position: int) -> Position:
 
 def _unreadable(error: yaml.reader.ReaderError) -> tuple[str, str]:
     code = error.character if isinstance(error.character, int) else ord(error.character[:1] or "\0")
-    return f"character U+{code:04X} is not allowed", "remove it; save the file as plain text in UTF-8"
+    return f"character U+{code:04X} is not allowed", "remove the character; save the file as plain text in UTF-8"
 
 
 def _mark(error: yaml.MarkedYAMLError) -> Any:
@@ -313,7 +313,7 @@ _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
     "cannot start any token": "put the text between quotes; indent with spaces, not tabs",
     "mapping values are not allowed": "put a text with a colon between quotes; check the indentation",
-    _NO_COLON: "a colon and a blank are missing here: write key: value",
+    _NO_COLON: "a colon and a space are missing here: write key: value",
     "expected <block end>": "check the indentation of this line and the ones above",
     "expected ',' or": "close the bracket opened before",
     "sequence entries are not allowed": "put a lone - between quotes",

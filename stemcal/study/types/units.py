@@ -113,7 +113,7 @@ def parse(text: str, dimension: str) -> float:
         raise UnitError(f"{_shown(text)} has a decimal comma", "use a point, as in 37.5")
     value = convert(number, unit, dimension)
     if not math.isfinite(value):
-        raise UnitError(f"{_shown(text)} is too large for a computer number", "check the exponent")
+        raise UnitError(f"{_shown(text)} is too large", "check the exponent")
     return value
 
 

@@ -90,8 +90,8 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         ("curves: lab/9mm-*.csv", "force: 140 N", "", "no file matches lab/9mm-*.csv; "),
         ("curves: ../*.csv", "force: 140 N", "", "no file matches ../*.csv; "),
         (f"curves: {'x' * 290}.csv", "force: 140 N", "", "no file matches xxx"),
-        ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen: their scatter is unknown"),
-        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens: their scatter"),
+        ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen do not determine the scatter"),
+        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens do not determine"),
         (
             "force: 180 N",
             "curves: lab/8mm-*.csv",
@@ -155,7 +155,7 @@ def test_of_several_wrong_files_each_is_told(tmp_path: Path) -> None:
     with pytest.raises(SpecError) as told:
         study_in(tmp_path, "curves: lab/8毫米-*.csv")
     first, second = told.value.problems
-    assert "8毫米-1.csv: no column for force" in first.message
+    assert "8毫米-1.csv: no force column" in first.message
     assert "8毫米-3.csv: only 1 point" in second.message
 
 
@@ -274,5 +274,5 @@ def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: needs a result"):
+    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: requires a result"):
         of_a_program(tmp_path, "")

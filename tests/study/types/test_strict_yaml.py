@@ -138,7 +138,7 @@ def test_deep_keys_end_at_depth_32() -> None:
 def test_size_and_number_of_parts_are_limited() -> None:
     assert messages(read_yaml(b"#" * (MAX_BYTES + 1))) == ["the file is larger than 1 MiB"]
     assert read_yaml(b"#" * MAX_BYTES).problems == []
-    assert messages(read("[" + "1," * 60_000 + "]")) == ["the file has more than 50000 parts"]
+    assert messages(read("[" + "1," * 60_000 + "]")) == ["the file has more than 50000 elements"]
 
 
 @pytest.mark.parametrize(
