@@ -40,7 +40,7 @@ class Cluster:
         self.file = folder / "scheduler.json"
         self.log = (folder / "dask.log").open("wb")
         self.scheduler = self._dask("scheduler", "--scheduler-file", self.file, "--port", "0")
-        eventually_true(self.file.exists)
+        eventually_true(lambda: self.file.exists() and self.file.stat().st_size > 0)
         self.address = json.loads(self.file.read_text(encoding="utf-8"))["address"].removeprefix(f"{scheme}://")
         self.workers = [self.start_worker() for _ in range(workers)]
 
