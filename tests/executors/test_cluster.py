@@ -202,9 +202,13 @@ def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     assert time.monotonic() - begun < 10.0
 
 
-def test_another_version_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.cluster.code_version", lambda: "0.1.0+other")
-    with pytest.raises(UsageError, match=r"the study 0\.1\.0\+other; install the same version and code"):
+def test_another_version_is_refused(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    request.addfinalizer(code_version.cache_clear)
+    monkeypatch.setattr("stemcal.registry.__version__", "0.1.0")
+    code_version.cache_clear()
+    with pytest.raises(UsageError, match=r"the study 0\.1\.0\+\w+; install the same version and code"):
         DaskExecutor(cluster.address)
 
 
