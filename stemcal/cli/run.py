@@ -85,7 +85,7 @@ def compute_again(work: Session) -> None:
 def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
-    from stemcal.report.page import draw
+    from stemcal.report.drawing import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.rules import verdict_of
@@ -113,7 +113,7 @@ def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[
 def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
     """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
     from stemcal.cli.show import show_known
-    from stemcal.report.page import draw_early
+    from stemcal.report.drawing import draw_early
     from stemcal.stages.fresh import finished
     from stemcal.stages.results import fresh_results
     from stemcal.stages.stage import stages_of
@@ -181,7 +181,7 @@ def report(
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.report.page import draw
+    from stemcal.report.drawing import draw
     from stemcal.stages.verdict.rules import verdict_of
 
     study, folder, results = finished_work(spec, out, quiet)

@@ -1,4 +1,7 @@
-"""Page and figures of a study, drawn where something they are made of has changed."""
+"""Page and figures of a study, drawn where something they are made of has changed.
+
+What draws them is imported only then: a finished study is shown without it.
+"""
 
 from __future__ import annotations
 
@@ -24,21 +27,12 @@ if TYPE_CHECKING:
 _MOST = 200  # bytes of the last line
 
 
-def draw(
-    study: Study,
-    folder: StudyFolder,
-    results: Results,
-    verdict: Verdict,
-    figures: bool = True,
-    again: bool = False,
-) -> Path:
+def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, again: bool = False) -> Path:
     """Write page and figures unless both are there, made of the same by the same code; returns the page.
 
     The last line of the page has the hashes of its inputs. With `again` it is written anyway.
     """
     page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
-    if figures:
-        made_of += ", with figures"
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures
@@ -46,7 +40,7 @@ def draw(
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
-    if figures and plots:
+    if plots:
         write_figures(plots, folder.path / "figures")
     return write_page(study, folder, what, f"{made_of} -->\n")
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
@@ -27,6 +28,20 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="StageResult")
 
 
+class Parts(NamedTuple):
+    """What a folder calls the parts of its stage, in the files `options`, `result`, `analysis` and `showing`.
+
+    `reasons` is the file with its `RULES` of the verdict.
+    """
+
+    folder: str
+    options: str
+    result: str
+    analysis: str
+    showing: str
+    reasons: str = ""
+
+
 class Stage(Checked, Generic[R]):
     """One stage of a study.
 
@@ -34,6 +49,8 @@ class Stage(Checked, Generic[R]):
     ----------
     name : str
         Name of its command and its files.
+    parts : Parts, optional
+        Of a stage with a folder of its own; another one has the methods that return them.
     title, help : str
         Title of the stage; description of its command.
     attribute : str
@@ -53,6 +70,7 @@ class Stage(Checked, Generic[R]):
     """
 
     name: ClassVar[str] = ""
+    parts: ClassVar[Parts | None] = None
     title: ClassVar[str] = ""
     help: ClassVar[str] = ""
     attribute: ClassVar[str] = ""
@@ -82,7 +100,7 @@ class Stage(Checked, Generic[R]):
 
     def section(self) -> type[Frozen] | None:
         """Return the model of its section in the spec."""
-        return None
+        return self._part("options") if self.parts else None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
         """Return the rules of its section, functions of a draft that yield mistakes: `RULES` of the same module."""
@@ -112,11 +130,13 @@ class Stage(Checked, Generic[R]):
 
     def result(self) -> type[R]:
         """Return the class of its result."""
-        raise NotImplementedError
+        kind: type[R] = self._part("result")
+        return kind
 
     def making(self) -> Callable[..., R]:
         """Return the function that makes it (`stages.work.a_stage`)."""
-        raise NotImplementedError
+        made: Callable[..., R] = self._part("analysis")
+        return made
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         """Return the runs that it needs, as far as they are known now; None if each depends on the last."""
@@ -127,8 +147,12 @@ class Stage(Checked, Generic[R]):
         return None
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        """Return its rules of the verdict: functions of a `verdict.evidence.Evidence` that yield reasons."""
-        return ()
+        """Return its rules of the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
+        if self.parts is None or not self.parts.reasons:
+            return ()
+        found: Sequence[Callable[[Any], Iterator[Note]]]
+        found = import_module(f"{self.parts.folder}.{self.parts.reasons}").RULES
+        return found
 
     def most_there(self, study: Study) -> int:
         """Return the maximum number of runs in the other model (`seen`)."""
@@ -136,7 +160,13 @@ class Stage(Checked, Generic[R]):
 
     def showing(self) -> object:
         """Return its sentences, tables and figures (`report.showing.Showing`)."""
-        raise NotImplementedError
+        return self._part("showing")()
+
+    def _part(self, file: str) -> Any:
+        """Return a part of its folder, imported when it is asked for."""
+        if self.parts is None:
+            raise NotImplementedError(f"{type(self).__name__} has no parts: it needs its own method for {file}")
+        return getattr(import_module(f"{self.parts.folder}.{file}"), getattr(self.parts, file))
 
 
 STAGES: Registry[Stage[Any]] = Registry(

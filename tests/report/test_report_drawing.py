@@ -1,5 +1,7 @@
 """Page and figures are drawn again where something they are made from has changed, and only there."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -7,8 +9,10 @@ from typing import Any
 import pytest
 
 from stemcal.folder import StudyFolder
-from stemcal.report import page as module
-from stemcal.report.page import Shown, draw, shown
+from stemcal.report import drawing, gallery
+from stemcal.report import page as pages
+from stemcal.report.drawing import draw
+from stemcal.report.page import Shown, shown
 
 
 @pytest.fixture
@@ -26,8 +30,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         folder.mkdir(exist_ok=True)
         return []
 
-    monkeypatch.setattr(module, "write_page", page)
-    monkeypatch.setattr(module, "write_figures", figures)
+    monkeypatch.setattr(pages, "write_page", page)
+    monkeypatch.setattr(gallery, "write_figures", figures)
     return drawn
 
 
@@ -55,7 +59,7 @@ def test_only_what_changed_is_drawn_again(
     stage.write_text(stage.read_text("utf-8") + "\n", "utf-8")
     assert drawn() == ["figures", "page"]
     assert drawn() == []
-    monkeypatch.setattr(module, "code_version", lambda: "other")
+    monkeypatch.setattr(drawing, "code_version", lambda: "other")
     assert drawn() == ["figures", "page"]
     (tmp_path / "report.html").unlink()
     assert drawn() == ["figures", "page"]
@@ -70,9 +74,18 @@ def test_what_the_page_does_not_show_is_left_to_plot(
     what = shown(study, StudyFolder(tmp_path))
     hidden = replace(what.plots[0], name="hidden", on_page=False)
     written: list[str] = []
-    monkeypatch.setattr(module, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
-    monkeypatch.setattr(module, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
-    monkeypatch.setattr(module, "write_page", lambda *_: None)
+    monkeypatch.setattr(pages, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
+    monkeypatch.setattr(gallery, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
+    monkeypatch.setattr(pages, "write_page", lambda *_: None)
     (tmp_path / "figures").mkdir()
     draw(study, StudyFolder(tmp_path), what.results, what.verdict)
     assert written == [plot.name for plot in what.plots]
+
+
+def test_a_finished_study_is_shown_without_what_draws_it() -> None:
+    code = """import sys, stemcal.cli.run, stemcal.report.drawing
+from stemcal.stages.stage import STAGES
+shown = [stage.showing() for stage in STAGES.built_in]
+print(*sys.modules)"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numba", "matplotlib", "jinja2"} & set(done.stdout.split())

@@ -62,11 +62,9 @@ class LevelSet:
 
     def coded_ranges(self) -> tuple[Interval, ...]:
         """Return least and greatest value of each factor over the set."""
-        return tuple(map(self._coded_range, range(self.region.k)))
-
-    def _coded_range(self, j: int) -> Interval:
-        least, greatest = (self.best(coordinate(j, sign, self.region.k))[0][j] for sign in (1.0, -1.0))
-        return float(least), float(greatest)
+        k = self.region.k
+        low, high = ([float(self.best(coordinate(j, sign, k))[0][j]) for j in range(k)] for sign in (1.0, -1.0))
+        return tuple(zip(low, high, strict=True))
 
 
 def solve_target(

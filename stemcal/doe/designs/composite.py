@@ -41,7 +41,7 @@ def axial_distance(
     if isinstance(alpha, str):
         if alpha not in ALPHAS:
             raise UsageError(f"rsm.alpha: {alpha!r} is not a rule; choose {', '.join(ALPHAS)} or a positive number")
-        return float(ALPHAS[alpha](k, _corner_count(k, core), centre_points))
+        return float(ALPHAS[alpha](k, len(corners(k, core)), centre_points))
     if not (np.isfinite(alpha) and alpha > 0.0):
         raise UsageError(f"rsm.alpha: {alpha:g} must be positive; 1 puts the axial points on the faces")
     return float(alpha)
@@ -81,10 +81,6 @@ def corners(k: int, core: Core = "full") -> Array:
     from pyDOE3 import ff2n
 
     return np.asarray(ff2n(k), dtype=float)
-
-
-def _corner_count(k: int, core: Core) -> int:
-    return fraction(k, resolution=5).runs if core == "fractional" and k >= 5 else int(2**k)
 
 
 def axes(k: int) -> Array:

@@ -40,6 +40,8 @@ from stemcal.words import counted
 ROUGH_PERCENT = 3.0
 """Of the mean response: most responses rough by 5 % are above, those rough by 1 % never (docs/reference/verdict.md)."""
 
+_ROUNDING = 1e-12  # a smaller correlation is none
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -85,7 +87,9 @@ class Surface:
         if self.mean_square is None:
             return None
         kept = [term_names(self.names).index(term) for term in self.terms]
-        return tuple(map(tuple, (self.mean_square * self.unscaled_covariance[np.ix_(kept, kept)]).tolist()))
+        found = self.mean_square * self.unscaled_covariance[np.ix_(kept, kept)]
+        errors = np.sqrt(np.diag(found))
+        return tuple(map(tuple, np.where(abs(found) > _ROUNDING * np.outer(errors, errors), found, 0.0).tolist()))
 
     @property
     def design_radius(self) -> float:
@@ -131,12 +135,10 @@ class Surface:
         """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, from 0 to 1."""
         return self._interval(coded, level, self.own_scatter)
 
-    def _s2(self) -> float:
-        return np.nan if self.mean_square is None else self.mean_square
-
     def _interval(self, coded: ArrayLike, level: float, extra: float) -> Array:
         t = t_quantile(level, self.df) if self.df else np.nan
-        half_width = t * np.sqrt(self._s2() * (extra + self.unscaled_variance(coded)))
+        s2 = np.nan if self.mean_square is None else self.mean_square
+        half_width = t * np.sqrt(s2 * (extra + self.unscaled_variance(coded)))
         middle = self.predict(coded)
         return np.column_stack([middle - half_width, middle + half_width])
 

@@ -5,11 +5,10 @@ The page depends on the spec, the stage files and the records only, so the same 
 
 from __future__ import annotations
 
-import os
 import re
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,16 +16,13 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup, escape
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import MAX_BYTES, digest, write_atomic
-from stemcal.files.reading import open_plain, read_plain
+from stemcal.files.durable import write_atomic
 from stemcal.files.rows import Table, visible
-from stemcal.files.typed import to_json
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names, small
 from stemcal.numbers import short
-from stemcal.registry import code_version
 from stemcal.report.figures.plot import Plot, Shared, inline
-from stemcal.report.gallery import gallery, write_figures
+from stemcal.report.gallery import gallery
 from stemcal.report.page.headline import failures, folded, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
@@ -262,54 +258,3 @@ def for_notebook(data: Mapping[str, Any]) -> str:
         f'<iframe srcdoc="{escape(alone(data))}" title="Profiler" width="100%" height="{high}" '
         'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
     )
-
-
-# ---- page and figures of a study, drawn where something they are made of has changed
-
-
-_MOST = 200  # bytes of the last line
-
-
-def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, again: bool = False) -> Path:
-    """Write page and figures unless both are there, made of the same by the same code; returns the page.
-
-    The last line of the page has the hashes of its inputs. With `again` it is written anyway.
-    """
-    page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
-    if not again and _last_line(page).startswith(made_of):
-        return page
-    what = shown(study, folder, results, verdict)
-    plots = [plot for plot in what.plots if plot.on_page]
-    if plots:
-        write_figures(plots, folder.path / "figures")
-    return write_page(study, folder, what, f"{made_of} -->\n")
-
-
-def draw_early(
-    study: Study, folder: StudyFolder, results: Results, verdict: Verdict, known: Sequence[Plot] = ()
-) -> Sequence[Plot]:
-    """Write the page of the stages that are done, with the early figures alone, and return these.
-
-    Given again as `known`, they are not drawn again: the pages of a run cost little.
-    """
-    what = shown(study, folder, results, verdict)
-    plots = known or [plot for plot in what.plots if plot.early and plot.on_page]
-    write_page(study, folder, replace(what, plots=list(plots)))
-    return plots
-
-
-def _last_line(page: Path) -> str:
-    try:
-        with open_plain(page) as file:
-            file.seek(-min(page.stat().st_size, _MOST), os.SEEK_END)
-            return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
-    except OSError:
-        return ""
-
-
-def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
-    """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
-    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
-    records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
-    spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
-    return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.stage import Stage
+from stemcal.stages.stage import Parts, Stage
 
 if TYPE_CHECKING:
-    from stemcal.note import Note
-    from stemcal.stages.invert.options import InvertOptions
-    from stemcal.stages.invert.result import InvertResult
     from stemcal.study.model import Study, Target
 
 
-class Calibration(Stage["InvertResult"]):
+class Calibration(Stage[Any]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
+    parts = Parts(__name__, "InvertOptions", "InvertResult", "invert", "InvertShowing", reasons="reasons")
     simulates = False
     help = "Solve the surface for the calibrated parameters and their intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."
@@ -25,35 +22,10 @@ class Calibration(Stage["InvertResult"]):
     def needs(self, study: Study) -> str | None:
         return "rsm"
 
-    def section(self) -> type[InvertOptions]:
-        from stemcal.stages.invert.options import InvertOptions
-
-        return InvertOptions
-
     def calibrates(self, study: Study) -> bool:
         return True
 
     def fits(self, study: Study) -> tuple[tuple[Target, ...], tuple[str, ...]]:
-        from stemcal.stages.invert.options import fitted_together
+        from stemcal.stages.invert.options import InvertOptions, fitted_together
 
-        return fitted_together(study), study.of(self.section()).responses
-
-    def result(self) -> type[InvertResult]:
-        from stemcal.stages.invert.result import InvertResult
-
-        return InvertResult
-
-    def making(self) -> Callable[..., InvertResult]:
-        from stemcal.stages.invert.analysis import invert
-
-        return invert
-
-    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.invert.reasons import RULES
-
-        return RULES
-
-    def showing(self) -> object:
-        from stemcal.stages.invert.showing import InvertShowing
-
-        return InvertShowing()
+        return fitted_together(study), study.of(InvertOptions).responses

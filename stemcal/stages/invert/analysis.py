@@ -210,7 +210,8 @@ def certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["join
     profiles, unseen = profiles_of(known), unseen_directions(known)
     changes = tuple(changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
-    moved = {name for row in unseen for name in _movers(coding.names, row)}
+    parts = [pair for row in unseen for pair in zip(coding.names, moved_together(row), strict=True)]
+    moved = {name for name, part in parts if abs(part) >= _MOVED}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
     loosest = changes_along(coding, loosest_direction(known)) if not_identified and not changes else {}
     return Certainty(
@@ -239,11 +240,6 @@ def _value(coding: Coding, j: int, coded: float) -> float:
 
 def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
     return _value(coding, j, low), _value(coding, j, high)
-
-
-def _movers(names: Sequence[str], direction: Array) -> list[str]:
-    """Return the factors that move along a direction by more than a small part of the one that moves most."""
-    return [name for name, part in zip(names, moved_together(direction), strict=True) if abs(part) >= _MOVED]
 
 
 def changes_along(coding: Coding, direction: Array) -> dict[str, float]:

@@ -44,13 +44,9 @@ def certainty(stage: InvertResult, names: Names) -> list[str]:
 
 
 def _prior(prior: PriorRow, names: Names) -> str:
-    return f"Prior of {names.factor(prior.factor)}: {known_beforehand(prior)} ({prior.source})."
-
-
-def known_beforehand(prior: PriorRow) -> str:
-    """Return the prior of a factor."""
     value = f"{short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)}"
-    return value if prior.kind == "normal" else f"{value}, lognormal"
+    kind = "" if prior.kind == "normal" else ", lognormal"
+    return f"Prior of {names.factor(prior.factor)}: {value}{kind} ({prior.source})."
 
 
 def _prediction(stage: InvertResult, names: Names) -> str:

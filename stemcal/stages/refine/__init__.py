@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.stage import Stage
+from stemcal.stages.stage import Parts, Stage
 
 if TYPE_CHECKING:
-    from stemcal.note import Note
     from stemcal.stages.design import Later
     from stemcal.stages.refine.options import RefineOptions
-    from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
 
 
-class Refinement(Stage["RefineResult"]):
+class Refinement(Stage[Any]):
     """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
+    parts = Parts(__name__, "RefineOptions", "RefineResult", "refine", "RefineShowing", reasons="showing")
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
@@ -34,7 +32,7 @@ class Refinement(Stage["RefineResult"]):
 
     def needs(self, study: Study) -> str | None:
         """Return the stage whose parameters it corrects; in another model it comes after the validation."""
-        return "validate" if study.of(self.section()).elsewhere else "invert"
+        return "validate" if self._options(study).elsewhere else "invert"
 
     def seen(self, study: Study) -> Study:
         from stemcal.stages.refine.options import model_of
@@ -42,37 +40,17 @@ class Refinement(Stage["RefineResult"]):
         return model_of(study)
 
     def calibrates(self, study: Study) -> bool:
-        return self.asked_for(study) and not study.of(self.section()).elsewhere
+        return self.asked_for(study) and not self._options(study).elsewhere
 
     def most_there(self, study: Study) -> int:
-        return study.of(self.section()).budget
+        return self._options(study).budget
 
-    def section(self) -> type[RefineOptions]:
+    def _options(self, study: Study) -> RefineOptions:
         from stemcal.stages.refine.options import RefineOptions
 
-        return RefineOptions
-
-    def result(self) -> type[RefineResult]:
-        from stemcal.stages.refine.result import RefineResult
-
-        return RefineResult
-
-    def making(self) -> Callable[..., RefineResult]:
-        from stemcal.stages.refine.analysis import refine
-
-        return refine
+        return study.of(RefineOptions)
 
     def later(self, study: Study) -> Later | None:
         from stemcal.stages.refine.analysis import later
 
         return later(study)
-
-    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.refine.showing import RULES
-
-        return RULES
-
-    def showing(self) -> object:
-        from stemcal.stages.refine.showing import RefineShowing
-
-        return RefineShowing()

@@ -131,17 +131,16 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     relative = surface.fitted.gradient(point) / float(surface.fitted.predict(point)[0])
     slopes = dict(zip(surface.names, relative.tolist(), strict=True))
     strongest = _OF_MESH if _OF_MESH in slopes else max(slopes, key=lambda name: abs(slopes[name]))
-    free = _same_mesh(work, there)
+    at = work.study.targets.calibrate_at
+    own = work.solver.belongings(at)
+    same_mesh = own is not None and own == there.solver.belongings(at)  # known to be the same, and lengths too
+    steps = {name: scale.half_step for name, scale in surface.coding.items()}
     return SearchPath(
         tuple(
-            Mover(name, start[name], *_range(work.study, options, name, free), slopes[name] / _step(surface, name))
+            Mover(name, start[name], *_range(work.study, options, name, same_mesh), slopes[name] / steps[name])
             for name in tuple(options.adjust) or (strongest,)
         )
     )
-
-
-def _step(surface: Surfaces, name: str) -> float:
-    return surface.coding[name].half_step
 
 
 def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> Interval:
@@ -152,13 +151,6 @@ def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> 
     if name == _OF_MESH and not same_mesh:
         return _LOWEST_SHARE * factor.low, max(factor.high, from_internal(_HIGHEST, factor.unit))
     return factor.low, factor.high
-
-
-def _same_mesh(work: Work, there: Work) -> bool:
-    """Whether mesh and lengths there are known to be the study's own."""
-    at = work.study.targets.calibrate_at
-    own = work.solver.belongings(at)
-    return own is not None and own == there.solver.belongings(at)
 
 
 def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:

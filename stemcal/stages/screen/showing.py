@@ -172,7 +172,8 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
 
 def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
     """Return how the line of a limit looks, and what it is called."""
-    return {"linestyle": _LINES[limit.method], "linewidth": 1, "label": limit_label(limit, screen.alpha)}
+    called = {"lenth": "Lenth ME", "lenth_all": "Lenth SME", "t": f"t test, p = {screen.alpha:g}"}
+    return {"linestyle": _LINES[limit.method], "linewidth": 1, "label": called[limit.method]}
 
 
 def _signed(effect: float, places: int = 1) -> str:
@@ -230,8 +231,3 @@ def standing(effect: Effect, stage: ScreenResult) -> str:
     if len(set(votes)) > 1:
         return "methods disagree"
     return "significant" if votes[0] else "not significant"
-
-
-def limit_label(limit: Limit, alpha: float) -> str:
-    """Name a limit beyond which effects are significant."""
-    return {"lenth": "Lenth ME", "lenth_all": "Lenth SME", "t": f"t test, p = {alpha:g}"}[limit.method]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.registry import surface_designs
-from stemcal.stages.stage import Stage, stage_called
+from stemcal.stages.stage import Parts, Stage, stage_called
 
 if TYPE_CHECKING:
     from stemcal.folder import StudyFolder
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions
-    from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
 
 
-class ResponseSurface(Stage["SurfaceResult"]):
+class ResponseSurface(Stage[Any]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
+    parts = Parts(__name__, "RsmOptions", "SurfaceResult", "fit_response_surface", "SurfaceShowing", reasons="reasons")
     help = "Simulate the response surface design and fit the surface."
     purpose = "Stage 2: the response surface."
 
@@ -29,45 +29,25 @@ class ResponseSurface(Stage["SurfaceResult"]):
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""
         if stage_called("climb").asked_for(study):
             return "climb"
-        return "screen" if isinstance(study.of(self.section()).factors, str) else None
+        return "screen" if isinstance(self._options(study).factors, str) else None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return another package's design, where a joint fit has it run as well, and what it fits there."""
-        joint, package = study.joint_targets, surface_designs().version_of(study.of(self.section()).design)
+        joint, package = study.joint_targets, surface_designs().version_of(self._options(study).design)
         fitted = {"conditions": [target.condition for target in joint], "responses": study.fitted_responses}
         return ({"package": package} if package else {}) | (fitted if joint else {})
 
-    def section(self) -> type[RsmOptions]:
+    def _options(self, study: Study) -> RsmOptions:
         from stemcal.stages.surface.options import RsmOptions
 
-        return RsmOptions
+        return study.of(RsmOptions)
 
     def beforehand(self, study: Study) -> Iterator[Note]:
         from stemcal.stages.surface.analysis import beforehand
 
         return beforehand(study)
 
-    def result(self) -> type[SurfaceResult]:
-        from stemcal.stages.surface.result import SurfaceResult
-
-        return SurfaceResult
-
-    def making(self) -> Callable[..., SurfaceResult]:
-        from stemcal.stages.surface.analysis import fit_response_surface
-
-        return fit_response_surface
-
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         from stemcal.stages.surface.analysis import foresee
 
         return foresee(study, solver, folder)
-
-    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.surface.reasons import RULES
-
-        return RULES
-
-    def showing(self) -> object:
-        from stemcal.stages.surface.showing import SurfaceShowing
-
-        return SurfaceShowing()

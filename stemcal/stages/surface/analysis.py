@@ -51,7 +51,9 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     with reasons_given(requests, answers):
         fit, reduction = fit_terms(study, design, runs)
     result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
-    result = replace(result, conditions=Rows(run_conditions(work, result, design)))
+    result = replace(
+        result, conditions=Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
+    )
     return replace(result, notes=(*chosen, *fit.notes, *lower_bound_notes(answers), *_notes(result)))
 
 
@@ -178,12 +180,8 @@ def _factors_assumed(count: int) -> Note:
 # ---- the design run at the other diameters of a joint fit
 
 
-def run_conditions(work: Work, result: SurfaceResult, design: Design) -> list[AtCondition]:
-    """Run the design at every diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
-    return [_at_condition(work, target, result, design) for target in work.study.joint_targets]
-
-
 def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Design) -> AtCondition:
+    """Run the design at a diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
     condition, study = target.condition, work.study
     wanted = [n for n in study.fitted_responses if n == FIRST or target.mean_of(n)[0]]
     requests = design.requests(condition)

@@ -132,16 +132,11 @@ def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[Pl
 def _label(
     axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = LONGEST
 ) -> None:
-    for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), most))
-        axis.set_major_locator(round_ticks())
-
-
-def round_ticks(most: int = 6) -> Any:
-    """Return what sets a few ticks at round values."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(nbins=most, steps=[1, 2, 5, 10])
+    for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), most))
+        axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
 def _mark_target(axes: Axes, section: Section, solved: Solution, pair: tuple[str, str]) -> list[Place]:

@@ -11,7 +11,6 @@ from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
 from stemcal.numbers import fixed, short, signed_probability, significant
 from stemcal.report.figures.plot import Plot
-from stemcal.report.page import for_notebook
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     NUMBERS,
@@ -112,6 +111,8 @@ class Surface(SurfaceResult):
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
     def _repr_html_(self) -> str:
+        from stemcal.report.page import for_notebook
+
         return for_notebook(SurfaceShowing().profiler(self, self._setting))
 
 

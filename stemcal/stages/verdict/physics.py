@@ -67,7 +67,8 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     own = [result for result in results.done if stage_called(result.name).seen(study) is study]
     outcomes = [outcome for result in own for _, outcome in result.runs()]
     keys = dict.fromkeys(outcome.key for outcome in outcomes if outcome.key and outcome.ok)
-    every = {key: doubts for key in keys if (doubts := _doubts_of(key, folder)) is not None}
+    contents = {key: content for key in keys if (content := folder.peek(key)) is not None}
+    every = {key: doubts for key, content in contents.items() if (doubts := _doubts(content["details"])) is not None}
     found = list(every.values())
     kinds = dict.fromkeys(kind for doubts in found for kind in doubts)
     return Physics(
@@ -86,11 +87,6 @@ def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) ->
     for key, row in reversed(runs.items()):
         for kind, size in every.get(key, {}).items():
             yield DoubtAt(row.condition, row.fitted, Doubt(kind, 1, size))
-
-
-def _doubts_of(key: str, folder: StudyFolder) -> Doubts | None:
-    content = folder.peek(key)
-    return None if content is None else _doubts(content["details"])
 
 
 def _doubts(details: Mapping[str, Any]) -> Doubts | None:

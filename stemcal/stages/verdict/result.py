@@ -16,7 +16,8 @@ MOST_REASONS = 10
 class Use:
     """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond.
 
-    `held_out` is the largest error that was not `fitted`, `formula_percent` that of F = a·d^b through fitted forces.
+    `held_out` is the largest error that was not `fitted`, `formula_percent` that of F = a·d^b through fitted forces;
+    `solver` is the kind of another program that the parameters are used in.
     """
 
     within_percent: float
@@ -25,14 +26,7 @@ class Use:
     held_out: Judged | None = None
     fitted: tuple[float, ...] = ()
     formula_percent: float | None = None
-
-
-@dataclass(frozen=True)
-class UseThere:
-    """Where the parameters for another program may be used in it, and the kind of that program."""
-
-    solver: str
-    use: Use
+    solver: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,10 +39,10 @@ class Verdict:
     verdict: Word
     use: Use | None
     reasons: tuple[Note, ...]
-    there: UseThere | None = None
+    there: Use | None = None
 
     @classmethod
-    def of(cls, reasons: list[Note], use: Use | None, there: UseThere | None = None) -> Verdict:
+    def of(cls, reasons: list[Note], use: Use | None, there: Use | None = None) -> Verdict:
         """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"

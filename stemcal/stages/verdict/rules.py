@@ -21,7 +21,7 @@ from stemcal.stages.stage import stages_of
 from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.verdict import words
 from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, Physics, for_physics, physics_of
-from stemcal.stages.verdict.result import Use, UseThere, Verdict
+from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.study.model import Study
 
 BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported
@@ -123,7 +123,7 @@ def _use(evidence: Evidence) -> Use | None:
     )
 
 
-def _use_there(evidence: Evidence) -> UseThere | None:
+def _use_there(evidence: Evidence) -> Use | None:
     """Return at which conditions the refinement in another model agrees."""
     found = evidence.of(RefineResult)
     if found is None or not found.elsewhere:
@@ -133,7 +133,7 @@ def _use_there(evidence: Evidence) -> UseThere | None:
         for row in found.rows
         if row.error_percent is not None
     ]
-    return UseThere(found.model.kind, _use_of(evidence, rows)) if rows else None
+    return replace(_use_of(evidence, rows), solver=found.model.kind) if rows else None
 
 
 def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:

@@ -7,7 +7,7 @@ from stemcal.naming import Names
 from stemcal.numbers import fixed
 from stemcal.stages.result import Judged
 from stemcal.stages.verdict.physics import Doubt, DoubtAt
-from stemcal.stages.verdict.result import Use, UseThere, Verdict
+from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.words import counted
 
 _WORDS = {
@@ -56,16 +56,17 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
 def uses(verdict: Verdict, names: Names) -> list[str]:
     """Return where the result may be used, here and in the program that the parameters are for, as one line."""
     said = [use(verdict.use, names)] if verdict.use is not None else []
-    said += [use_there(verdict.there, names)] if verdict.there is not None else []
+    said += [use(verdict.there, names)] if verdict.there is not None else []
     return [" ".join(said)] if said else []
 
 
-def use(where: Use, names: Names, place: str = "") -> str:
+def use(where: Use, names: Names) -> str:
     """Return the conditions at which the simulated response agrees, and the largest error elsewhere.
 
     >>> use(Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False)), Names())
     'Within 10 % at 7 and 8 mm. Largest error: maximum force 21 % low at 11 mm.'
     """
+    place = f"In {where.solver}: " if where.solver else ""
     if where.good:
         within = f"{place}Within {where.within_percent:g} %{names.at(*where.good)}."
     else:
@@ -88,11 +89,6 @@ def _held_out(where: Use, names: Names) -> list[str]:
     formula = "" if where.formula_percent is None else f" (formula F = a·d^b: {where.formula_percent:.1f} %)"
     worst = f"{names.naming.named(where.held_out.response).long} {_error(where.held_out, names)}"
     return [f"Fitted{names.at(*where.fitted)}; largest held-out error: {worst}{formula}."]
-
-
-def use_there(where: UseThere, names: Names) -> str:
-    """Return where the parameters for another program agree in it."""
-    return use(where.use, names, f"In {where.solver}: ")
 
 
 def miss(worst: Judged, names: Names) -> str:
