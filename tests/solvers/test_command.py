@@ -50,7 +50,7 @@ def study_of(
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "input.txt").write_text(template, encoding="utf-8", newline="")
-    command = more.get("command", json.dumps([sys.executable, "program.py"]))
+    command = more.get("command", json.dumps([sys.executable, "-S", "program.py"]))
     spec = folder / "study.yaml"
     spec.write_text(SPEC.format(command=command, result=result, limit=limit), encoding="utf-8")
     return load_study(spec)
@@ -86,7 +86,7 @@ def test_answer_is_what_the_program_makes_of_the_values(tmp_path: Path) -> None:
 
 def test_arguments_take_values_too(tmp_path: Path) -> None:
     program = "import sys, json; json.dump({'out': float(sys.argv[1])}, open('out.json', 'w'))"
-    command = json.dumps([sys.executable, "program.py", "{{width}}"])
+    command = json.dumps([sys.executable, "-S", "program.py", "{{width}}"])
     assert solved(tmp_path, program, command=command).response == 10.0
 
 
@@ -94,7 +94,7 @@ def test_a_shell_sees_nothing(tmp_path: Path) -> None:
     canary = tmp_path / "canary"
     program = "import sys, json; json.dump({'out': len(sys.argv[1])}, open('out.json', 'w'))"
     argument = f"; touch {canary} $(touch {canary}) `touch {canary}` | %COMSPEC% & *"
-    answer = solved(tmp_path, program, command=json.dumps([sys.executable, "program.py", argument]))
+    answer = solved(tmp_path, program, command=json.dumps([sys.executable, "-S", "program.py", argument]))
     assert answer.response == len(argument)
     assert not canary.exists()
 
