@@ -304,7 +304,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
-        ("{file: out.txt, pattern: 'F=1'}", "has no group around the number"),
+        ("{file: out.txt, pattern: 'F=1'}", "has no capture group around the number"),
         ("{file: out.json, path: out, reduction: mean}", "is not one of the choices"),
     ],
 )

@@ -3,15 +3,30 @@
 import numpy as np
 import pytest
 from printed import agrees
+from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
 from stemcal.doe.designs.factorial import full_factorial
 from stemcal.doe.lenth import lenth
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.coding import Coding, term_columns, term_names
 from stemcal.doe.regression.surface import fit_surface
 
 AXIAL = 2.0**0.5  # printed as 1.414; the book's sums of squares are those of √2
+
+
+def as_statsmodels_fits(surface):
+    """Compare sum of squares, F and p of every term, and F and p of the lack of fit, to 1e-8."""
+    every, rows = term_names(surface.names), {row.source: row for row in surface.anova}
+    fit = OLS(surface.response, term_columns(surface.design)[:, [every.index(term) for term in surface.terms]]).fit()
+    for term, f, p in zip(surface.terms[1:], fit.tvalues[1:] ** 2, fit.pvalues[1:], strict=True):
+        row = rows[term]
+        assert (row.sum_of_squares, row.f, row.p) == pytest.approx((f * fit.mse_resid, f, p), rel=1e-8)
+    _, point = np.unique(surface.design, axis=0, return_inverse=True)
+    by_points = OLS(surface.response, np.eye(point.max() + 1)[point.reshape(-1)]).fit()
+    if by_points.df_resid > 0:
+        f, p, _ = by_points.compare_f_test(fit)
+        assert (rows["Lack of fit"].f, rows["Lack of fit"].p) == pytest.approx((f, p), rel=1e-8)
 
 
 def test_central_composite_of_the_chemical_yield():
@@ -52,6 +67,7 @@ def test_half_fraction_of_the_chemical_process():
     yields = {"": 90, "ad": 72, "bd": 87, "ab": 83, "cd": 99, "ac": 81, "bc": 88, "abcd": 80}
     design = np.array([[1.0 if letter in run else -1.0 for letter in "abcd"] for run in yields])
     surface = fit_surface(design, list(yields.values()), list("ABCD"), terms=["A", "B", "D", "A:B", "A:D"])
+    as_statsmodels_fits(surface)
     printed = {
         "Model": "414.00 5 82.80 4.87 0.1791",
         "A": "288.00 1 288.00 16.94 0.0543",
@@ -78,6 +94,7 @@ def test_box_behnken_of_the_sas_manual():
     levels += [[120, 0.5, 6], [80, 0.3, 2], [80, 0.7, 2], [80, 0.3, 6], [80, 0.7, 6], *([[80, 0.5, 4]] * 3)]
     coding = Coding(("T", "R", "H"), (80.0, 0.5, 4.0), (40.0, 0.2, 2.0))
     surface = fit_surface(np.round(coding.to_coded(levels), 12), odour, coding.names)
+    as_statsmodels_fits(surface)
     rows = {row.source: row for row in surface.anova}
     assert agrees("22.478508", surface.mean_square**0.5) and agrees("0.8820", surface.r2)
     assert agrees("147.8849", surface.cv_percent)

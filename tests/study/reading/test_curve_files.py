@@ -110,7 +110,7 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
             "force: 180 N",
             "force: 140 N",
             "machine: {stiffness: 900 N/mm}\n",
-            "machine: without curves the section machine has no effect",
+            "machine: without curves the `machine` section has no effect",
         ),
         (
             "curves: lab/8mm-*.csv",
