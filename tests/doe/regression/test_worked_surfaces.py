@@ -60,29 +60,6 @@ def test_central_composite_of_the_chemical_yield():
     assert agrees("80.21", shape.predicted) and shape.kind == "maximum"
 
 
-def test_replicated_factorial_of_the_chemical_process():
-    """Montgomery, 5th ed., table 6-1, p. 223: 2² with three replicates, read from ReliaWiki's reprint "Two Level
-    Factorial Design".
-
-    The printed error of 31.34 is 323.00 − 291.66 with rounded parts; it is 31.33. So F and p differ a little: AB's p
-    of 0.1826 is 0.1828.
-    """
-    design = np.repeat([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]], 3, axis=0)
-    recovery = [28, 25, 27, 36, 32, 32, 18, 19, 23, 31, 30, 29]
-    surface = fit_surface(design, recovery, ["A", "B"], terms=["A", "B", "A:B"])
-    printed = {
-        "A": "208.33 1 208.33 . 0.0001",
-        "B": "75.00 1 75.00 . 0.0024",
-        "A:B": "8.33 1 8.33 2.13 .",
-        "Residual": ". 8 3.92",
-        "Cor total": "323.00 11",
-    }
-    assert cells_agree(surface, printed) == 16
-    rows = {row.source: row for row in surface.anova}
-    assert agrees("53.19", rows["A"].f)  # printed 53.15 and, for B, 19.13: divided by 3.92 in place of 3.9167
-    assert agrees("53.15", rows["A"].sum_of_squares / 3.92) and agrees("19.13", rows["B"].sum_of_squares / 3.92)
-
-
 def test_half_fraction_of_the_chemical_process():
     """Montgomery, 8th ed. (2012), problem 8.1, 2^(4−1) with I = ABCD; Design-Expert's output read from a page with the
     solutions to chapter 8 (pdfcoffee.com/ch-08-11-pdf-free.html), data, effects, ANOVA and Lenth's margins.

@@ -258,16 +258,6 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
         of_decks(tmp_path, kind, "refine: {in: {kind: embedded}}\n")
 
 
-@pytest.mark.parametrize("kind", ["lsdyna", "openradioss"])
-def test_parameters_are_not_refined_there_by_curves(tmp_path: Path, kind: str) -> None:
-    with pytest.raises(SpecError, match="curves are not compared in another model"):
-        study_in(tmp_path)
-        text = (tmp_path / "study.yaml").read_text(encoding="utf-8")
-        there = f"refine: {{in: {{{OF_DECKS[kind]}}}}}\n"
-        (tmp_path / "study.yaml").write_text(text + there, encoding="utf-8")
-        load_study(tmp_path / "study.yaml")
-
-
 def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="solver sheet has no curve to compare"):
         of_decks(tmp_path, "sheet")
