@@ -29,7 +29,7 @@ def commands() -> str:
     root: Any = get_command(app)
     parts = [
         "# Commands",
-        "For users of the command line. Results are printed to stdout, progress and notes to stderr.",
+        "This page is for users of the command line. Results are printed to stdout, progress and notes to stderr.",
     ]
     for name, command in sorted(root.commands.items()):
         parts += _command(name, command)
@@ -69,9 +69,10 @@ def spec() -> str:
     head = ("Key", "Meaning", "Value", "Default")
     parts = [
         "# Spec",
-        "For users who write a study: all sections and keys of its YAML file. Quantities have a unit (`8 mm`), pure "
-        "numbers have none. `stemcal check` lists every mistake with its line; `stemcal explain --schema` prints this "
-        "page for editors. Defaults of quantities are in mm, s, N, MPa and degrees. `[]` is each entry of a list.",
+        "This page lists all sections and keys of a spec, for users who write a study. Quantities have a unit "
+        "(`8 mm`), pure numbers have none. `stemcal check` lists every mistake with its line; `stemcal explain "
+        "--schema` prints this page for editors. Defaults of quantities are in mm, s, N, MPa and degrees. `[]` is each "
+        "entry of a list.",
         _table(head, _keys_of(schema)),
     ]
     for name, place in section_places().items():
@@ -134,8 +135,8 @@ def glossary() -> str:
     return "\n\n".join(
         [
             "# Glossary",
-            "For readers of tables and reports, in English and Chinese. `stemcal explain TERM` prints the same and "
-            "explains the keys of a [spec](spec.md).",
+            "This page explains terms in English and Chinese, for readers of reports. `stemcal explain TERM` "
+            "prints the same and explains the keys of a [spec](spec.md).",
             _table(("Term", "Chinese", "Meaning", "Source"), rows),
         ]
     )
@@ -147,7 +148,7 @@ def stages() -> str:
 
     parts = [
         "# Stage files",
-        "For programs that read results: the keys of `configs/paper-replay.yaml`, the published study. "
+        "This page lists the keys of `configs/paper-replay.yaml`, the published study, for programs that read results. "
         "`[]` is each element of a list, `*` the name of a factor. Forces are in N, lengths in mm, factors "
         "in the unit of the spec; a value that could not be computed is `null`. Joint fits, climbs and refinements "
         "have further keys. `schema_version` increases when a key changes or is removed.",

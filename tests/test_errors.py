@@ -2,8 +2,6 @@
 
 import copy
 import pickle
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -32,9 +30,8 @@ def test_every_error_is_here() -> None:
     assert named <= {type(error) for error in RAISED}
 
 
-@pytest.mark.parametrize("again", [lambda e: pickle.loads(pickle.dumps(e)), copy.copy, copy.deepcopy])
 @pytest.mark.parametrize("error", RAISED, ids=lambda error: type(error).__name__)
-def test_errors_are_pickled_and_copied(error: errors.StemcalError, again: Callable[[Any], Any]) -> None:
-    found = again(error)
-    assert type(found) is type(error) and str(found) == str(error) and found.args == error.args
-    assert vars(found) == vars(error) and found.exit_code == error.exit_code
+def test_errors_are_pickled_and_copied(error: errors.StemcalError) -> None:
+    for found in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
+        assert type(found) is type(error) and str(found) == str(error) and found.args == error.args
+        assert vars(found) == vars(error) and found.exit_code == error.exit_code

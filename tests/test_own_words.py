@@ -1,12 +1,11 @@
 """A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
 
-import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes import PYTHON
 from workflow import calibrate
 
 from stemcal.doe.regression.coding import term_columns
@@ -29,7 +28,7 @@ def studied(folder: Path, name: str, more: str = "") -> tuple[Study, StudyFolder
     """Run a study of the made-up heap in a folder of its own."""
     shutil.copytree(CASES, folder, dirs_exist_ok=True)
     spec = folder / name
-    spec.write_text(spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},") + more, "utf-8")
+    spec.write_text(spec.read_text("utf-8").replace("[python,", f"[{PYTHON},") + more, "utf-8")
     study = load_study(spec)
     store = StudyFolder(folder / "runs" / study.name)
     calibrate(study, store, InlineExecutor())
@@ -114,9 +113,7 @@ def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
     """Three heaps at the solution: the mean of each response."""
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
     spec = tmp_path / "two.yaml"
-    text = spec.read_text("utf-8").replace(
-        "[python, heap.py]", f'[{json.dumps(sys.executable)}, heap.py, "{{{{seed}}}}"]'
-    )
+    text = spec.read_text("utf-8").replace("[python, heap.py]", f'[{PYTHON}, heap.py, "{{{{seed}}}}"]')
     text = text.replace("kind: command", "kind: command\n  replicates: 3")
     spec.write_text(text + "screen: {design: none}\nrsm: {factors: [static, grain_density]}\n", "utf-8")
     study = load_study(spec)
@@ -135,7 +132,7 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     """The bulk density is off by a third where only the angle is fitted: the verdict names it, and what fits it."""
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
     spec = tmp_path / "two.yaml"
-    text = spec.read_text("utf-8").replace("[python,", f"[{json.dumps(sys.executable)},").replace("0.741 g", "1.1 g")
+    text = spec.read_text("utf-8").replace("[python,", f"[{PYTHON},").replace("0.741 g", "1.1 g")
     spec.write_text(text + "rsm: {factors: [static, rolling]}\ninvert: {responses: [angle]}\n", "utf-8")
     study, store = load_study(spec), StudyFolder(tmp_path / "out")
     calibrate(study, store, InlineExecutor())

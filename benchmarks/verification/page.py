@@ -77,9 +77,9 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification"
     yield (
-        "For readers who want evidence that the solver is correct: each topic compares it with a known answer. "
+        "This page compares the solver with known answers, for readers who want evidence that the solver is correct. "
         f"{inside} of {count} numbers are within their tolerance. "
-        f"All of them are listed in [Verification cases]({CASES})."
+        f"[Verification cases]({CASES}) lists all numbers."
     )
     yield _summary(topics)
     yield (
@@ -101,9 +101,9 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification cases"
     yield (
-        "For readers of the page [Verification](../verification.md): every computed number with its exact value. A "
-        "difference in % is relative to the exact value, unless the value itself is in %. For errors and drifts the "
-        "ideal value is 0, and the tolerance is the allowed limit."
+        "This page lists every computed number with its exact value, for readers of the page "
+        "[Verification](../verification.md). A difference in % is relative to the exact value, unless the value "
+        "itself is in %. For errors and drifts the ideal value is 0, and the tolerance is the allowed limit."
     )
     yield _provenance()
     yield _table(topics)

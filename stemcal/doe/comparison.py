@@ -92,7 +92,7 @@ def compare_conditions(
     """
     scatter = scatter or [(None, None)] * len(conditions)
     if not len(conditions) == len(measured) == len(simulated):
-        raise UsageError("validation: conditions, measured and simulated values differ in number")
+        raise UsageError("validation: conditions, measured values and simulated values must have equal lengths")
     rows = tuple(
         _row(float(d), float(m), s, calibration_condition, naming, *spread)
         for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)

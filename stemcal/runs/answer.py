@@ -135,7 +135,7 @@ class _Tally:
         if len(self.warned) <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
         elif len(self.warned) == MOST_WARNINGS + 1:
-            logger.warning("more runs failed; `stemcal status SPEC --failed` lists all")
+            logger.warning("more runs failed; `stemcal status SPEC --failed` lists all failed runs")
 
     def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
         """Notify the watcher of the progress."""

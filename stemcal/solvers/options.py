@@ -43,7 +43,7 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     except (re.error, OverflowError, RecursionError) as error:
         raise complain(f"is not a valid regular expression: {error}", "correct it") from None
     if groups == 0:
-        raise complain("has no group around the number", f"write it like '{_first(info)} = (\\S+)'")
+        raise complain("has no capture group around the number", f"write it like '{_first(info)} = (\\S+)'")
     return given
 
 
@@ -92,7 +92,7 @@ class ResultReader(Frozen):
             found = f"has {' and '.join(given)}" if given else "specifies no numbers to read"
             raise complain(found, "write one of column: … (CSV), path: … (JSON) or pattern: … (text)")
         if self.pattern is not None and self.along is not None:
-            raise complain("has both along and pattern", "name the group of the travel in the pattern x: (?P<x>…)")
+            raise complain("has both along and pattern", "in the pattern, name the group of the travel x: (?P<x>…)")
         return self
 
 

@@ -86,7 +86,7 @@ def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iter
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
-                message = f"{path.name} is also a result file: this copy would be read if the program wrote none"
+                message = f"{path.name} is also a result file: this copy would be read if the program wrote no result"
                 yield Finding(
                     ("solver", key, index), message, "remove this file, or change the file that the program writes"
                 )

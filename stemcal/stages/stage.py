@@ -50,7 +50,7 @@ class Stage(Checked, Generic[R]):
     name : str
         Name of its command and its files.
     parts : Parts, optional
-        Of a stage with a folder of its own; another one has the methods that return them.
+        Its parts if the stage has its own folder; otherwise methods return them.
     title, help : str
         Title of the stage; description of its command.
     attribute : str

@@ -65,7 +65,7 @@ def apart(study: Study) -> Iterator[Path]:
         finally:
             os.chdir(before)
         left = [path for path in left if "__pycache__" not in path.parts]
-        require(not left, f"left outside the folder of the study: {', '.join(path.name for path in left)}")
+        require(not left, f"files were left outside the folder of the study: {', '.join(path.name for path in left)}")
 
 
 class AtWork:
@@ -203,7 +203,7 @@ def solver_is_picklable(at: SolverAtWork) -> None:
     """A pickled solver has the same identity, made of JSON values."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
     here, there = (json.dumps(one.identity(at.requests[0]), sort_keys=True, allow_nan=False) for one in solvers)
-    require(here == there, "a pickled solver has another identity")
+    require(here == there, "a pickled solver has a different identity")
 
 
 def identity_changes_with_each_factor(at: SolverAtWork) -> None:
@@ -393,7 +393,7 @@ def identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     """A test is picklable; its identity consists of JSON values and changes with each level."""
     test = at.test()
     found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
-    require(found[0] == found[1], "a pickled test has another identity")
+    require(found[0] == found[1], "a pickled test has a different identity")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
         require(other != found[0], f"{factor.name} is not in the identity")

@@ -94,12 +94,6 @@ def test_report_draws_page_and_figures_again(done: Path, monkeypatch: pytest.Mon
     assert {path.name: path.read_bytes() for path in figures.glob("*.svg")} == before
 
 
-def test_schema() -> None:
-    found = json.loads(command("explain", "--schema").stdout)
-    assert found["title"] == "stemcal study"
-    assert json.loads(command("explain", "--schema", "--json").stdout)["result"] == found
-
-
 def test_first_files_go_where_they_are_told(tmp_path: Path) -> None:
     """A folder that is not there is made; one that cannot be made is named, without talk of runs."""
     result = command("init", tmp_path / "new" / "my stems")

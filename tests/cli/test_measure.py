@@ -62,12 +62,6 @@ def test_names_over_pairs_of_columns(tmp_path: Path) -> None:
     assert [(s["specimen"], s["grade"]) for s in found["specimens"]] == [("all#8 mm A", 8.0), ("all#9 mm B", 9.0)]
 
 
-def test_a_diameter_stated_for_each_column(tmp_path: Path) -> None:
-    head = "直径/mm,7.1,,9.2,\n时间/s,力1/N,位移1/mm,力2/N,位移2/mm\n"
-    write(tmp_path / "a.csv", head + lines("{t},{f},{d},{g},{d}\n", scale=2.0), "utf-16")
-    assert [s["diameter"] for s in shear(tmp_path)["specimens"]] == [7.1, 9.2]
-
-
 @pytest.mark.parametrize("trimmed", [False, True])
 def test_a_shorter_curve_beside_a_longer_one(tmp_path: Path, trimmed: bool) -> None:
     """Where the shorter one has ended its cells are empty, or the separators at the end of the line are left out."""
@@ -165,12 +159,6 @@ def test_a_workbook_of_a_sheet_per_specimen(tmp_path: Path) -> None:
     assert "Sheet '结果' contains no curve" in shear(tmp_path)["notes"]
     assert peaks(tmp_path, "--sheet", "试样2") == {"8mm": pytest.approx(2 * PEAK)}
     assert "the sheets are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
-
-
-def test_specimens_side_by_side_in_a_workbook(tmp_path: Path) -> None:
-    pair = [[f, d, 2 * f, d] for d, f in CURVE]
-    book(tmp_path / "x.xlsx", a=[["8mm-1", None, "9mm-2", None], ["力", "位移", "力", "位移"], ["N", "mm"] * 2, *pair])
-    assert peaks(tmp_path) == {"x#8mm-1": PEAK, "x#9mm-2": 2 * PEAK}
 
 
 def test_text_cells_with_a_decimal_comma(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ from printed import agrees
 
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.factorial import full_factorial
-from stemcal.doe.lenth import lenth
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
@@ -119,22 +118,3 @@ def test_reduced_factorial_with_centre_points():
     rows = {row.source: row for row in surface.anova}
     assert rows["Residual"].df == 14
     assert agrees("243.87", rows["Residual"].sum_of_squares - 1.5125)
-
-
-def test_first_order_design_with_centre_points():
-    """Montgomery, problem 11.1: purity of oxygen, whose Design-Expert output prints curvature apart."""
-    design = np.vstack([[[-1, -1], [-1, 1], [1, -1], [1, 1]], np.zeros((4, 2))])
-    purity = [82.8, 83.5, 84.7, 85.0, 84.1, 84.5, 83.9, 84.3]
-    surface = fit_surface(design, purity, ["A", "B"], terms=["A", "B"])
-    assert cells_agree(surface, {"Model": "3.14 2 1.57", "A": "2.89 1", "B": "0.25 1"}) == 7
-    assert cells_agree(surface, {"Pure error": "0.20 3 0.067", "Cor total": "3.46 7"}) == 5
-    assert [c.value for c in surface.coefficients] == pytest.approx([84.1, 0.85, 0.25])
-
-
-def test_lenth_of_the_filtration_rate():
-    """Montgomery, example 6.2: fifteen effects, PSE 2.625; Design-Expert prints ME = 6.748."""
-    design = full_factorial(4)
-    columns = [np.prod(design[:, [i for i in range(4) if m >> i & 1]], axis=1) for m in range(1, 16)]
-    size = lenth(np.array(columns) @ np.array(FILTRATION) / 8.0)
-    assert size.pse == pytest.approx(2.625)
-    assert agrees("6.748", size.me)

@@ -40,7 +40,7 @@ class Cluster:
         self.file = folder / "scheduler.json"
         self.log = (folder / "dask.log").open("wb")
         self.scheduler = self._dask("scheduler", "--scheduler-file", self.file, "--port", "0")
-        eventually_true(self.file.exists)
+        eventually_true(lambda: self.file.exists() and self.file.stat().st_size > 0)
         self.address = json.loads(self.file.read_text(encoding="utf-8"))["address"].removeprefix(f"{scheme}://")
         self.workers = [self.start_worker() for _ in range(workers)]
 
@@ -202,9 +202,13 @@ def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     assert time.monotonic() - begun < 10.0
 
 
-def test_another_version_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.cluster.code_version", lambda: "0.1.0+other")
-    with pytest.raises(UsageError, match=r"the study 0\.1\.0\+other; install the same version and code"):
+def test_another_version_is_refused(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    request.addfinalizer(code_version.cache_clear)
+    monkeypatch.setattr("stemcal.registry.__version__", "0.1.0")
+    code_version.cache_clear()
+    with pytest.raises(UsageError, match=r"the study 0\.1\.0\+\w+; install the same version and code"):
         DaskExecutor(cluster.address)
 
 

@@ -196,6 +196,14 @@ def test_a_worker_that_is_never_ready_is_no_time_out_of_the_run(monkeypatch: pyt
         executor.submit(Prepared(30.0, 0.1)).result()
 
 
+def started(folder: Path, text: str) -> subprocess.Popen[str]:
+    """Start a script that imports this module."""
+    script, pipe = folder / "script.py", subprocess.PIPE
+    script.write_text(text, encoding="utf-8")
+    line = [sys.executable, str(script), str(Path(__file__).parent)]
+    return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=ENVIRONMENT, start_new_session=True)
+
+
 STOPPED = """
 import sys, time
 sys.path.insert(0, sys.argv[1])
@@ -213,21 +221,11 @@ if __name__ == "__main__":
 @POSIX
 def test_time_while_the_whole_command_is_stopped_does_not_count(tmp_path: Path) -> None:
     """Ctrl-Z stops the command and its workers; `fg` lets them go on."""
-    script = tmp_path / "study.py"
-    script.write_text(STOPPED, encoding="utf-8")
-    study = subprocess.Popen(
-        [sys.executable, str(script), str(Path(__file__).parent)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=ENVIRONMENT,
-        start_new_session=True,
-    )
-    assert study.stdout is not None
-    assert study.stdout.readline() == "busy\n"
+    study = started(tmp_path, STOPPED)
+    assert study.stdout is not None and study.stdout.readline() == "busy\n"
     time.sleep(0.3)
     os.killpg(study.pid, signal.SIGSTOP)
-    time.sleep(4.0)
+    time.sleep(2.5)
     os.killpg(study.pid, signal.SIGCONT)
     out, errors = study.communicate(timeout=20)
     assert (study.returncode, out) == (0, "done\n"), errors
@@ -316,22 +314,15 @@ def eventually(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
     "name", ["SIGKILL", *(pytest.param(name, marks=pytest.mark.slow) for name in ("SIGTERM", "SIGINT"))]
 )
 def test_no_orphans(name: str, tmp_path: Path) -> None:
-    script = tmp_path / "parent.py"
-    script.write_text(PARENT, encoding="utf-8")
-    parent = subprocess.Popen(
-        [sys.executable, str(script), str(Path(__file__).parent)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        env=ENVIRONMENT,
-    )
-    assert parent.stdout is not None
+    parent = started(tmp_path, PARENT)
+    assert parent.stdout is not None and parent.stderr is not None
     workers = [int(pid) for pid in parent.stdout.readline().split()]
     assert parent.stdout.readline() == "busy\n"
     assert all(alive(pid) for pid in workers)
     parent.send_signal(signal.Signals[name])
     parent.wait(timeout=10)
     parent.stdout.close()
+    parent.stderr.close()
     assert eventually(lambda: not any(alive(pid) for pid in workers))
 
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,9 +11,8 @@ from stemcal.cli.explain import glossary, look_up
 from stemcal.errors import UsageError
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
-from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import resize, styled
-from stemcal.report.gallery import gallery, write_figures
+from stemcal.report.gallery import gallery
 from stemcal.stages.invert.showing import solutions
 from stemcal.stages.surface.contour import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
@@ -24,13 +22,6 @@ def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any
     names = [plot.name for plot in gallery(replayed[0], results, {})]
     assert len(set(names)) == len(names) == 15
     assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
-
-
-def test_figures_are_written_as_svg_and_png(stages: dict[str, Any], tmp_path: Path) -> None:
-    plot = Plot("solutions", "invert", "", lambda: solutions(stages["rsm"], stages["invert"]))
-    svg, png = write_figures([plot], tmp_path / "figures")
-    assert ElementTree.parse(svg).getroot().tag.endswith("svg")
-    assert png.read_bytes().startswith(b"\x89PNG")
 
 
 def test_relief_has_the_force_of_the_surface_at_its_middle(stages: dict[str, Any]) -> None:

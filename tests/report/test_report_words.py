@@ -2,13 +2,13 @@
 
 import re
 import shutil
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from fakes import PYTHON
 from workflow import calibrate
 
 from stemcal.executors import InlineExecutor
@@ -53,7 +53,7 @@ def done(folder: Path, changed: Iterable[tuple[str, str]]) -> Told:
     """Calibrate the heap with a changed spec."""
     shutil.copytree(CASE, folder / "case")
     spec = folder / "case" / "angle.yaml"
-    text = spec.read_text(encoding="utf-8").replace("[python,", f"[{sys.executable!r},")
+    text = spec.read_text(encoding="utf-8").replace("[python,", f"[{PYTHON},")
     for old, new in changed:
         assert old in text
         text = text.replace(old, new)

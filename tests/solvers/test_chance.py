@@ -1,11 +1,11 @@
 """Programs with chance in them: every run simulated anew, with a seed and a record of its own."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes import PYTHON
 
 from stemcal.errors import SpecError, UsageError
 from stemcal.folder import StudyFolder
@@ -52,7 +52,7 @@ def study_of(folder: Path, said: str, program: str = NOISY, template: str = TEMP
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "in.json").write_text(template, encoding="utf-8")
     spec = folder / "chance.yaml"
-    spec.write_text(SPEC % (json.dumps(sys.executable), said), encoding="utf-8")
+    spec.write_text(SPEC % (PYTHON, said), encoding="utf-8")
     return load_study(spec)
 
 

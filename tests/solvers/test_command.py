@@ -50,7 +50,7 @@ def study_of(
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "program.py").write_text(program, encoding="utf-8")
     (folder / "input.txt").write_text(template, encoding="utf-8", newline="")
-    command = more.get("command", json.dumps([sys.executable, "program.py"]))
+    command = more.get("command", json.dumps([sys.executable, "-S", "program.py"]))
     spec = folder / "study.yaml"
     spec.write_text(SPEC.format(command=command, result=result, limit=limit), encoding="utf-8")
     return load_study(spec)
@@ -86,7 +86,7 @@ def test_answer_is_what_the_program_makes_of_the_values(tmp_path: Path) -> None:
 
 def test_arguments_take_values_too(tmp_path: Path) -> None:
     program = "import sys, json; json.dump({'out': float(sys.argv[1])}, open('out.json', 'w'))"
-    command = json.dumps([sys.executable, "program.py", "{{width}}"])
+    command = json.dumps([sys.executable, "-S", "program.py", "{{width}}"])
     assert solved(tmp_path, program, command=command).response == 10.0
 
 
@@ -94,7 +94,7 @@ def test_a_shell_sees_nothing(tmp_path: Path) -> None:
     canary = tmp_path / "canary"
     program = "import sys, json; json.dump({'out': len(sys.argv[1])}, open('out.json', 'w'))"
     argument = f"; touch {canary} $(touch {canary}) `touch {canary}` | %COMSPEC% & *"
-    answer = solved(tmp_path, program, command=json.dumps([sys.executable, "program.py", argument]))
+    answer = solved(tmp_path, program, command=json.dumps([sys.executable, "-S", "program.py", argument]))
     assert answer.response == len(argument)
     assert not canary.exists()
 
@@ -304,7 +304,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
-        ("{file: out.txt, pattern: 'F=1'}", "has no group around the number"),
+        ("{file: out.txt, pattern: 'F=1'}", "has no capture group around the number"),
         ("{file: out.json, path: out, reduction: mean}", "is not one of the choices"),
     ],
 )

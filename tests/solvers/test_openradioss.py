@@ -61,7 +61,7 @@ def study_of(folder: Path, recorded: str = "mat024", mode: str = "", options: st
     (home / "hm_cfg_files").mkdir()
     for name, program in PROGRAMS.items():
         for ending, content in (
-            ("", f"#!/bin/sh\nexec {sys.executable} {STAND_IN} {name} $*\n"),
+            ("", f"#!/bin/sh\nexec {sys.executable} -S {STAND_IN} {name} $*\n"),
             ("_ompi", "#!/bin/false\n"),
         ):
             path = home / "exec" / f"{program}{ending}"

@@ -107,7 +107,7 @@ def test_encodings_and_separators(tmp_path: Path, encoding: str, separator: str)
         (RSM.replace("122", "two"), "runs.csv:2: rsm 1, force: 'two' is not a number"),
         (RSM.replace("122", "1e31"), "'1e31' exceeds 1e30"),
         (RSM.replace("122", "12 mm"), "'12 mm' is in mm, not in N; convert the value"),
-        (RSM.replace("122", "failed"), "rsm 1 is marked as failed without a reason"),
+        (RSM.replace("122", "failed"), "rsm 1 has failed without a reason"),
         (RSM.replace("rsm 2", "2"), "'2' is not a run; write a stage and a number"),
         (RSM.replace("rsm 2", "rsm 5"), "the rows of rsm are not numbered from 1 to 3"),
         (RSM.replace("20,0.03,", "20,,"), "only some rows of rsm have a level of failure_strain"),

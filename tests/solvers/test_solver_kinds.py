@@ -157,8 +157,3 @@ def test_a_kind_that_breaks_or_is_not_there_is_refused_with_its_line(packages: P
     taken = "sheet of springs 1.0"
     assert set(SOLVERS.broken) == ({"broken", taken} if kind == "broken" else {taken})
     assert SOLVERS.broken[taken] == "springs 1.0: sheet already exists"
-
-
-def test_other_packages_are_not_read_for_the_kinds_that_are_known(packages: Path) -> None:
-    study_of(packages, "sheet")
-    assert "_entries" not in vars(SOLVERS)

@@ -149,7 +149,7 @@ def told_what_to_measure(reason: Note) -> bool:
     return reason.remedy is not None and any(word in reason.remedy.text for word in ("easure", "factor", "only"))
 
 
-FEW = ("contradiction", "failed at one diameter")
+FEW = ("contradiction",)
 
 
 @pytest.mark.parametrize("kind", [pytest.param(k, marks=() if k in FEW else pytest.mark.slow) for k in KINDS])

@@ -125,7 +125,8 @@ def test_a_ridge_at_the_end_of_the_ranges_is_not_told_to_widen_them(judge, seed:
     assert before.verdict.has("not_identified")
 
 
-@pytest.mark.parametrize("seed", EACH_SEED)
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
 def test_after_a_further_response_the_ridge_is_gone(judge, seed: int) -> None:
     """Travel sees b alone: fitted with the force it separates the two, and the truth is nearer."""
     before = judge(ALIKE, (7.0, 8.0, 9.0), seed, "invert: {diameters: all}\n")

@@ -88,6 +88,9 @@ def test_ends_when_every_diameter_is_within_the_tolerance(tmp_path: Path) -> Non
     header, *lines = (folder.path / "refine.csv").read_text("utf-8").splitlines()
     assert "diameter" in header.split(",") and len(lines) == 3
     assert "Diameter, mm" in tables_of(RefineResult.from_json(stage))[0].heads
+    keys, study = folder.keys(), load_study(tmp_path / "closing.yaml")
+    again = workflow.run_stage("refine", study, folder, InlineExecutor(), solver=Curved()).to_json()
+    assert again == stage and folder.keys() == keys
 
 
 def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
@@ -163,10 +166,3 @@ def test_records_without_the_travel_are_reported(tmp_path: Path) -> None:
     spec = SPEC.replace("diameters: all", "diameters: all, responses: [force, travel]")
     with pytest.raises(RunsFailed, match="the records lack a fitted response"):
         refined(tmp_path, "{budget: 6}", solver=Forgetful(travels=True), spec=spec, travel=True)
-
-
-def test_running_again_computes_nothing(tmp_path: Path) -> None:
-    stage, folder = refined(tmp_path, "{tolerance_percent: 0.01, budget: 60}")
-    keys, study = folder.keys(), load_study(tmp_path / "closing.yaml")
-    again = workflow.run_stage("refine", study, folder, InlineExecutor(), solver=Curved()).to_json()
-    assert again == stage and folder.keys() == keys

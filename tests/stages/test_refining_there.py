@@ -3,13 +3,12 @@
 import json
 import math
 import shutil
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 import workflow
-from fakes import FakeSolver, make_study
+from fakes import PYTHON, FakeSolver, make_study
 from typer.testing import CliRunner, Result
 
 import stemcal
@@ -76,8 +75,8 @@ def spec_of(
     text = published(folder)
     program = PROGRAM.format(law=law, trouble=trouble, witness=str(folder / "witness"))
     (folder / "program.py").write_text(program, encoding="utf-8")
-    python, path = json.dumps(sys.executable), folder / "study.yaml"
-    there = REFINE.format(python=python, adjust=adjust, more=more)
+    path = folder / "study.yaml"
+    there = REFINE.format(python=PYTHON, adjust=adjust, more=more)
     path.write_text(text + there, encoding="utf-8")
     return path
 
@@ -278,7 +277,7 @@ def test_after_a_joint_fit_the_aim_is_what_the_study_gives(tmp_path: Path) -> No
     program = PROGRAM.format(law=LAW, trouble="", witness=str(tmp_path / "witness"))
     (tmp_path / "program.py").write_text(program, encoding="utf-8")
     there = REFINE.format(
-        python=json.dumps(sys.executable),
+        python=PYTHON,
         adjust="{failure_strain: [0.001, 0.3]}",
         more="tolerance_percent: 2\n  budget: 12",
     )

@@ -67,7 +67,7 @@ def central_composite(
         Coded levels.
     """
     if k < 1:
-        raise UsageError(f"rsm.factors: {k} factors; list at least one")
+        raise UsageError(f"rsm.factors: {k} factors; list at least one factor")
     if centre_points < 0:
         raise UsageError(f"rsm.centre_points: {centre_points} is negative; 6 is usual for three factors")
     distance = axial_distance(k, alpha, centre_points, core)

@@ -89,7 +89,7 @@ def question(study: Study) -> str:
         return _question(study)
     values = "value" if others == 1 else "values"
     condition = Names(study.naming).condition.long
-    return f"{_question(study)} Are they valid at {others} other {values} of the {condition}?"
+    return f"{_question(study)} Are these parameters valid at {others} other {values} of the {condition}?"
 
 
 def _question(study: Study) -> str:

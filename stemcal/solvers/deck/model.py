@@ -225,12 +225,11 @@ class Deck:
                     f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
-            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; this is not tested with LS-DYNA"
+            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; not tested with LS-DYNA"
         if self.density_factor > 1.0:
             yield (
-                f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass on "
-                f"nodes, "
-                "with which the nonlocal field of OpenRadioss diverges"
+                f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass, because "
+                "the nonlocal field of OpenRadioss diverges with added mass on nodes"
             )
 
     def _hardening(self) -> Iterator[str]:
@@ -255,16 +254,15 @@ class Deck:
             time = rate_filter(self.diameter, self.study.loading.speed)
             of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "all strain (VP = 0)"
             yield (
-                f"the card uses the rate of {of} without smoothing, the study smooths it over {time:.3g} s; with "
-                f"little "
-                "mass, vibration increases the rate"
+                f"the card uses the rate of {of} without smoothing, while the study smooths the rate over {time:.3g} "
+                "s; with little mass, vibration increases the rate"
             )
 
     def _rounded(self) -> Iterator[str]:
         exact, apart = _by_field(self.given), {"c", "p", *(["ro"] if self.density_factor > 1.0 else [])}
         changed = [name for name, value in exact.items() if name not in apart and value != self.material[name]]
         if changed:
-            yield f"fields of ten columns round {', '.join(changed)}"
+            yield f"fields of ten columns round the values of {', '.join(changed)}"
 
 
 def _by_field(given: Mapping[str, float]) -> dict[str, float]:

@@ -107,8 +107,8 @@ def _require_definitions(environment: Mapping[str, str]) -> None:
         return
     where = f"the folder {named} does not exist" if named else f"{DEFINITIONS} is not set"
     raise UsageError(
-        f"solver.programs.home: {where}, so the starter ends every run with 'Check "
-        f"and set {DEFINITIONS} variable'; put {_DEFINITIONS_FOLDER} of OpenRadioss there, or set {DEFINITIONS} to it"
+        f"solver.programs.home: {where}, so the starter ends every run with 'Check and set {DEFINITIONS} variable'; "
+        f"put {_DEFINITIONS_FOLDER} of OpenRadioss into that folder, or set {DEFINITIONS} to its path"
     )
 
 

@@ -158,9 +158,8 @@ def contact_force(text: str) -> ContactForce:
     if not any(_columns(names)):
         raise SimulationFailed(
             "impulse",
-            "the time histories have no titles, so they may contain impulses instead of forces; the engine's file "
-            "needs "
-            f"{TITLES}, and th_to_csv the file runT01_TITLES",
+            "the time histories have no titles, so they may contain impulses instead of forces; the engine file must "
+            f"contain {TITLES}, and th_to_csv needs the file runT01_TITLES",
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
@@ -197,7 +196,7 @@ def starter_accepted(folder: Path, ended: Ended) -> str:
     found = problems(listing) or problems(ended.output)
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise SimulationFailed("starter_error", f"the starter refused the deck: {found[0]}{more}")
+        raise SimulationFailed("starter_error", f"the starter rejected the deck: {found[0]}{more}")
     code_is_zero(ended)
     return listing
 

@@ -63,7 +63,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
 def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     """Return why a row is not that of a run: the first level, condition or replicate that differs."""
     if (told := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and told != str(run.replicate):
-        message = f"{row.run} has no replicate {told!r}; write the number as on the sheet"
+        message = f"{row.run} has no replicate {told!r}; write the number as in the sheet"
         return RowRefused(row, "other_replicate", message)
     asked = [(f.name, run.levels[f.name], _LEVEL * (f.high - f.low), f.unit) for f in study.factors]
     if (at := study.naming.condition) is not None:
@@ -100,7 +100,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     if said:
         reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
         if not reason:
-            message = f"{row.run} is marked as failed without a reason; write why, as `failed: the stem slipped`"
+            message = f"{row.run} has failed without a reason; write a reason: `failed: the stem slipped`"
             raise RowRefused(row, "no_reason", message)
         return Answer("failed", reason=NOT_RUN, message=reason)
     first, *others = values = {one.name: _value(row, one) for one in entered_responses(study)}

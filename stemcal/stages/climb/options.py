@@ -33,7 +33,11 @@ class ClimbOptions(Frozen):
 def follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
     if not is_screened(draft.study) and draft.study.given(ClimbOptions) is not None:
-        yield Finding(("climb",), "climb requires a screening, whose slope it follows", "remove screen.design: none")
+        yield Finding(
+            ("climb",),
+            "climb follows the slope of a screening, which this study does not have",
+            "remove screen.design: none",
+        )
 
 
 def steps_stay_inside(draft: Draft) -> Iterator[Finding]:

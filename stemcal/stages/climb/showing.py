@@ -17,7 +17,7 @@ class ClimbShowing(Showing[ClimbResult]):
         reached = "The target was passed" if result.passed else "The target was not reached"
         return [
             "1 run was made at the centre." if len(result.rows) == 1 else stepped,
-            f"{reached}; step {result.best_step} is nearest to it (error {fixed(abs(result.error_percent), 1)} %).",
+            f"{reached}; step {result.best_step} is the nearest (error {fixed(abs(result.error_percent), 1)} %).",
         ]
 
     def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
@@ -27,7 +27,7 @@ class ClimbShowing(Showing[ClimbResult]):
         measured = f"measured {setting.labelled.quantity(result.target, '.6g')}"
         note = f"Relative error = 100·(measured − simulated)/measured, {measured}."
         heads = run_heads(setting.study, "step") | {"error_percent": "Relative Error"}
-        caption = "Scheme and results of the steepest ascent test."
+        caption = "Design and results of the steepest ascent."
         return [printed("ascent", caption, climb_table(result, setting.symbols), heads, note)]
 
 

@@ -53,7 +53,7 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     if (wanted := draft.study.of(InvertOptions).conditions) is None:
         return
     if draft.naming.condition is None:
-        remedy = "declare one under conditions, or remove this"
+        remedy = "declare a condition under conditions, or remove this key"
         yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
         return
     if wanted == "all":
@@ -79,7 +79,7 @@ def responses_measured(draft: Draft) -> Iterator[Finding]:
         yield Finding(path, f"solver {draft.study.solver.kind} returns only a force", "remove it")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
-        message = f"{listed}: list the {named.response.noun}, and each response once"
+        message = f"{listed}: the list must contain the {named.response.noun}, and each response only once"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
         yield from _weighed(draft.study.targets.means, name, draft.naming)

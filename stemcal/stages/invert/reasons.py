@@ -134,7 +134,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     if worst is None:
         return None
     check = f"Check the prior of {worst.factor} against its source ({worst.source}), its unit and its test"
-    return Remedy(f"{check}; then check the model, or leave the prior out.")
+    return Remedy(f"{check}; then check the model, or omit the prior.")
 
 
 def identified(evidence: Evidence) -> Iterator[Note]:
@@ -152,8 +152,8 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return f"The fit does not determine {factors}: changing {series(changes)} together leaves it almost unchanged."
-    return f"The fit does not determine {factors}: it hardly depends on it."
+        return f"The fit does not determine {factors}: changing {series(changes)} hardly changes the fit."
+    return f"The fit does not determine {factors}, because the fitted responses hardly depend on it."
 
 
 def target(evidence: Evidence) -> Iterator[Note]:
@@ -176,8 +176,8 @@ def target(evidence: Evidence) -> Iterator[Note]:
 
 def _refine_more(budget: int | None) -> Remedy:
     if budget is None:
-        return Remedy("Add `refine: {}` to the spec: it simulates the solution and corrects it.", "refine: {}")
-    raised = f"Raise `budget` under `refine` to {2 * budget}, or check whether the response jumps between near points."
+        return Remedy("Add `refine: {}` to the spec to simulate and correct the solution.", "refine: {}")
+    raised = f"Raise `budget` under `refine` to {2 * budget}, or check whether the response jumps between points."
     return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
@@ -200,11 +200,11 @@ def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     if len(conditions) > 1 and apart is not None:
         name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
         return Remedy(
-            f"Check the measured {name}{at} (its unit, specimens and machine) and measure it again. If it is "
-            "confirmed, the model lacks a mechanism: add a factor that acts there."
+            f"Check unit, specimens and machine of the measured {name}{at}, and repeat the measurement. If the value "
+            "is confirmed, the model lacks a mechanism: add a factor that acts there."
         )
     if len(conditions) > 1:
-        return Remedy("Check the measurements; if they are confirmed, the model lacks a mechanism: add a factor.")
+        return Remedy("Check the measurements. If the values are confirmed, the model lacks a mechanism: add a factor.")
     return Remedy(
         "Check these measurements; then add another factor or fit fewer responses (`invert.responses`): the model "
         "cannot reproduce all measurements together."

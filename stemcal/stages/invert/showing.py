@@ -226,7 +226,7 @@ def joint_table(joint: JointFitted, names: Names) -> Table:
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
-    largest = f"Largest error {fixed(error)} % if fitted, {fixed(left_out)} % if left out."
+    largest = f"Largest error: {fixed(error)} % when fitted, {fixed(left_out)} % when left out."
     others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "others."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
@@ -251,11 +251,7 @@ def _published(
     ]
     fixed = any(factor.name not in found for factor in study.factors)
     note = "fixed: not calibrated, set to the middle of its range." if fixed else ""
-    of = (
-        "Finite element simulation parameters of the stem."
-        if study.naming.is_cutting
-        else "Parameters of the simulation."
-    )
+    of = "Parameters of the finite element simulation." if study.naming.is_cutting else "Parameters of the simulation."
     return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)
 
 

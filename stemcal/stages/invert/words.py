@@ -37,7 +37,7 @@ def certainty(stage: InvertResult, names: Names) -> list[str]:
     if len(stage.point.solution) > 1:
         said.append(
             f"One measured {names.response.long} cannot determine several parameters; other combinations fit equally "
-            f"well. This one is selected by the rule `{stage.rule}`."
+            f"well. The reported solution is selected by the rule `{stage.rule}`."
         )
         said += [line for part in parts for lines in part for line in lines]
     return said
@@ -223,7 +223,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
 def of_level_set(free: tuple[str, ...], second: bool) -> Iterator[Note]:
     """Yield the factors that one target does not determine, and whether another solution is as near to the centre."""
     if free:
-        yield Note("free_factors", "info", f"The target does not constrain {series(free)} within the region.")
+        yield Note("free_factors", "info", f"The target does not constrain {series(free)} within the design region.")
     if second:
         text = "A second solution is equally far from the centre; the one with the higher levels is reported."
         yield Note("second_solution", "info", text)
@@ -239,7 +239,7 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
     together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
-        f"The measured values do not separate the parameters: changing {together} together leaves the fit almost "
+        f"The measured values cannot separate the parameters: changing {together} together leaves the fit almost "
         "unchanged. Of all points that fit about equally well, the one nearest to the centre is reported."
     )
     return Note("flat_direction", "warning", text)
@@ -262,5 +262,7 @@ def machine(of: str, stated: float, sd: float, ends: tuple[float | None, float |
         found = "the testing machine would have to be stiffer than a rigid one"
     if contradicted:
         text = f"According to the curves, {found}; `machine` allows {before}."
-        return Note("machine_contradicted", "warning", text, Remedy("Check `machine` and the start of the sheets."))
+        return Note(
+            "machine_contradicted", "warning", text, Remedy("Check `machine` and the start of the measured curves.")
+        )
     return Note("machine_found", "info", f"From the fit to the curves, {found}; `machine` alone allows {before}.")

@@ -206,7 +206,7 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
             f"Raise refine.budget, or check whether the {response} jumps between neighbouring points.",
         ),
         (False, "settled"): (
-            f"The error is {missed:.2f} %, and no parameters nearby reduce it. The remaining error is model error or "
+            f"Neighbouring parameters do not reduce the error of {missed:.2f} %. The remaining error is model error or "
             "measurement scatter.",
             "",
         ),
@@ -264,5 +264,5 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
         text = f"The result was not simulated at {names.conditions(left)}, because {why}."
         yield Note("not_run_there", "warning", text, remedy)
     if failed := [at for at, found in after.items() if not found.ok]:
-        text = f"Runs with the result failed{names.at(*failed)} ({after[failed[0]].reason})."
+        text = f"Simulations of the result failed{names.at(*failed)} ({after[failed[0]].reason})."
         yield Note("failed_there", "warning", text)

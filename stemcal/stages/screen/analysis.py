@@ -85,9 +85,9 @@ def unexpected_signs(study: Study, found: Screening) -> list[Note]:
 
 def _unexpected(study: Study, effect: Effect, expected: str) -> Note:
     size = Names(study.naming).quantity(effect.effect, "+.4g")
-    text = f"The effect of {effect.factor} is {size}, but the spec expects the sign {expected}."
+    text = f"The effect of {effect.factor} is {size}, but the expected sign is {expected}."
     return Note(
-        "unexpected_sign", "warning", text, Remedy("Check the unit of the factor, and the aliases of its effect.")
+        "unexpected_sign", "warning", text, Remedy("Check the unit of the factor and the aliases of its effect.")
     )
 
 

@@ -89,9 +89,9 @@ class ScreenShowing(Showing[ScreenResult]):
         effects = replace(effects, rows=effects.rows[:-1])  # who publishes effects leaves the residual out
         heads = {"symbol": "Parameters", "effect": "Effect", "contribution_percent": "Contribution"}
         heads |= {"sum_of_squares": "", "f": "F-Value", "p": "p-Value"}
-        caption = "Significance analysis of the screening test parameters."
+        caption = "Significance of the screened parameters."
         return [
-            printed("screening-runs", "Design scheme and results of the screening test.", design, runs),
+            printed("screening-runs", "Design and results of the screening.", design, runs),
             printed("screening", caption, effects, heads, STARS),
         ]
 

@@ -64,7 +64,7 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
             f"Backward elimination removed {series(step.term for step in result.reduction)}. The same runs selected "
             f"the terms, so p-values and intervals are slightly optimistic."
         )
-        yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no term.")
+        yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
     if result.canonical is not None:
         yield Note("shape", "info", _shape(result.canonical, Names(result.naming)))
     repeats = result.pure_error
@@ -203,7 +203,7 @@ def _summary(
         place = f"{study.naming.place(condition)}: ".removeprefix(": ")
         name = study.naming.named(response).name
         raise RunsFailed(
-            f"{place}the record of run {silent[0]} has no {name}because another version or solver wrote it; use "
+            f"{place}the record of run {silent[0]} has no {name} because another version or solver wrote it; use "
             "another study folder (--out), or remove the response from invert.responses"
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
@@ -254,7 +254,7 @@ def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
         f"{needs}. If fewer factors are significant, the surface uses the {least} factors with the largest "
         f"contribution, and some terms are noise; if more are significant, it uses the {most} strongest."
     )
-    remedy = Remedy(f"Set this with `rsm.factors: strongest {least}`; central-composite needs only two.")
+    remedy = Remedy(f"Set `rsm.factors: strongest {least}`, or use central-composite, which needs only two factors.")
     return Note("factors_wanted", "caution", text, remedy)
 
 

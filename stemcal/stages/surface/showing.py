@@ -88,7 +88,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         study = setting.study
         note = f"{equation(result.coefficients, result.symbols(), study.naming.response)} (coded values)."
         heads = {"source": "", "sum_of_squares": "", "df": "df", "mean_square": "", "f": "F-Value", "p": "p-Value"}
-        caption = "Test results and scheme of the response surface design."
+        caption = "Design and results of the response surface runs."
         design = design_table(result.design, setting.symbols)
         return [
             _levels(result),

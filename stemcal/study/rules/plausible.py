@@ -156,7 +156,7 @@ def _targets(study: Study) -> Iterator[Finding]:
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:
-            message = f"{travel:g} mm is more than the {stroke:.3g} mm that the simulated blade travels"
+            message = f"{travel:g} mm exceeds the simulated blade travel of {stroke:.3g} mm"
             yield Finding((*path, "travel"), message, f"lengthen loading.{''.join(study.loading.written)}")
 
 
@@ -184,7 +184,7 @@ def _outliers(study: Study) -> Iterator[Finding]:
         ]
         if target.response > _FAR * max(expected) or target.response < min(expected) / _FAR:
             message = (
-                f"{target.response:g} N at {target.condition:g} mm, where the other targets suggest about "
+                f"{target.response:g} N at {target.condition:g} mm is far from the other targets, which suggest about "
                 f"{median(expected):.3g} N"
             )
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")

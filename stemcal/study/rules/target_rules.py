@@ -37,7 +37,7 @@ def conditions_differ(draft: Draft) -> Iterator[Finding]:
             named = draft.naming
             place = f"diameter {named.place(target.condition)}" if named.is_cutting else named.place(target.condition)
             message = f"{place or 'the study'} has two {named.response.plural}"
-            remedy = f"keep one; give the mean {named.response.noun} with sd and n"
+            remedy = f"keep one row with the mean {named.response.noun}, sd and n"
             at: NodePath = ("targets", target.row)
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
 
@@ -146,10 +146,10 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, *missing)
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
-            yield Finding(path, message, "add curves there, or use only the force")
+            yield Finding(path, message, "add curves at this diameter, or use only the force")
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
-        message = "without curves the section machine has no effect"
+        message = "without curves the `machine` section has no effect"
         yield Finding(("machine",), message, "remove the section, or name curves in targets", at_key=True)
     if machine.stiffness_sd and machine.stiffness is None:
         message = "the stiffness is missing"
@@ -217,7 +217,7 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
             place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
                 yield Finding(
-                    place, f"{means.diameter:g} mm is given twice for {test.name}", "keep one; give the mean with n"
+                    place, f"{means.diameter:g} mm is given twice for {test.name}", "keep one row with the mean and n"
                 )
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])

@@ -82,7 +82,7 @@ def _condition(given: Any, naming: Naming) -> float:
         return quantity(given, naming.condition)
     if given == NOWHERE:
         return NOWHERE
-    raise complain("the study has no conditions", "declare one under conditions, or remove this")
+    raise complain("the study has no conditions", "declare a condition under conditions, or remove this key")
 
 
 class OwnCondition(Quantity):

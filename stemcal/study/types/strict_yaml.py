@@ -204,7 +204,7 @@ class _Builder:
     def _begin(self, event: yaml.CollectionStartEvent, node: dict[str, Any] | list[Any]) -> None:
         self._refuse_extras(event)
         if len(self._stack) >= MAX_DEPTH:
-            self.stop(f"nested more than {MAX_DEPTH} deep", "a study needs four levels; check the brackets")
+            self.stop(f"nested more than {MAX_DEPTH} deep", "a spec needs at most four levels; check the brackets")
         if self._stack and self._stack[-1].wants_key:
             self.stop("a list or mapping cannot be a key", "use a plain word; put {braces} between quotes")
         path = self._path()
@@ -230,7 +230,7 @@ class _Builder:
         first = self.document.keys.setdefault(path, self.here)
         top.key, top.again = key, False
         if key in top.node:
-            self._complain(f"key {key[:60]!r} is repeated; it is already in line {first.line}", "keep one of them")
+            self._complain(f"key {key[:60]!r} is repeated; line {first.line} already has this key", "keep one of them")
             top.again = True
 
     def _put(self, value: Any) -> None:

@@ -82,7 +82,7 @@ def test_full_factorials():
 
 
 def test_sizes_nobody_tabulates_are_refused():
-    with pytest.raises(UsageError, match="sizes for 6 factors: 8, 16, 32, 64"):
+    with pytest.raises(UsageError, match="available sizes: 8, 16, 32, 64"):
         fraction(6, 12)
     with pytest.raises(UsageError, match="resolution 6"):
         fraction(14, resolution=6)

@@ -77,5 +77,5 @@ def test_a_reduced_surface_is_the_fit_of_its_terms(ccd_runs, coding):
 
 
 def test_unknown_terms_are_refused(ccd_runs, coding):
-    with pytest.raises(UsageError, match="no term 'X4:X5'"):
+    with pytest.raises(UsageError, match="unknown term 'X4:X5'"):
         fit_surface(ccd_runs.coded, ccd_runs.force, coding.names, terms=["X4:X5"])

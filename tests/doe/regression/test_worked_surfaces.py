@@ -3,15 +3,30 @@
 import numpy as np
 import pytest
 from printed import agrees
+from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
 from stemcal.doe.designs.factorial import full_factorial
 from stemcal.doe.lenth import lenth
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.regression.coding import Coding, term_columns, term_names
 from stemcal.doe.regression.surface import fit_surface
 
 AXIAL = 2.0**0.5  # printed as 1.414; the book's sums of squares are those of √2
+
+
+def as_statsmodels_fits(surface):
+    """Compare sum of squares, F and p of every term, and F and p of the lack of fit, to 1e-8."""
+    every, rows = term_names(surface.names), {row.source: row for row in surface.anova}
+    fit = OLS(surface.response, term_columns(surface.design)[:, [every.index(term) for term in surface.terms]]).fit()
+    for term, f, p in zip(surface.terms[1:], fit.tvalues[1:] ** 2, fit.pvalues[1:], strict=True):
+        row = rows[term]
+        assert (row.sum_of_squares, row.f, row.p) == pytest.approx((f * fit.mse_resid, f, p), rel=1e-8)
+    _, point = np.unique(surface.design, axis=0, return_inverse=True)
+    by_points = OLS(surface.response, np.eye(point.max() + 1)[point.reshape(-1)]).fit()
+    if by_points.df_resid > 0:
+        f, p, _ = by_points.compare_f_test(fit)
+        assert (rows["Lack of fit"].f, rows["Lack of fit"].p) == pytest.approx((f, p), rel=1e-8)
 
 
 def test_central_composite_of_the_chemical_yield():
@@ -45,29 +60,6 @@ def test_central_composite_of_the_chemical_yield():
     assert agrees("80.21", shape.predicted) and shape.kind == "maximum"
 
 
-def test_replicated_factorial_of_the_chemical_process():
-    """Montgomery, 5th ed., table 6-1, p. 223: 2² with three replicates, read from ReliaWiki's reprint "Two Level
-    Factorial Design".
-
-    The printed error of 31.34 is 323.00 − 291.66 with rounded parts; it is 31.33. So F and p differ a little: AB's p
-    of 0.1826 is 0.1828.
-    """
-    design = np.repeat([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]], 3, axis=0)
-    recovery = [28, 25, 27, 36, 32, 32, 18, 19, 23, 31, 30, 29]
-    surface = fit_surface(design, recovery, ["A", "B"], terms=["A", "B", "A:B"])
-    printed = {
-        "A": "208.33 1 208.33 . 0.0001",
-        "B": "75.00 1 75.00 . 0.0024",
-        "A:B": "8.33 1 8.33 2.13 .",
-        "Residual": ". 8 3.92",
-        "Cor total": "323.00 11",
-    }
-    assert cells_agree(surface, printed) == 16
-    rows = {row.source: row for row in surface.anova}
-    assert agrees("53.19", rows["A"].f)  # printed 53.15 and, for B, 19.13: divided by 3.92 in place of 3.9167
-    assert agrees("53.15", rows["A"].sum_of_squares / 3.92) and agrees("19.13", rows["B"].sum_of_squares / 3.92)
-
-
 def test_half_fraction_of_the_chemical_process():
     """Montgomery, 8th ed. (2012), problem 8.1, 2^(4−1) with I = ABCD; Design-Expert's output read from a page with the
     solutions to chapter 8 (pdfcoffee.com/ch-08-11-pdf-free.html), data, effects, ANOVA and Lenth's margins.
@@ -75,6 +67,7 @@ def test_half_fraction_of_the_chemical_process():
     yields = {"": 90, "ad": 72, "bd": 87, "ab": 83, "cd": 99, "ac": 81, "bc": 88, "abcd": 80}
     design = np.array([[1.0 if letter in run else -1.0 for letter in "abcd"] for run in yields])
     surface = fit_surface(design, list(yields.values()), list("ABCD"), terms=["A", "B", "D", "A:B", "A:D"])
+    as_statsmodels_fits(surface)
     printed = {
         "Model": "414.00 5 82.80 4.87 0.1791",
         "A": "288.00 1 288.00 16.94 0.0543",
@@ -101,6 +94,7 @@ def test_box_behnken_of_the_sas_manual():
     levels += [[120, 0.5, 6], [80, 0.3, 2], [80, 0.7, 2], [80, 0.3, 6], [80, 0.7, 6], *([[80, 0.5, 4]] * 3)]
     coding = Coding(("T", "R", "H"), (80.0, 0.5, 4.0), (40.0, 0.2, 2.0))
     surface = fit_surface(np.round(coding.to_coded(levels), 12), odour, coding.names)
+    as_statsmodels_fits(surface)
     rows = {row.source: row for row in surface.anova}
     assert agrees("22.478508", surface.mean_square**0.5) and agrees("0.8820", surface.r2)
     assert agrees("147.8849", surface.cv_percent)

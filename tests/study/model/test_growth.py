@@ -32,12 +32,6 @@ def test_grades_are_joined_by_lines(d: float, value: float) -> None:
     assert Grades(((7.0, 17.0), (9.0, 19.0), (11.0, 25.0))).given_at(d, None, {}) == pytest.approx(value)
 
 
-@pytest.mark.parametrize("d", [6.9, 11.1])
-def test_grades_end_where_they_end(d: float) -> None:
-    with pytest.raises(UsageError, match="outside the grades of a material parameter, 7 to 11 mm"):
-        Grades(((7.0, 17.0), (11.0, 25.0))).given_at(d, None, {})
-
-
 def test_each_stem_has_its_own_material(study: Study) -> None:
     levels = {"yield_stress": 12.0, "growth": 1.0}
     thin, thick = (shear_test(study, levels, d).material for d in (7.0, 11.0))

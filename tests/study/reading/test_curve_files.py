@@ -110,7 +110,7 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
             "force: 180 N",
             "force: 140 N",
             "machine: {stiffness: 900 N/mm}\n",
-            "machine: without curves the section machine has no effect",
+            "machine: without curves the `machine` section has no effect",
         ),
         (
             "curves: lab/8mm-*.csv",
@@ -256,16 +256,6 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
     assert "curves" in make_solver(study).identity(Request("rsm", 0, study.midlevels(), 8.0))
     with pytest.raises(SpecError, match="curves are not compared in another model"):
         of_decks(tmp_path, kind, "refine: {in: {kind: embedded}}\n")
-
-
-@pytest.mark.parametrize("kind", ["lsdyna", "openradioss"])
-def test_parameters_are_not_refined_there_by_curves(tmp_path: Path, kind: str) -> None:
-    with pytest.raises(SpecError, match="curves are not compared in another model"):
-        study_in(tmp_path)
-        text = (tmp_path / "study.yaml").read_text(encoding="utf-8")
-        there = f"refine: {{in: {{{OF_DECKS[kind]}}}}}\n"
-        (tmp_path / "study.yaml").write_text(text + there, encoding="utf-8")
-        load_study(tmp_path / "study.yaml")
 
 
 def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
