@@ -43,7 +43,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("name", "Specimen"),
         diameter,
         Column("maximum", "Maximum", "N", significant, lambda one: one.curve.max_force),
-        Column("travel", "at", "mm", fixed, lambda one: one.curve.travel_at_max),
+        Column("travel", "Travel", "mm", fixed, lambda one: one.curve.travel_at_max),
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
         Column("left_out", "", of=lambda one: "left out" if one.excluded else ""),
     ]

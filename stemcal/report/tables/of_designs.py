@@ -44,7 +44,7 @@ def checks_table(records: Records) -> Table | None:
     columns = (
         Column("run", "Run"),
         Column("peak_force", "Peak", "N", significant),
-        Column("peak_travel", "at", "mm", to_decimals(3)),
+        Column("peak_travel", "Travel", "mm", to_decimals(3)),
         Column("again", "Past peak", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
         Column("elements", "Elements", form=format),
         Column("deleted_elements", "Failed", form=format),

@@ -74,9 +74,9 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
     columns = [
         factor(names),
         Column("calibrated", "Calibrated", form=significant),
-        Column("value", "There", form=significant),
+        Column("value", "Other", form=significant),
         *([Column("interval", "95 % range", form=interval, claims=True)] if known else []),
-        Column("between", "Between", form=interval, of=lambda one: (one.low, one.high)),
+        Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
         "Other parameters keep their calibrated values. The search ends at the first values within the tolerance; "
