@@ -62,7 +62,7 @@ def main(laboratories: int, folder: Path) -> None:
     study = load_study(spec)
     surface = fit_response_surface(study, StudyFolder(folder))
     means, fitted = measured_means(study), joint_surfaces(study, surface)
-    region, truth = surface.region(study), surface.scales.to_coded([list(TRUTH.values())])[0]
+    region, truth = surface.region, surface.scales.to_coded([list(TRUTH.values())])[0]
     half_steps = np.array(surface.scales.half_step)
     for tests in COMBINATIONS:
         chosen = [i for i, mean in enumerate(means) if (study.test_of(mean.response) or "cutting") in tests]

@@ -39,9 +39,9 @@ def rebound() -> Topic:
     cases.append(Case(text, momentum_error(), 0.0, SINGLE, "Newton's third law", relative=False))
     text = (
         "A block falls on a rigid table; the contact is so soft that the block is effectively rigid. Without damping "
-        "it rebounds with its impact speed. With damping it keeps the same fraction of its speed as a damped "
-        "oscillator without tension. In the last case a spinning block with plasticity and friction is caught between "
-        "table and moving wedge. The loss of momentum of the block must equal the impulse on the tools."
+        "the block rebounds with its impact speed. With damping the block keeps the same fraction of its speed as a "
+        "damped oscillator without tension. In the last case a spinning block with plasticity and friction is caught "
+        "between table and moving wedge. The loss of momentum of the block must equal the impulse on the tools."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -90,10 +90,10 @@ def sliding() -> Topic:
                     "μd + (μs − μd) exp(−DC·v)")  # fmt: skip
         cases.append(case)
     text = (
-        "A block is placed on a table. With an initial speed it stops after v²/2μg. If it is pulled below the "
-        "friction limit, it moves only by the elasticity of its contact; above the limit it accelerates. With a "
-        "static coefficient above the dynamic one, friction increases as the block slows down, by the law of LS-DYNA "
-        "contacts."
+        "A block is placed on a table. With an initial speed the block stops after v²/2μg. If the block is pulled "
+        "below the friction limit, it moves only by the elasticity of its contact; above the limit it accelerates. "
+        "With a static coefficient above the dynamic one, friction increases as the block slows down, by the law of "
+        "LS-DYNA contacts."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
     caption = "Left: speed of a thrown block, computed (points) and v − μgt (lines). Right: friction over weight."

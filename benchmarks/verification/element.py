@@ -63,7 +63,7 @@ def objectivity() -> Topic:
             cases.append(Case(text, value, exact, 1e-4, "Dienes 1979", relative=False))
     text = (
         "A strained body rotated by 90° must rotate its stress, R σ Rᵀ. The error is relative to the largest "
-        "deviatoric stress, for steps of half a degree. Halving the step must reduce it to a quarter. In large "
+        "deviatoric stress, for steps of half a degree. Halving the step must reduce the error to a quarter. In large "
         "simple shear the exact answer of the Jaumann rate is τ = G sin γ, σxx = G (1 − cos γ). Results of two step "
         "sizes are extrapolated. The Green–Naghdi rate would differ by 7 % at γ = 1."
     )

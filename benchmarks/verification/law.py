@@ -69,7 +69,7 @@ def rate() -> Topic:
         "√(ε̇:ε̇). At the speed of the shear test, the printed law gives a factor of 1 to many digits; the "
         "Cowper–Symonds law does not."
     )
-    caption = "Yield stress against the axial strain rate for C = 80 1/s, P = 4: computed (points) and formula (lines)."
+    caption = "Yield stress versus axial strain rate for C = 80 1/s, P = 4: computed (points) and formula (lines)."
     return Topic("Yield against rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),))
 
 

@@ -31,10 +31,11 @@ def edge() -> Topic:
     drift = pressed(0.5).drift_percent()
     cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
     text = (
-        f"An edge with a spread of a = {SPREAD:g} mm is pressed into an elastic block. The edge has no stiffness, so "
-        "the slope of its force is that of the block under the same pressure distribution. A static solution with "
-        "separate code is the reference. The slope must not depend on the position of the mesh or on added mass. The "
-        "distribution is widened on short elements to keep its effective width. One-point elements of a/2 are too soft."
+        f"An edge whose load is spread over a half-width a = {SPREAD:g} mm is pressed into an elastic block. The edge "
+        "has no stiffness, so the slope of its force is that of the block under the same pressure distribution. A "
+        "static solution with separate code is the reference. The slope must not depend on the position of the mesh "
+        "or on added mass. The distribution is widened on short elements to keep its effective width. One-point "
+        "elements of a/2 are too soft."
     )
     return Topic("Spread edge", text, tuple(cases))
 

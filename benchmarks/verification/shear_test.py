@@ -42,8 +42,8 @@ def symmetry() -> Topic:
         "The problem has two mirror planes, so the force curves of quarter, half and full model must be equal except "
         "for rounding. The first rows have a sharp edge and failure element by element. After the first failure, "
         "rounding may select another element to fail next; the 1 mm row therefore has a wider tolerance. The last "
-        "rows are unusual cases of the shipped model with elements of d/12. Rows of the spread edge stick and slip "
-        "there, and one more iteration changes forces by 1e-5."
+        "rows are unusual cases of the shipped model with elements of d/12. In these cases rows of the spread edge "
+        "stick and slip, and one more iteration changes forces by 1e-5."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
@@ -70,7 +70,7 @@ def energy() -> Topic:
     )
     text = (
         "Kinetic, internal, hourglass, eroded and contact energy, with friction and damping, must add up to the work "
-        "of the blade. The drift is the largest difference over the largest work. In the 1 mm case the peak is "
+        "of the blade. The drift is the largest difference divided by the largest work. In the 1 mm case the peak is "
         f"{result.peak_force:.1f} N at {result.peak_travel:.3f} mm. Until then {result.deleted_elements} elements of "
         f"the quarter model have failed, and hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of "
         "internal energy."

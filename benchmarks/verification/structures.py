@@ -128,7 +128,7 @@ def convergence() -> Topic:
         "On problems with smooth exact solutions the error must decrease with the square of the element size. The "
         "rate is that of the last two meshes."
     )
-    caption = "Error against the number of elements on a side; the grey line falls with its square."
+    caption = "Error versus the number of elements on a side; the grey line falls with its square."
     drawing = Drawing("convergence", figures.convergence(curves), caption)
     return Topic("Convergence under refinement", text, tuple(cases), (drawing,))
 

@@ -195,12 +195,13 @@ class Surfaces(StageResult):
         found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
         return replace(found, deterministic=True) if self.deterministic else found
 
-    def assess(self, study: Study, coded: Array) -> Assessment:
+    def assess(self, coded: Array) -> Assessment:
         """Return the surface's prediction at a coded point, and whether it is in ranges and design."""
-        return assess_point(self.fitted, coded, *box_of(study, self.scales), self.radius)
+        return assess_point(self.fitted, coded, self.region.low, self.region.high, self.radius)
 
-    def region(self, study: Study) -> Region:
-        """Return where a solution may lie: within the ranges that the surface was made in."""
+    @cached_property
+    def region(self) -> Region:
+        """Where a solution may lie: within the ranges that the surface was made in."""
         far = self.radius * np.array([entry.half_step for entry in self.factors])
         low = [entry.center - r if entry.low is None else entry.low for entry, r in zip(self.factors, far, strict=True)]
         high = [
@@ -212,12 +213,6 @@ class Surfaces(StageResult):
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""
         return next(entry for entry in self.factors if entry.factor == name)
-
-
-def box_of(study: Study, coding: Coding) -> tuple[Array, Array]:
-    """Return the factors' low and high ends, coded."""
-    factors = [study.factor(name) for name in coding.names]
-    return coding.to_coded([f.low for f in factors]), coding.to_coded([f.high for f in factors])
 
 
 # ---- their fit
@@ -237,4 +232,4 @@ def fit_of_study(study: Study, surface: Surfaces) -> Fit:
     jointly = bool(study.joint_targets)
     means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
     surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
-    return fit_over(means, surfaces, surface.region(study), priors_of(study, surface.scales))
+    return fit_over(means, surfaces, surface.region, priors_of(study, surface.scales))

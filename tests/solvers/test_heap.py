@@ -13,12 +13,11 @@ import pytest
 import workflow
 
 from stemcal.doe.calibration.intervals import holds
-from stemcal.doe.calibration.region import Region
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
 from stemcal.solvers.program import values_of
 from stemcal.solvers.protocol import Request
-from stemcal.stages.fitting import box_of, fit_over, joint_surfaces, measured_means
+from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.screen.result import ScreenResult
@@ -120,7 +119,7 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
     assert len(list(store.runs.glob("*.json"))) == 30 + 30 + 2
     assert screen.residual.df >= 3 and not screen.by_lenth
     assert surface.lack_of_fit_testable
-    region = Region(*box_of(study, surface.scales), surface.radius)
+    region = surface.region
     found = fit_over(measured_means(study), joint_surfaces(study, surface), region)
     point = surface.scales.to_coded([HIDDEN[name] for name in surface.names])
     assert all(holds(found, point))

@@ -140,7 +140,7 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
     study = written(tmp_path / "first", eight=124.0)
     found = judged(study, tmp_path / "first")
     assert kinds(found) == ["out_of_reach"]
-    _, top = reach(fresh_results(study, StudyFolder(tmp_path / "first" / "out")).of(SurfaceResult), study)
+    _, top = reach(fresh_results(study, StudyFolder(tmp_path / "first" / "out")).of(SurfaceResult))
     study = written(tmp_path / "edge", eight=top * 0.9995)
     before = judged(study, tmp_path / "edge")
     assert before.verdict == "with_reservations" and kinds(before) == ["on_the_edge"]

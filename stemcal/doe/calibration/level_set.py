@@ -20,11 +20,11 @@ _CLOUD, _PARTNERS = 11, 4
 
 @dataclass(frozen=True)
 class Assessment:
-    """The predictions of the surface at one point, in coded units."""
+    """The response predicted at one point (coded) with 95 % intervals, None for those of a saturated fit."""
 
     coded: tuple[float, ...]
     coded_radius: float
-    predicted: float
+    response: float
     mean_interval: Interval | None
     prediction_interval: Interval | None
     inside: bool
@@ -137,7 +137,7 @@ def assess_point(
     return Assessment(
         coded=tuple(map(float, x)),
         coded_radius=distance,
-        predicted=float(surface.predict(x)[0]),
+        response=float(surface.predict(x)[0]),
         mean_interval=_interval(surface.mean_interval(x)[0]),
         prediction_interval=_interval(surface.prediction_interval(x)[0]),
         inside=inside,

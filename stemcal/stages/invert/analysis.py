@@ -64,7 +64,7 @@ def invert(work: Work, head: Head) -> InvertResult:
 def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the calibrated point, what is known about it, and every factor's level there."""
     coding, target = surface.scales, study.calibration_target
-    region, unit = surface.region(study), study.naming.response.unit_suffix
+    region, unit = surface.region, study.naming.response.unit_suffix
     ends, rule = (region.low, region.high, region.radius), study.of(InvertOptions).rule
     found = solve_target(surface.fitted, target.response, *ends, rule, unit)
     whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
@@ -106,7 +106,7 @@ def solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         study,
         head,
         surface.radius,
-        Point.of(surface.assess(study, found.best), coding),
+        Point.of(surface.assess(found.best), coding),
         certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),

@@ -106,7 +106,7 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
     surface = evidence.of(Surfaces)
     assert surface is not None
     radius = sum(value**2 for value in coded) ** 0.5
-    region = surface.region(evidence.study)
+    region = surface.region
     ends = zip(coded, region.low.tolist(), region.high.tolist(), strict=True)
     at_end = any(min(value - a, b - value) <= _NEAR_END * (b - a) for value, a, b in ends)
     return at_end or radius >= _NEAR_RADIUS * surface.radius

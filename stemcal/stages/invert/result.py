@@ -37,7 +37,7 @@ class Point:
             coding.by_name(coding.to_natural(assessed.coded)),
             dict(zip(coding.names, assessed.coded, strict=True)),
             assessed.coded_radius,
-            assessed.predicted,
+            assessed.response,
             assessed.mean_interval,
             assessed.prediction_interval,
             assessed.inside,

@@ -130,7 +130,7 @@ class Inversion(InvertResult):
             raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
-        inside = self._surface.region(self._study).contains(points)
+        inside = self._surface.region.contains(points)
         found = np.where(inside, self._fit.log_likelihood(points), -np.inf).reshape(each[0].shape)
         return found if found.ndim else float(found)
 

@@ -48,7 +48,7 @@ class SurfaceSteps:
 
     def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
         self.study, self.surface, self.solution = study, surface, solution
-        self.coding, self.region = surface.scales, surface.region(study)
+        self.coding, self.region = surface.scales, surface.region
         self.joint = bool(study.joint_targets)
         self.means = (
             measured_means(study) if self.joint else measured_of(study.calibration_target, [FIRST], study.naming)

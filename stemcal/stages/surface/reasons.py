@@ -84,7 +84,7 @@ def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float
         values = [(FIRST, study.calibration_target.response, surface.fitted)]
     found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
     for response, value, fitted in values:
-        low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region(study)))
+        low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region))
         found[response].append((value, low, high))
     return dict(found)
 
@@ -202,7 +202,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     surface, study = evidence.of(SurfaceResult), evidence.study
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return
-    target, (low, high), names = study.calibration_target.response, advice.reach(surface, study), evidence.names
+    target, (low, high), names = study.calibration_target.response, advice.reach(surface), evidence.names
     if not low <= target <= high:
         side = "above" if target > high else "below"
         reached = f"{side} all values within the factor ranges ({names.quantities((low, high))})"

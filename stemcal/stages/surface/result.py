@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.level_set import assess_point
+from stemcal.doe.calibration.level_set import Assessment, assess_point
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
@@ -25,16 +25,6 @@ from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interva
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """The prediction of the surface at a point with 95 % intervals; None for those of a saturated fit."""
-
-    response: float
-    mean_interval: Interval | None
-    prediction_interval: Interval | None
-    inside: bool
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -88,11 +78,11 @@ class SurfaceResult(Surfaces):
         known = {row.term: row.value for row in self.coefficients}
         return np.array([known.get(term, 0.0) for term in term_names(self.names)])
 
-    def predict(self, levels: Mapping[str, float]) -> Prediction:
+    def predict(self, levels: Mapping[str, float]) -> Assessment:
         """Return the force at these levels (units of the spec; other factors are passed over) with its intervals."""
-        point = self.scales.to_coded([levels[name] for name in self.names])
-        found = assess_point(self.fitted, point, radius=self.radius)
-        return Prediction(found.predicted, found.mean_interval, found.prediction_interval, found.inside)
+        return assess_point(
+            self.fitted, self.scales.to_coded([levels[name] for name in self.names]), radius=self.radius
+        )
 
     def seen_by(self, response: str, condition: float) -> SurfaceResult:
         """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""

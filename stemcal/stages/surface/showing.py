@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from stemcal.doe.calibration.level_set import Assessment
 from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
@@ -31,7 +32,7 @@ from stemcal.report.tables.of_designs import design_table
 from stemcal.stages.surface import figures
 from stemcal.stages.surface.contour import Solution
 from stemcal.stages.surface.profiler import profiler_data
-from stemcal.stages.surface.result import Prediction, SurfaceResult
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading.messages import checked_number
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
@@ -101,7 +102,7 @@ class Surface(SurfaceResult):
 
     _setting: Setting
 
-    def predict(self, levels: Mapping[str, float]) -> Prediction:
+    def predict(self, levels: Mapping[str, float]) -> Assessment:
         """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:

@@ -10,7 +10,7 @@ from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
-from stemcal.stages.verdict.trend import Fitted, Growing, Widened, remedies_of
+from stemcal.stages.verdict.trend import Change, Fitted, remedies_of
 from stemcal.study.model import PARAMETERS, Factor, Study
 from stemcal.words import series
 
@@ -25,11 +25,11 @@ BETWEEN_DIAMETERS = Remedy(
 )
 
 
-def reach(surface: Surfaces, study: Study) -> tuple[float, float]:
+def reach(surface: Surfaces) -> tuple[float, float]:
     """Return the least and the greatest response of a surface within ranges, design region and constraints."""
     from stemcal.doe.calibration.region import extremes
 
-    low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region(study)))
+    low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region))
     return float(low[0]), float(high[0])
 
 
@@ -41,12 +41,12 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     """
     from stemcal.doe.calibration.region import extremes
 
-    end = extremes(surface.fitted, surface.region(study))[0 if target < reach(surface, study)[0] else 1]
+    end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
     found = [
         (width, _widened(factor, up, width))
         for factor in map(study.factor, surface.names)
         for up in (True, False)
-        if (width := _least_width(study, surface, end, factor, up, target)) is not None
+        if (width := _least_width(surface, end, factor, up, target)) is not None
     ]
     if found:
         return min(found, key=lambda entry: entry[0])[1]
@@ -65,12 +65,12 @@ def _widened(factor: Factor, up: bool, width: float) -> Remedy:
     return Remedy(change, f"factors: [{{name: {factor.name}, {key}: {value:g}}}]")
 
 
-def _least_width(study: Study, surface: Surfaces, end: Array, factor: Factor, up: bool, target: float) -> float | None:
+def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target: float) -> float | None:
     """Return by how much of its width a range has to grow; None where no sensible width does."""
     at_end, slope = float(surface.fitted.predict(end)[0]), surface.fitted.gradient(end)
     missing = target - at_end
     goal, side = missing * (1.0 + _BEYOND), 1.0 if missing > 0.0 else -1.0
-    region, j = surface.region(study), surface.names.index(factor.name)
+    region, j = surface.region, surface.names.index(factor.name)
     low, high, inside = region.low, region.high, region.cloud(_CLOUD)
 
     def gained(width: float) -> float:
@@ -101,7 +101,7 @@ def _first(enough: Callable[[float], bool], most: float) -> float | None:
 
 def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Remedy:
     """Return which range to widen by half, so that a solution on the edge of the region is inside."""
-    region = surface.region(study)
+    region = surface.region
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
     for j in order:
@@ -121,7 +121,7 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
         np.array([mean.value for _, mean in means]),
         [every[i] for i, _ in means],
         surface.scales,
-        replace(surface.region(study), radius=None),  # levels inside the ranges, corners included
+        replace(surface.region, radius=None),  # levels inside the ranges, corners included
         study.calibration_target.condition,
         np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
     )
@@ -138,10 +138,10 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     return Remedy(" ".join([texts[0], *second]), "\n".join(each[0][1]))
 
 
-def _for_trend(study: Study, surface: Surfaces, found: Growing | Widened) -> tuple[str, list[str]]:
+def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, list[str]]:
     """Return a change in words and as YAML, by section."""
     left = f"predicted largest error {found.worst_percent:.1f} %"
-    if isinstance(found, Widened):
+    if found.exponent is None:
         factor, up = study.factor(found.factor), found.value > study.factor(found.factor).centre
         value, key = outwards(found.value, up), "high" if up else "low"
         change = f"{'Raise' if up else 'Lower'} `{key}` of {found.factor} to {value:g} {factor.unit}".removesuffix(" 1")

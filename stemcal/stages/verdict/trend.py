@@ -31,22 +31,16 @@ _WIDEST = np.log(10.0)  # a range is widened tenfold at most
 
 
 @dataclass(frozen=True)
-class Growing:
-    """θ = `value` (d/d₀)^`exponent`, and the largest error that it is predicted to leave, percent."""
+class Change:
+    """θ = `value` (d/d₀)^`exponent`, or without an exponent a level outside the range; and the largest error predicted.
 
-    factor: str
-    value: float
-    exponent: float
-    worst_percent: float
-
-
-@dataclass(frozen=True)
-class Widened:
-    """The level that a parameter would need outside its range, and the largest error predicted there, percent."""
+    `worst_percent` is that error, in percent.
+    """
 
     factor: str
     value: float
     worst_percent: float
+    exponent: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,15 +121,15 @@ def trend_reason(
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 
 
-def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Growing | Widened]:
+def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
     """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
-    found: list[Growing | Widened] = [one for name in may_grow if (one := growing(fitted, name)) is not None]
+    found: list[Change] = [one for name in may_grow if (one := growing(fitted, name)) is not None]
     found += widened(fitted)
     enough = [one for one in found if one.worst_percent <= _BETTER * fitted.worst_percent]
     return sorted(enough, key=lambda one: one.worst_percent)[:2]
 
 
-def growing(fitted: Fitted, factor: str) -> Growing | None:
+def growing(fitted: Fitted, factor: str) -> Change | None:
     """Return the exponent with which a parameter fits all forces best; None if its levels are not all above 0."""
     from scipy.optimize import minimize
 
@@ -169,10 +163,11 @@ def growing(fitted: Fitted, factor: str) -> Growing | None:
     options = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-12, "maxiter": 2000}
     best = minimize(lambda z: float(missed(z[:-1], z[-1])[0]), start, method="Nelder-Mead", options=options).x
     forces = _forces(fitted, placed(best[:-1], best[-1]))[:, 0]
-    return Growing(factor, float(centre[j] + half[j] * best[j]), float(best[-1]), _worst(forces, fitted.measured))
+    value, worst = float(centre[j] + half[j] * best[j]), _worst(forces, fitted.measured)
+    return Change(factor, value, worst, float(best[-1]))
 
 
-def widened(fitted: Fitted) -> Iterator[Widened]:
+def widened(fitted: Fitted) -> Iterator[Change]:
     """Yield each parameter whose level outside its range removes the trend, the others inside theirs.
 
     ln F_d = ln F_d(x) + Σ_j e_dj Δln θ_j with the elasticities e_dj = θ_j/F ∂F/∂θ_j at the solution.
@@ -195,7 +190,7 @@ def widened(fitted: Fitted) -> Iterator[Widened]:
         change = lsq_linear(elastic, wanted, (lower, upper)).x
         if not room[0, j] <= change[j] <= room[1, j]:
             forces = predicted * np.exp(elastic @ change)
-            yield Widened(name, float(level[j] * np.exp(change[j])), _worst(forces, fitted.measured))
+            yield Change(name, float(level[j] * np.exp(change[j])), _worst(forces, fitted.measured))
 
 
 def _forces(fitted: Fitted, at: Array) -> Array:

@@ -30,7 +30,7 @@ def in_box(ccd, box):
 
 def test_least_coded_distance(in_sphere, coding):
     assert natural(in_sphere, coding) == pytest.approx([18.3687, 0.031840, 90.0525], rel=2e-5)
-    assert in_sphere.point.predicted == pytest.approx(TARGET, abs=1e-6)
+    assert in_sphere.point.response == pytest.approx(TARGET, abs=1e-6)
     assert in_sphere.point.coded_radius == pytest.approx(1.14889, abs=1e-5)
     assert in_sphere.point.mean_interval == pytest.approx((153.93, 164.47), abs=0.01)
     assert in_sphere.point.prediction_interval == pytest.approx((147.10, 171.30), abs=0.01)
@@ -45,7 +45,7 @@ def test_nearest_point_satisfies_lagranges_condition(in_sphere, ccd):
 def test_others_at_centre(ccd, box, coding):
     calibration = solve_target(ccd, TARGET, *box, radius=ALPHA, rule="others_at_centre")
     assert natural(calibration, coding) == pytest.approx([18.458, 0.03, 90.0], abs=5e-4)
-    assert calibration.point.predicted == pytest.approx(TARGET, abs=1e-9)
+    assert calibration.point.response == pytest.approx(TARGET, abs=1e-9)
 
 
 def test_ranges_inside_the_sphere(in_sphere, coding):
@@ -99,13 +99,13 @@ def test_an_unreachable_target_names_what_is_reachable(ccd, box, target, in_sphe
 def test_a_target_just_below_the_greatest_value(ccd, box, in_sphere):
     top = in_sphere.reachable[1]
     calibration = solve_target(ccd, top - 1e-4, *box, radius=ALPHA)
-    assert calibration.point.predicted == pytest.approx(top - 1e-4, abs=1e-5)
+    assert calibration.point.response == pytest.approx(top - 1e-4, abs=1e-5)
     assert all(high - low < 0.05 for low, high in calibration.ranges)
 
 
 def test_the_published_solution(ccd, box, coding):
     point = assess_point(ccd, coding.to_coded([17.96, 0.0387, 87.27]), *box, radius=ALPHA)
-    assert point.predicted == pytest.approx(159.26, abs=0.01)
+    assert point.response == pytest.approx(159.26, abs=0.01)
     assert point.coded_radius == pytest.approx(1.40025, abs=1e-5)
     assert point.inside
     assert not assess_point(ccd, coding.to_coded([15.0, 0.05, 90.0]), *box, radius=ALPHA).inside
@@ -207,7 +207,7 @@ def test_nothing_found_by_chance_beats_the_search(trial):
         middle = 0.5 * (start + end)
         low = (surface.predict(middle) < target)[:, None]
         start, end = np.where(low, middle, start), np.where(low, end, middle)
-    assert calibration.point.predicted == pytest.approx(target, abs=1e-5)
+    assert calibration.point.response == pytest.approx(target, abs=1e-5)
     assert calibration.point.coded_radius <= np.linalg.norm(start, axis=1).min() + 1e-6
     for j, (least, greatest) in enumerate(calibration.ranges):
         assert least <= start[:, j].min() + 1e-6
