@@ -91,7 +91,7 @@ def test_status_of_a_study_at_work(known: Known) -> None:
         found = known.json("status")
         assert found["working"]["stage"] == "screen"
         assert (stage(found, "screen")["running"], stage(found, "rsm")["running"]) == (3, 0)
-        assert "working on this study since" in known("status").stdout
+        assert str(held.holder())[1:] in " ".join(known("status").stdout.split())
     assert known.json("status")["working"] is None
 
 
