@@ -46,8 +46,8 @@ def run(
 ) -> None:
     """Run all stages of a study and write the report.
 
-    The stages are screen, rsm, invert and validate, with climb and refine if the spec has these sections. Interrupt it
-    at any time: the same command resumes with the finished runs.
+    The stages are screen, rsm, invert and validate, with climb and refine if the spec has these sections. Interrupt
+    the study at any time: the same command resumes with the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -177,7 +177,7 @@ def report(
 ) -> None:
     """Write the finished stages to the report, a single self-contained page.
 
-    You can also write it while the study is running.
+    You can also write the report while the study is running.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
@@ -201,7 +201,7 @@ Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
 ]
 Who = Annotated[
-    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name none.", show_default="you")
+    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name no operator.", show_default="you")
 ]
 
 

@@ -36,8 +36,8 @@ def status(
 ) -> None:
     """Show the progress, failures and verdict of a study.
 
-    You can use it while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with damaged records
-    are always repeated.
+    You can use this command while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with
+    damaged records are always repeated.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """

@@ -61,7 +61,7 @@ def test_words_come_first(page: str) -> None:
     place = text.index("Outcome", text.index("Which parameters reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
     assert "159.2 N at Yield stress = 18.37" in text
-    assert "Confirmed by the other method (F test): Yield stress and Failure strain." in text
+    assert "The other method (F test) confirms Yield stress and Failure strain." in text
     assert "other combinations fit equally well" in text
     assert "is read from a table" in text
 

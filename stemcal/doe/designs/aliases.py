@@ -45,8 +45,8 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
         )
         return Note("partly_aliased", "caution", partly)
     text = (
-        f"In these {n} runs every main effect is aliased ±{Fraction(uniform).limit_denominator(100)} with each "
-        "two-factor interaction that does not contain it."
+        f"In these {n} runs, every main effect is partly aliased (±{Fraction(uniform).limit_denominator(100)}) with "
+        "each two-factor interaction of other factors."
     )
     return Note("uniformly_aliased", "caution", text)
 

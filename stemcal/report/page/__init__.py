@@ -202,7 +202,7 @@ def run_tables(study: Study, results: Results, records: Records) -> list[Table]:
     tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
         if isinstance(design := getattr(result, "design", None), DesignRuns):
-            title = f"Runs: {small(stage_called(result.name).title)}"
+            title = f"Runs of the {small(stage_called(result.name).title)}"
             table = design_table(design, Names(result.naming), symbols, title)
             tables.append(table.shortened(f"`{result.name}_runs.csv`"))
     checks = checks_table(records)

@@ -30,7 +30,7 @@ def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | 
         simulated(names.response),
         *map(_other, names.naming.others),
     ]
-    foot = ["Symbols as in the table of factors."] if crowded and any((symbols or {}).values()) else []
+    foot = ["Symbols: see the table of factors."] if crowded and any((symbols or {}).values()) else []
     return Table.of(columns, design.runs, title, foot, detail=True)
 
 

@@ -160,7 +160,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     )
     response = names.response.long
     ends = (
-        f"95 % confidence interval of the mean {response} {_ends(point.mean_interval, names)}, prediction interval "
+        f"95 % confidence interval of the mean {response}: {_ends(point.mean_interval, names)}; prediction interval: "
         f"{_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))

@@ -77,8 +77,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     ]
     said = [f"{data} determines {series(kept)}."] if kept else []
     if part.free:
-        subject = "It" if kept else data
-        said.append(f"{subject} does not determine {names.factors(part.free)}.")
+        said.append(f"{data} does not determine {names.factors(part.free)}.")
     return [*said, *assumption(part)]
 
 
@@ -134,7 +133,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         "Report the 95 % interval: all values that agree with the measurement when the other parameters vary.",
         *assumption(stage.certainty),
         "Not determined: the interval covers at least half of the factor range.",
-        f"Exact solutions of the surface, without its error: {exact}.",
+        f"Exact solutions of the surface, without the error of the surface: {exact}.",
     ]
 
 

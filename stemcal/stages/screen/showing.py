@@ -66,12 +66,12 @@ class ScreenShowing(Showing[ScreenResult]):
         else:
             method, other = "F test", "Lenth's method"
             votes = [(effect.factor, abs(effect.effect) > me) for effect in chosen]
-        found = [f"Selected by: {method}."]
+        found = [f"The factors are selected by {method}."]
         firm, weak = ([name for name, vote in votes if vote is wanted] for wanted in (True, False))
         if firm:
-            found.append(f"Confirmed by the other method ({other}): {names.factors(firm)}.")
+            found.append(f"The other method ({other}) confirms {names.factors(firm)}.")
         if weak:
-            found.append(f"Not confirmed by the other method ({other}): {names.factors(weak)}.")
+            found.append(f"The other method ({other}) does not confirm {names.factors(weak)}.")
         return found
 
     def tables(self, result: ScreenResult, names: Names, judged: bool = False) -> list[Table]:
@@ -127,7 +127,7 @@ def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Ta
             f"Lenth's method: pseudo standard error {pse}; an effect beyond ±{me} is significant, beyond ±{sme} also "
             "after correction for the number of effects."
         )
-    shares = "** p < 0.01, * p < 0.05. Share: of the total sum of squares."
+    shares = "** p < 0.01, * p < 0.05. Share: percentage of the total sum of squares."
     strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)
     return Table.of(columns, rows, f"Effects on the {response.long}", (rule, *margins, shares), strong=strong)
 
@@ -144,7 +144,7 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
         "effects."
     )
     line = (
-        "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols as in "
+        "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols: see "
         "the table of effects."
     )
     return [

@@ -303,7 +303,7 @@ def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> 
     text = (
         f"{len(widest)} runs at the same levels gave responses from {names.quantity(min(widest), 'g')} to "
         f"{names.quantity(max(widest), 'g')}. A deterministic solver gives one response for one set of levels, so "
-        "these runs differed in something not recorded."
+        "these runs must differ in something that is not recorded."
     )
     return Note("unequal_repeats", "caution", text)
 

@@ -38,10 +38,10 @@ def _pair_plots(
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if alone else f", the other factors at the {'solution' if solved else 'centre'}"
+    held = "" if alone else f", with the other factors at the {'solution' if solved else 'centre'}"
     unit = f" in {response.written}" if response.written else ""
     met = f" Orange: the measured {response.noun}; star: the solution." if solved else ""
-    lines = f"Contours of the {response.noun}{unit} {over}{held}.{met} White dots: design points (numbers: repeats)."
+    lines = f"Contours of the {response.noun}{unit} {over}{held}.{met} White dots: design points; numbers: repeats."
     dots = " Dots: runs, filled above the surface and open below it." if alone else ""
     relieved = f"Response surface of the {response.noun} {over}{held}, with contours projected onto the base.{dots}"
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))

@@ -90,7 +90,7 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
-        text = f"The simulated {response} is read from a table, so it may be for other parameters."
+        text = f"The simulated {response} is read from a table, so the values may be for other parameters."
         yield Note("from_table", "warning", text)
 
 

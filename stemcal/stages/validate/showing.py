@@ -163,10 +163,10 @@ def _independent(stage: ValidateResult, names: Names) -> str:
         return "Only fitted values were compared, so there is no independent check."
     places, within = names.conditions(row.condition for row in stage.held_out), f"{stage.tolerance_percent:g} %"
     if len(errors) == 1:
-        agree = "agrees" if errors[0] <= stage.tolerance_percent else "does not agree"
-        return f"At {places}, not used for calibration, the error is {tenths(errors[0])} %: it {agree} within {within}."
+        verdict = "within" if errors[0] <= stage.tolerance_percent else "outside"
+        return f"At {places}, not used for calibration, the error is {tenths(errors[0])} % ({verdict} {within})."
     good = sum(error <= stage.tolerance_percent for error in errors)
     return (
-        f"At {places}, not used for calibration, the error is at most {tenths(max(errors))} %; {good} of {len(errors)} "
-        f"are within {within}."
+        f"At {places}, which were not used for calibration, the error is at most {tenths(max(errors))} %; {good} of "
+        f"{len(errors)} values are within {within}."
     )

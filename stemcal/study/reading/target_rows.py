@@ -258,7 +258,7 @@ class _Row:
             self._find(("sd",), message, f"write sd: {{{names[0]}: {shown}, {names[1]}: …}}")
             return {}
         if not names and not self.row.get("curves"):
-            self._find(("sd",), "this standard deviation has no response", "add the response")
+            self._find(("sd",), "the response of this standard deviation is missing", "add the response")
         return dict.fromkeys(names, sd)
 
     def _read(self, key: tuple[str, ...], given: Any, named: Named, **bounds: float) -> float | None:

@@ -170,7 +170,9 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     for path, name in places.items():
         if name in RATE:
             yield Finding(
-                path, f"rate_law: none does not use {name}", "remove the parameter, or choose another solver.rate_law"
+                path,
+                f"{name} has no effect with rate_law: none",
+                "remove the parameter, or choose another solver.rate_law",
             )
 
 
