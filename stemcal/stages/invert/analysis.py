@@ -69,23 +69,18 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     found = solve_target(surface.fitted, target.response, *ends, rule, unit)
     whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
     known = certainty_of(study, coding, whole, "single")
-    point = Point.of(found.point, coding)
+    point, natural = Point.of(found.point, coding), coding.to_natural(np.array(found.ranges).T).T.tolist()
     return InvertResult.of(
         study,
         head,
         surface.radius,
         point,
         known,
-        ranges=_by_factor(coding, found.ranges),
+        ranges=dict(zip(coding.names, map(tuple, natural), strict=True)),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         rule=found.rule,
         notes=tuple(words.of_level_set(found.free, found.second)),
     )
-
-
-def _by_factor(coding: Coding, coded: Sequence[Interval]) -> dict[str, Interval]:
-    natural = coding.to_natural(np.array(coded).T).T
-    return {name: (float(lo), float(hi)) for name, (lo, hi) in zip(coding.names, natural, strict=True)}
 
 
 # ---- several measured means at once: the parameters that fit them all

@@ -150,7 +150,9 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     design = surface_design(recentred(study, _known_before(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    return Asked("rsm", requests, known is not None, None if known else _factors_assumed(len(names)), design)
+    text = f"The plan assumes {len(names)} factors for the surface; the screening decides which."
+    assumed = None if known else Note("factors_assumed", "caution", text)
+    return Asked("rsm", requests, known is not None, assumed, design)
 
 
 def _names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
@@ -170,11 +172,6 @@ def _known_before(study: Study, solver: Solver, folder: StudyFolder | None) -> S
     with suppress(UsageError):
         return None if folder is None else read_before(study, solver, folder)
     return None
-
-
-def _factors_assumed(count: int) -> Note:
-    text = f"The plan assumes {count} factors for the surface; the screening decides which."
-    return Note("factors_assumed", "caution", text)
 
 
 # ---- the design run at the other diameters of a joint fit

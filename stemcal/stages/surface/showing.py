@@ -202,11 +202,12 @@ def fit_table(stage: SurfaceResult) -> Table:
 
 def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     """Return the surface along its own axes: curvature, and the direction in coded units."""
+    heads = Names(names.naming, stage.symbols()) if len(stage.names) > MANY else names
     axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
     columns = [
         Column("axis", "Axis", form=format),
         Column("curvature", "Curvature", names.response.written, significant),
-        *levels(stage.names, _short_names(stage, names), to_decimals(3)),
+        *levels(stage.names, heads, to_decimals(3)),
     ]
     point = "No single stationary point: the surface is a plane, or constant along some direction."
     if shape.natural is not None and shape.predicted is not None:
@@ -221,11 +222,6 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
-
-
-def _short_names(stage: SurfaceResult, names: Names) -> Names:
-    """Return what heads the column of each factor: where they are many, its symbol."""
-    return Names(names.naming, stage.symbols()) if len(stage.names) > MANY else names
 
 
 def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
