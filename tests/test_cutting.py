@@ -90,15 +90,6 @@ def test_the_blades_work_is_its_force_times_its_way(edge_over: str) -> None:
     np.testing.assert_allclose(h.external, work, atol=2e-3 * work[-1])
 
 
-def test_same_input_same_bits() -> None:
-    """Two runs are equal in every bit of every column, with turn and shift and the full model too."""
-    for test in (coarse_test(), coarse_test("none", turn=0.3, shift=0.2)):
-        first, second = shear(test), shear(test)
-        for name, column in vars(first.history).items():
-            np.testing.assert_array_equal(column, getattr(second.history, name))
-        assert (first.peak_force, first.steps) == (second.peak_force, second.steps)
-
-
 def test_threads_do_not_change_a_bit() -> None:
     """The forces of the elements are summed in the same order, however many threads compute them."""
     test = coarse_test("none")

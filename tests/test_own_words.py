@@ -109,25 +109,6 @@ def test_each_response_is_validated(two: tuple[Study, StudyFolder, Results]) -> 
     )
 
 
-def test_replicates_tell_the_scatter_of_each_response(tmp_path: Path) -> None:
-    """Three heaps at the solution: the mean of each response."""
-    shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
-    spec = tmp_path / "two.yaml"
-    text = spec.read_text("utf-8").replace("[python, heap.py]", f'[{PYTHON}, heap.py, "{{{{seed}}}}"]')
-    text = text.replace("kind: command", "kind: command\n  replicates: 3")
-    spec.write_text(text + "screen: {design: none}\nrsm: {factors: [static, grain_density]}\n", "utf-8")
-    study = load_study(spec)
-    store = StudyFolder(tmp_path / "out")
-    calibrate(study, store, InlineExecutor())
-    validation = fresh_results(study, store).of(ValidateResult)
-    assert validation is not None
-    (row,) = validation.rows
-    (bulk,) = row.further
-    assert row.replicates is not None
-    heaps = row.replicates.of("bulk")
-    assert bulk.simulated == pytest.approx(np.mean(heaps)) and np.std(heaps) > 0.0
-
-
 def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     """The bulk density is off by a third where only the angle is fitted: the verdict names it, and what fits it."""
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)

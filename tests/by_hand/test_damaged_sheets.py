@@ -18,7 +18,7 @@ from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
 RUNS = 15
-ANGLE, BULK, WHO, WHEN, REMARK, STUDY = 4, 5, 6, 7, 8, 9
+ANGLE, BULK, WHO, _, REMARK, STUDY = range(4, 10)
 HURT = 3  # the row that most kinds of damage are done to
 HEAP = (Path(__file__).parents[2] / "examples" / "by-hand" / "heap.yaml").read_text("utf-8")
 

@@ -91,7 +91,7 @@ def test_status_of_a_study_at_work(known: Known) -> None:
         found = known.json("status")
         assert found["working"]["stage"] == "screen"
         assert (stage(found, "screen")["running"], stage(found, "rsm")["running"]) == (3, 0)
-        assert "working on this study since" in known("status").stdout
+        assert str(held.holder())[1:] in " ".join(known("status").stdout.split())
     assert known.json("status")["working"] is None
 
 
@@ -200,12 +200,6 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
     assert folder.record_path(second).exists() and path.exists()  # nothing was moved
 
 
-def test_verify_sees_a_damaged_stage(failed: Known) -> None:
-    (failed.out / "climb.json").write_text('{"stage": "cli', encoding="utf-8")
-    result = failed("status", "--verify")
-    assert result.exit_code == 1 and "climb.json is damaged: it contains no JSON object" in result.stderr
-
-
 def test_verify_sees_a_changed_table_and_a_version_that_it_does_not_know(failed: Known) -> None:
     table = failed.out / "screen.csv"
     table.write_text(table.read_text("utf-8").replace("yield_stress", "yield_strain"), encoding="utf-8")
@@ -222,15 +216,6 @@ def test_report_leaves_out_a_damaged_stage_and_says_so(failed: Known) -> None:
     (failed.out / "screen.json").write_bytes(b"{")
     result = failed("report")
     assert "screen.json is damaged" in " ".join(result.stderr.split()), result.stderr
-
-
-def test_verify_sees_a_record_that_is_not_what_its_name_says(failed: Known) -> None:
-    folder = StudyFolder(failed.out)
-    record = folder.peek(folder.keys()[0])
-    assert record is not None
-    path = folder.record_path(record["key"])
-    path.write_text(sealed({**record, "identity": {**record["identity"], "diameter": 9.0}}), encoding="utf-8")
-    assert "the name of the file does not match" in failed.json("status", "--verify")["verify"]["damaged"][0]["problem"]
 
 
 def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:

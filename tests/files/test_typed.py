@@ -4,16 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-import workflow
-from fakes import FakeSolver, make_study
 
-from stemcal.errors import UsageError
-from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, key, to_json
-from stemcal.folder import StudyFolder
-from stemcal.stages.result import read_result
-from stemcal.stages.stage import stages_of
 
 
 @dataclass(frozen=True)
@@ -71,14 +64,3 @@ def test_rows_and_tables_become_frames() -> None:
     assert rows.to_frame()["x"].tolist() == [1.0, 2.0]
     assert Table.of(["name", "y"], rows).rows == (("a", None), ("b", None))
     assert repr(Rows()) == "no rows"
-
-
-def test_every_stage_reads_what_it_wrote(tmp_path: Any) -> None:
-    extra = "climb: {}\nrefine: {tolerance_percent: 0.5}\n"
-    study, folder = make_study(tmp_path, extra), StudyFolder(tmp_path / "out")
-    workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
-    assert [stage.name for stage in stages_of(study)] == ["screen", "climb", "rsm", "invert", "refine", "validate"]
-    for stage in stages_of(study):
-        assert read_result(folder, stage.result()).to_json() == folder.read_stage(stage.name)
-        with pytest.raises(UsageError, match=f"run `stemcal {stage.name} SPEC` again"):
-            stage.result().from_json({"stage": stage.name})

@@ -125,10 +125,10 @@ def test_word_has_tables_and_figures_with_caption_fields(
 ) -> None:
     import docx
 
-    plots = [plot for plot in gallery(replayed[0], results, {}) if plot.on_page and not plot.detail]
+    plots = [plot for plot in gallery(replayed[0], results, {}) if plot.on_page and not plot.detail][:2]
     (path,) = export_tables(numbered(list(tables.values())), "docx", tmp_path, plots)
     document = docx.Document(str(path))
-    assert len(document.tables) == 9 and len(document.inline_shapes) == len(plots) > 2
+    assert len(document.tables) == 9 and len(document.inline_shapes) == len(plots) == 2
     captions = [line for line in document.paragraphs if line.style.name == "Caption"]
     assert len(captions) == 9 + len(plots)
     instructions = re.findall(r'w:instr="([^"]*)"', document.element.xml)

@@ -8,20 +8,12 @@ import numpy as np
 import pytest
 
 from stemcal.cli.explain import glossary, look_up
-from stemcal.errors import UsageError
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.style import resize, styled
-from stemcal.report.gallery import gallery
 from stemcal.stages.invert.showing import solutions
 from stemcal.stages.surface.contour import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
-
-
-def test_names_of_a_whole_study_are_unique_and_fit_for_files(replayed: tuple[Any, Any], results: Any) -> None:
-    names = [plot.name for plot in gallery(replayed[0], results, {})]
-    assert len(set(names)) == len(names) == 15
-    assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
 
 
 def test_relief_has_the_force_of_the_surface_at_its_middle(stages: dict[str, Any]) -> None:
@@ -104,10 +96,3 @@ def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
     assert len(names) == len(set(names))
     assert [entry.term for entry in glossary() if not entry.chinese] == []
     assert look_up("失拟") == look_up("lack of fit")
-
-
-def test_unknown_terms_get_the_nearest() -> None:
-    with pytest.raises(UsageError, match=r"did you mean .*lack of fit"):
-        look_up("lak of fitt")
-    with pytest.raises(UsageError, match="lists the terms"):
-        look_up("xyzzy")

@@ -188,8 +188,8 @@ def test_papers_tables_show_every_response(moist: Told) -> None:
     assert tables["refinement"].heads[1] == "Moisture/%"
 
 
-def test_figures_speak_of_no_stem(told: Told) -> None:
-    study, folder, results = told
+def test_figures_speak_of_no_stem(moist: Told) -> None:
+    study, folder, results = moist
     plots = gallery(study, results, read_records(results, folder))
     texts = [text for plot in plots for text in re.findall(r"<text[^>]*>(.*?)</text>", svg(plot.draw()), re.DOTALL)]
     assert len(texts) > 50

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SimulationFailed
-from stemcal.solvers import readers
 from stemcal.solvers.options import ResultReader
 from stemcal.solvers.readers import Series, plotted, read_curve, read_number, reduce_series
 
@@ -72,13 +71,6 @@ def test_regex_groups_and_fortran_numbers(tmp_path: Path) -> None:
     found = ResultReader(file="log.txt", pattern=pattern)
     assert read_number(found, tmp_path) == 25.0
     assert [values.tolist() for values in read_curve(found, tmp_path)] == [[0.0, 2.0], [15.0, 25.0]]
-
-
-def test_a_result_beyond_the_limit_is_not_read(tmp_path: Path) -> None:
-    with (tmp_path / "log.txt").open("wb") as file:
-        file.truncate(readers.MAX_BYTES + 1)
-    with pytest.raises(SimulationFailed, match="larger than 20 MiB"):
-        read_number(ResultReader(file="log.txt", pattern="F=(.*)"), tmp_path)
 
 
 def test_regex_without_match(tmp_path: Path) -> None:

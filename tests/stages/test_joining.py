@@ -8,7 +8,7 @@ import pytest
 import workflow
 from fakes import TWO_FACTORS, FakeSolver, make_study
 
-from stemcal.errors import SpecError, UsageError
+from stemcal.errors import SpecError
 from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
@@ -87,14 +87,6 @@ def test_validation_simulates_the_joint_solution(tmp_path: Path) -> None:
     workflow.run_stage("invert", study, folder, solver=Growing())
     stage = workflow.run_stage("validate", study, folder, InlineExecutor(), solver=Growing()).to_json()
     assert stage["worst_percent"] < 0.01
-
-
-def test_other_diameters_make_the_surface_stale(tmp_path: Path) -> None:
-    _, folder = solved(tmp_path, "invert: {diameters: all}\n")
-    path = tmp_path / "joint.yaml"
-    path.write_text(spec("invert: {diameters: [8 mm, 10 mm]}\n"), encoding="utf-8")
-    with pytest.raises(UsageError, match="conditions changed"):
-        workflow.run_stage("invert", load_study(path), folder, solver=Growing())
 
 
 def test_a_diameter_without_a_force_is_named(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal.errors import RunsFailed, Waiting
+from stemcal.errors import Waiting
 from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
@@ -75,33 +75,12 @@ def test_a_failed_run_is_stepped_back_from(tmp_path: Path) -> None:
     assert stage["runs"][1]["how"] == "back" and stage["converged"]
 
 
-def test_only_failures_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RunsFailed, match=r"each simulated point had a failed run \(3 runs: inverted: element 3"):
-        refined(tmp_path, "refine: {budget: 3}\n", Curved(fails=frozenset(range(9))))
-
-
-def test_a_spent_budget_ends_it(tmp_path: Path) -> None:
-    stage, _ = refined(tmp_path, "refine: {tolerance_percent: 1e-9, budget: 2}\n", Curved())
-    assert not stage["converged"] and stage["stopped"] == "budget" and len(stage["runs"]) == 2
-
-
 def test_validation_takes_the_refined_parameters(tmp_path: Path) -> None:
     study = make_study(tmp_path, TWO + "refine: {tolerance_percent: 0.001}\n")
     folder = StudyFolder(tmp_path / "out")
     stage = workflow.calibrate(study, folder, InlineExecutor(), solver=Curved()).to_json()
     assert stage["parameters"] == folder.read_stage("refine")["parameters"]
     assert [row["error_percent"] for row in stage["rows"]] == pytest.approx([0.0, 0.0, 0.0], abs=2e-3)
-
-
-def test_running_again_computes_nothing(tmp_path: Path) -> None:
-    study, folder = make_study(tmp_path, TWO), StudyFolder(tmp_path / "out")
-    solver = Curved()
-    workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=solver)
-    workflow.run_stage("invert", study, folder, solver=solver)
-    once = workflow.run_stage("refine", study, folder, InlineExecutor(), solver=solver).to_json()
-    keys = folder.keys()
-    assert workflow.run_stage("refine", study, folder, InlineExecutor(), solver=solver).to_json() == once
-    assert folder.keys() == keys
 
 
 def test_a_sheet_is_asked_for_the_solution(tmp_path: Path) -> None:
