@@ -5,10 +5,8 @@ Methods import the parts of a stage, so that its name, title and position are av
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
@@ -28,20 +26,6 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="StageResult")
 
 
-class Parts(NamedTuple):
-    """What a folder calls the parts of its stage, in the files `options`, `result`, `analysis` and `showing`.
-
-    `reasons` is the file with its `RULES` of the verdict.
-    """
-
-    folder: str
-    options: str
-    result: str
-    analysis: str
-    showing: str
-    reasons: str = ""
-
-
 class Stage(Checked, Generic[R]):
     """One stage of a study.
 
@@ -49,8 +33,6 @@ class Stage(Checked, Generic[R]):
     ----------
     name : str
         Name of its command and its files.
-    parts : Parts, optional
-        Its parts if the stage has its own folder; otherwise methods return them.
     title, help : str
         Title of the stage; description of its command.
     attribute : str
@@ -70,7 +52,6 @@ class Stage(Checked, Generic[R]):
     """
 
     name: ClassVar[str] = ""
-    parts: ClassVar[Parts | None] = None
     title: ClassVar[str] = ""
     help: ClassVar[str] = ""
     attribute: ClassVar[str] = ""
@@ -100,21 +81,15 @@ class Stage(Checked, Generic[R]):
 
     def section(self) -> type[Frozen] | None:
         """Return the model of its section in the spec."""
-        return self._part("options") if self.parts else None
+        return None
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        """Return the rules of its section, functions of a draft that yield mistakes: `RULES` of the same module."""
-        found: Sequence[Callable[[Draft], Iterator[Finding]]] = self._beside_section("RULES", ())
-        return found
+        """Return the rules of its section: functions of a draft that yield mistakes."""
+        return ()
 
     def doubts(self, study: Study) -> Iterator[Finding]:
-        """Yield values that are possible but probably mistakes, from `doubts` of the module of its section."""
-        yield from self._beside_section("doubts", lambda _study: ())(study)
-
-    def _beside_section(self, name: str, default: object) -> Any:
-        """Return a name of the module that its section is defined in."""
-        section = self.section()
-        return default if section is None else getattr(sys.modules[section.__module__], name, default)
+        """Yield values that are possible but probably mistakes."""
+        yield from ()
 
     def beforehand(self, study: Study) -> Iterator[Note]:
         """Yield notes of `check` on the stage; none is a mistake."""
@@ -130,13 +105,11 @@ class Stage(Checked, Generic[R]):
 
     def result(self) -> type[R]:
         """Return the class of its result."""
-        kind: type[R] = self._part("result")
-        return kind
+        raise NotImplementedError
 
     def making(self) -> Callable[..., R]:
         """Return the function that makes it (`stages.work.a_stage`)."""
-        made: Callable[..., R] = self._part("analysis")
-        return made
+        raise NotImplementedError
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         """Return the runs that it needs, as far as they are known now; None if each depends on the last."""
@@ -148,11 +121,7 @@ class Stage(Checked, Generic[R]):
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         """Return its rules of the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
-        if self.parts is None or not self.parts.reasons:
-            return ()
-        found: Sequence[Callable[[Any], Iterator[Note]]]
-        found = import_module(f"{self.parts.folder}.{self.parts.reasons}").RULES
-        return found
+        return ()
 
     def most_there(self, study: Study) -> int:
         """Return the maximum number of runs in the other model (`seen`)."""
@@ -160,13 +129,7 @@ class Stage(Checked, Generic[R]):
 
     def showing(self) -> object:
         """Return its sentences, tables and figures (`report.showing.Showing`)."""
-        return self._part("showing")()
-
-    def _part(self, file: str) -> Any:
-        """Return a part of its folder, imported when it is asked for."""
-        if self.parts is None:
-            raise NotImplementedError(f"{type(self).__name__} has no parts: it needs its own method for {file}")
-        return getattr(import_module(f"{self.parts.folder}.{file}"), getattr(self.parts, file))
+        raise NotImplementedError
 
 
 STAGES: Registry[Stage[Any]] = Registry(

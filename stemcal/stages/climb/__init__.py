@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
-from stemcal.stages.stage import Parts, Stage
+from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.stages.climb.options import ClimbOptions
+    from stemcal.stages.climb.result import ClimbResult
     from stemcal.stages.design import Later
     from stemcal.study.model import Study
+    from stemcal.study.rules import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
-class Climbing(Stage[Any]):
+class Climbing(Stage["ClimbResult"]):
     """Steps along the slope that the screening found; the best one centres the design of the surface."""
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
-    parts = Parts(__name__, "ClimbOptions", "ClimbResult", "climb", "ClimbShowing")
     one_by_one = True
     help = """Move the centre of the surface design towards the measured value.
 
@@ -33,3 +37,28 @@ class Climbing(Stage[Any]):
         from stemcal.stages.climb.analysis import later
 
         return later(study)
+
+    def section(self) -> type[ClimbOptions]:
+        from stemcal.stages.climb.options import ClimbOptions
+
+        return ClimbOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.climb.options import RULES
+
+        return RULES
+
+    def result(self) -> type[ClimbResult]:
+        from stemcal.stages.climb.result import ClimbResult
+
+        return ClimbResult
+
+    def making(self) -> Callable[..., ClimbResult]:
+        from stemcal.stages.climb.analysis import climb
+
+        return climb
+
+    def showing(self) -> object:
+        from stemcal.stages.climb.showing import ClimbShowing
+
+        return ClimbShowing()

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.stage import Parts, Stage
+from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.note import Note
+    from stemcal.stages.invert.options import InvertOptions
+    from stemcal.stages.invert.result import InvertResult
     from stemcal.study.model import Study, Target
+    from stemcal.study.rules import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
-class Calibration(Stage[Any]):
+class Calibration(Stage["InvertResult"]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
-    parts = Parts(__name__, "InvertOptions", "InvertResult", "invert", "InvertShowing", reasons="reasons")
     simulates = False
     help = "Solve the surface for the calibrated parameters and their intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."
@@ -29,3 +34,38 @@ class Calibration(Stage[Any]):
         from stemcal.stages.invert.options import InvertOptions, fitted_together
 
         return fitted_together(study), study.of(InvertOptions).responses
+
+    def section(self) -> type[InvertOptions]:
+        from stemcal.stages.invert.options import InvertOptions
+
+        return InvertOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.invert.options import RULES
+
+        return RULES
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        from stemcal.stages.invert.options import doubts
+
+        return doubts(study)
+
+    def result(self) -> type[InvertResult]:
+        from stemcal.stages.invert.result import InvertResult
+
+        return InvertResult
+
+    def making(self) -> Callable[..., InvertResult]:
+        from stemcal.stages.invert.analysis import invert
+
+        return invert
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.invert.reasons import RULES
+
+        return RULES
+
+    def showing(self) -> object:
+        from stemcal.stages.invert.showing import InvertShowing
+
+        return InvertShowing()

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.stage import Parts, Stage
+from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
+    from stemcal.note import Note
     from stemcal.stages.design import Later
     from stemcal.stages.refine.options import RefineOptions
+    from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
+    from stemcal.study.rules import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
-class Refinement(Stage[Any]):
+class Refinement(Stage["RefineResult"]):
     """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
-    parts = Parts(__name__, "RefineOptions", "RefineResult", "refine", "RefineShowing", reasons="showing")
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
@@ -54,3 +58,38 @@ class Refinement(Stage[Any]):
         from stemcal.stages.refine.analysis import later
 
         return later(study)
+
+    def section(self) -> type[RefineOptions]:
+        from stemcal.stages.refine.options import RefineOptions
+
+        return RefineOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.refine.options import RULES
+
+        return RULES
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        from stemcal.stages.refine.options import doubts
+
+        return doubts(study)
+
+    def result(self) -> type[RefineResult]:
+        from stemcal.stages.refine.result import RefineResult
+
+        return RefineResult
+
+    def making(self) -> Callable[..., RefineResult]:
+        from stemcal.stages.refine.analysis import refine
+
+        return refine
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.refine.showing import RULES
+
+        return RULES
+
+    def showing(self) -> object:
+        from stemcal.stages.refine.showing import RefineShowing
+
+        return RefineShowing()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stemcal.registry import surface_designs
-from stemcal.stages.stage import Parts, Stage, stage_called
+from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
     from stemcal.folder import StudyFolder
@@ -14,14 +14,16 @@ if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions
+    from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
+    from stemcal.study.rules import Draft
+    from stemcal.study.types.strict_yaml import Finding
 
 
-class ResponseSurface(Stage[Any]):
+class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    parts = Parts(__name__, "RsmOptions", "SurfaceResult", "fit_response_surface", "SurfaceShowing", reasons="reasons")
     help = "Simulate the response surface design and fit the surface."
     purpose = "Stage 2: the response surface."
 
@@ -51,3 +53,38 @@ class ResponseSurface(Stage[Any]):
         from stemcal.stages.surface.analysis import foresee
 
         return foresee(study, solver, folder)
+
+    def section(self) -> type[RsmOptions]:
+        from stemcal.stages.surface.options import RsmOptions
+
+        return RsmOptions
+
+    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
+        from stemcal.stages.surface.options import RULES
+
+        return RULES
+
+    def doubts(self, study: Study) -> Iterator[Finding]:
+        from stemcal.stages.surface.options import doubts
+
+        return doubts(study)
+
+    def result(self) -> type[SurfaceResult]:
+        from stemcal.stages.surface.result import SurfaceResult
+
+        return SurfaceResult
+
+    def making(self) -> Callable[..., SurfaceResult]:
+        from stemcal.stages.surface.analysis import fit_response_surface
+
+        return fit_response_surface
+
+    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
+        from stemcal.stages.surface.reasons import RULES
+
+        return RULES
+
+    def showing(self) -> object:
+        from stemcal.stages.surface.showing import SurfaceShowing
+
+        return SurfaceShowing()
