@@ -24,7 +24,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if config.args_source is config.ArgsSource.TESTPATHS and config.getoption("numprocesses", None):
         paths = os.pathsep.join([str(ROOT), str(TESTS)])
         begin = [sys.executable, "-c", "import conftest; conftest.compile_kernels()"]
-        subprocess.Popen(begin, env={**os.environ, "PYTHONPATH": paths})
+        config.add_cleanup(subprocess.Popen(begin, env={**os.environ, "PYTHONPATH": paths}).terminate)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -56,7 +56,9 @@ def test_a_spec_that_would_be_wrong_is_left_alone(tmp_path: Path) -> None:
     assert spec.read_bytes() == before
 
 
-@pytest.mark.parametrize("kind", ["csv", "md", "tex", "docx"])
+@pytest.mark.parametrize(
+    "kind", ["csv", "docx", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("md", "tex"))]
+)
 def test_export(done: Path, kind: str) -> None:
     result = command("export", "tables", REPLAY, "--out", done, "--format", kind, "--json")
     assert result.exit_code == 0

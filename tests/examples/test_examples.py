@@ -51,7 +51,7 @@ def test_an_example_checks_and_has_the_files_that_it_names(spec: str, tmp_path: 
 # ---- scripts
 
 
-@pytest.mark.parametrize("angle", [12.0, 28.2, 41.0])
+@pytest.mark.parametrize("angle", [28.2, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (12.0, 41.0))])
 def test_a_picture_of_a_cone_has_its_angle(angle: float, tmp_path: Path) -> None:
     """A dark heap with grains of 12 pixels on its flanks, the right one 3 degrees steeper, before a light sky."""
     picture = np.full((600, 1200, 3), 0.9)

@@ -18,7 +18,7 @@ EXPECTED = {
 WORKER = ("distributed.cli.dask_worker", "--nthreads 16", "--memory-limit 14.90GiB", "--lifetime 460m")
 
 
-@pytest.mark.parametrize("kind", EXPECTED)
+@pytest.mark.parametrize("kind", ["SLURMCluster", pytest.param("PBSCluster", marks=pytest.mark.slow)])
 def test_job_script(kind: str) -> None:
     """The page's script, and for PBS what the page says to change in it."""
     page = PAGE.read_text("utf-8")

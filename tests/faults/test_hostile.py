@@ -52,7 +52,7 @@ def a_quantity_of(path: Path, rng: random.Random) -> tuple[str, re.Match[str], i
     return text, place, text.count("\n", 0, place.start()) + 1
 
 
-@trials(40, 1000)
+@trials(20, 1000)
 def test_a_unit_of_another_kind_is_refused_with_its_line(_folder: Path, number: int, rng: random.Random) -> None:
     path = OF_STEMS[number % len(OF_STEMS)]
     text, place, line = a_quantity_of(path, rng)
@@ -61,7 +61,7 @@ def test_a_unit_of_another_kind_is_refused_with_its_line(_folder: Path, number: 
     assert any(problem.line == line for problem in refused.value.problems), f"{path.name}:{line}: {place[0]}"
 
 
-@trials(40, 1000)
+@trials(20, 1000)
 def test_a_wrong_magnitude_is_doubted_or_refused(_folder: Path, number: int, rng: random.Random) -> None:
     """Times 1e±3, 1e±6 or 1e±9, unless that is plausible too."""
     path = OF_STEMS[number % len(OF_STEMS)]
@@ -180,7 +180,7 @@ def measured(folder: Path, content: bytes) -> ShearTests | None:
         assert time.process_time() - began < 20.0
 
 
-@trials(40, 2000)
+@trials(20, 2000)
 def test_a_damaged_laboratory_file(folder: Path, _number: int, rng: random.Random) -> None:
     """Bytes changed, taken, doubled: a curve of finite numbers, or a message."""
     encoding = rng.choice(["utf-8", "gbk", "utf-16", "cp1251", "cp949"])
@@ -217,7 +217,7 @@ RESULTS: tuple[tuple[ResultReader, bytes], ...] = (
 WORDS = (b"nan", b"-inf", b"1e999", b"********", b"\0", b"\xff\xfe", b"9" * 400, b'"', b"{", b",,,,", b"\r", b"null")
 
 
-@trials(150, 10_000)
+@trials(100, 10_000)
 def test_a_broken_result_is_no_number_unless_it_still_holds_one(folder: Path, number: int, rng: random.Random) -> None:
     """Cut short, overwritten, binary, blank."""
     reader, content = RESULTS[number % 3]

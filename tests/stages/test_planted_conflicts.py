@@ -155,7 +155,8 @@ def test_two_responses_in_conflict_where_nothing_is_left_to_test(judge, seed: in
     assert CONFLICT.off(after.results) <= CONFLICT.off(before.results) + 0.05
 
 
-@pytest.mark.parametrize("seed", EACH_SEED)
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
 def test_the_same_responses_without_the_mistake_agree(judge, seed: int) -> None:
     right = Plant(CONFLICT.law, CONFLICT.truth, CONFLICT.scatter)
     assert not judge(right, (8.0,), seed, "invert: {responses: [force, travel]}\n").verdict.has("conflict")
