@@ -12,6 +12,7 @@
 They are caught once, in `stemcal.cli.app`.
 """
 
+import copyreg
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -37,11 +38,7 @@ class StemcalError(Exception):
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]:
         """Pickle and copy the text and the attributes: `__init__` often takes other arguments than the text."""
-        return _again, (type(self), self.args), self.__dict__
-
-
-def _again(kind: type[StemcalError], arguments: tuple[Any, ...]) -> StemcalError:
-    return kind.__new__(kind, *arguments)
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)

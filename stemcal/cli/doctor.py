@@ -12,8 +12,6 @@ from stemcal.cli.console import note, say, say_json, waiting
 from stemcal.cli.session import AsJson
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from stemcal.registry import Registry
 
 
@@ -46,19 +44,15 @@ def doctor(as_json: AsJson = False) -> None:
         rows = [asdict(found) for found in findings]
         say_json({"ok": all(f.ok is not False for f in findings), "found": rows})
     else:
-        say(_table(findings))
+        from rich.table import Table
+
+        marks = {True: "ok", False: "WRONG", None: "-"}
+        table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+        for found in findings:
+            table.add_row(marks[found.ok], found.what, found.found)
+        say(table)
     if any(found.ok is False for found in findings):
         raise typer.Exit(1)
-
-
-def _table(findings: list[Finding]) -> Table:
-    from rich.table import Table
-
-    marks = {True: "ok", False: "WRONG", None: "-"}
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    for found in findings:
-        table.add_row(marks[found.ok], found.what, found.found)
-    return table
 
 
 def _versions() -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 import csv
 import functools
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -9,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from stemcal.cli.console import envelope, say, say_json, say_text
+from stemcal.cli.console import say, say_json, say_text
 from stemcal.cli.session import AsJson
 from stemcal.errors import UsageError
 from stemcal.words import near, series
@@ -122,7 +123,12 @@ def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) 
     Example: [bold]stemcal explain --schema > stemcal.schema.json[/bold]
     """
     if schema:
-        _say_schema()
+        from stemcal.study.reading.json_schema import json_schema
+
+        if as_json:
+            say_json(json_schema())
+        else:
+            say_text(json.dumps(json_schema(), indent=2, ensure_ascii=True))
         return
     entries = look_up(" ".join(term)) if term else list(glossary())
     if as_json:
@@ -137,15 +143,3 @@ def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) 
                 " · ".join(filter(None, (entry.term, entry.chinese))),
                 Padding(f"{entry.meaning}\nSource: {entry.source}", (0, 0, 0, 2), expand=False),
             )
-
-
-def _say_schema() -> None:
-    """Print the schema; with --json it is the result of the envelope."""
-    import json
-
-    from stemcal.study.reading.json_schema import json_schema
-
-    if envelope.command:
-        say_json(json_schema())
-    else:
-        say_text(json.dumps(json_schema(), indent=2, ensure_ascii=True))

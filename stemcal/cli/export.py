@@ -36,8 +36,7 @@ Dpi = Annotated[
     float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF, dots per inch.")
 ]
 Width = Annotated[
-    str | None,
-    typer.Option("--width", metavar="one|two|MM", help="Width: one column (90 mm), two (190 mm), or in mm."),
+    str | None, typer.Option("--width", metavar="one|two|MM", help="Width: one column (90 mm), two (190 mm), or in mm.")
 ]
 COLUMNS = {"one": 90.0, "two": 190.0}  # mm
 ANIMATION = "animation"
@@ -51,11 +50,7 @@ app = typer.Typer(
 
 @app.command()
 def tables(
-    spec: Spec,
-    kind: TableFormat = "csv",
-    paper_numbers: PaperNumbers = False,
-    out: Out = None,
-    as_json: AsJson = False,
+    spec: Spec, kind: TableFormat = "csv", paper_numbers: PaperNumbers = False, out: Out = None, as_json: AsJson = False
 ) -> None:
     """Write the tables of a study for a publication.
 

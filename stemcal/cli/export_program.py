@@ -133,7 +133,7 @@ def _diameter(study: Study, given: str | None) -> float:
 
 def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     """Return the deck's text, and OpenRadioss's starter and engine files where these are needed, by their paths."""
-    from stemcal.solvers.deck.writer import engine_text, starter_text
+    from stemcal.solvers.deck.writer import engine_text, starter_around
 
     is_radioss = path.suffix == RADIOSS
     name = path.stem.removesuffix("_0000") if is_radioss else path.stem
@@ -142,7 +142,7 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
         return {keyword_deck: text}
     return {
         keyword_deck: text,
-        path.with_name(f"{name}_0000{RADIOSS}"): starter_text(deck, keyword_deck.name),
+        path.with_name(f"{name}_0000{RADIOSS}"): starter_around(keyword_deck.name, deck.nonlocal_length),
         path.with_name(f"{name}_0001{RADIOSS}"): engine_text(deck, name),
     }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stemcal.files.rows import Table
-    from stemcal.measured.shear import ShearTests
     from stemcal.note import Note
 
 app = typer.Typer(
@@ -48,10 +47,7 @@ DisplacementColumn = Annotated[
 TimeColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Time column, name or number.", show_default="by name")
 ]
-Speed = Annotated[
-    str | None,
-    typer.Option(metavar="SPEED", help="Blade speed if there is no displacement."),
-]
+Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Blade speed if there is no displacement.")]
 ForceUnit = Annotated[
     str | None, typer.Option(metavar="UNIT", help="Force unit: N, kN …", show_default="heading, else N")
 ]
@@ -71,8 +67,7 @@ def diameters(
     ] = None,
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
     diameter_column: Annotated[
-        str | None,
-        typer.Option(metavar="COLUMN,...", help="Diameter column, name or number.", show_default="by name"),
+        str | None, typer.Option(metavar="COLUMN,...", help="Diameter column, name or number.", show_default="by name")
     ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
@@ -93,7 +88,7 @@ def diameters(
 
     form = Form(encoding, separator, decimal, sheet)
     found = measure_diameters(file, form, _numbers(grades), step, diameter_column)
-    content = {"schema_version": 2, "stage": "measure-diameters", **to_json(found)}
+    content = {"schema_version": 3, "stage": "measure-diameters", **to_json(found)}
     if out:
         _leave_files(out, content, found.stems.table(), {"diameters": figures.diameter_histogram(found)})
     _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet, "")
@@ -138,9 +133,13 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
+    from stemcal.files.rows import Column, Rows, Table
     from stemcal.measured.channels import CurveOptions
-    from stemcal.measured.shear import find_files, measure_shear, read_index, target_rows
+    from stemcal.measured.shear import SpecimenRow, find_files, measure_shear, read_index, section_of, target_rows
     from stemcal.measured.tables import Form
+    from stemcal.report.figures import curves as figures
+    from stemcal.report.tables import laboratory as tables
+    from stemcal.study.reading.read import with_rows
 
     columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
     how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, _speed(speed), preload)
@@ -148,7 +147,20 @@ def shear(
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
-    _finish_shear(tests, target_rows(tests, travel_and_work), spec, out, as_json, quiet)
+    rows, targets = Rows(map(SpecimenRow.of, tests.specimens)), target_rows(tests, travel_and_work)
+    told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
+    section = section_of(targets)
+    content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
+    if spec:
+        _rewrite(spec, lambda text: with_rows(text, {"": targets}))
+    if out:
+        drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
+        notes = Column("notes", of=lambda row: " ".join(map(str, row.notes)))
+        table = Table.of([*(name for name in vars(rows[0]) if name != "notes"), notes], rows)
+        _leave_files(out, content, table, drawn, section)
+    _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
+    if spec and not quiet:
+        note(f"wrote the targets into {spec}; check the spec with: stemcal check {spec}")
 
 
 @app.command()
@@ -197,31 +209,6 @@ def tests(
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
         note(f"wrote the targets of the tests into {spec}; check the spec with: stemcal check {spec}")
-
-
-def _finish_shear(
-    tests: ShearTests, targets: Sequence[str], spec: Path | None, out: Path | None, as_json: bool, quiet: bool
-) -> None:
-    """Write what was asked for, show the rest."""
-    from stemcal.files.rows import Column, Rows, Table
-    from stemcal.measured.shear import SpecimenRow, section_of
-    from stemcal.report.figures import curves as figures
-    from stemcal.report.tables import laboratory as tables
-    from stemcal.study.reading.read import with_rows
-
-    rows, section = Rows(map(SpecimenRow.of, tests.specimens)), section_of(targets)
-    told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
-    content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
-    if spec:
-        _rewrite(spec, lambda text: with_rows(text, {"": targets}))
-    if out:
-        drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
-        notes = Column("notes", of=lambda row: " ".join(map(str, row.notes)))
-        table = Table.of([*(name for name in vars(rows[0]) if name != "notes"), notes], rows)
-        _leave_files(out, content, table, drawn, section)
-    _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
-    if spec and not quiet:
-        note(f"wrote the targets into {spec}; check the spec with: stemcal check {spec}")
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:

@@ -134,7 +134,7 @@ def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
 
 
 def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callable[..., None]:
-    """Return the command that runs a stage."""
+    """Return the command that runs a stage and shows its result."""
 
     def command(
         spec: Spec,
@@ -144,28 +144,23 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
         as_json: AsJson = False,
         quiet: Quiet = False,
     ) -> None:
-        _run(stage, spec, out, workers, executor, as_json, quiet)
+        from stemcal.cli.show import show_stage
+        from stemcal.report.showing import showing_of
+        from stemcal.stages.fresh import make
+        from stemcal.stages.verdict.rules import verdict_of
+
+        with opened(spec, out, workers, executor, quiet) as work:
+            if stage.simulates:
+                work.foresee(stage.name)
+            result = make(stage, work.study, work.folder, work.executor, work.watch)
+            verdict = verdict_of(work.study, work.folder)
+        for sentence in showing_of(result).warnings(result):
+            warn(sentence)
+        show_stage(result, verdict, work.folder, as_json, quiet)
 
     command.__name__ = stage.name
     command.__doc__ = f"{cleandoc(stage.help)}\n\nExample: [bold]stemcal {stage.name} {example}[/bold]"
     return command
-
-
-def _run(stage: Stage[Any], spec: Spec, out: Out, workers: Workers, executor: str, as_json: bool, quiet: bool) -> None:
-    """Run one stage of a study and show its result."""
-    from stemcal.cli.show import show_stage
-    from stemcal.report.showing import showing_of
-    from stemcal.stages.fresh import make
-    from stemcal.stages.verdict.rules import verdict_of
-
-    with opened(spec, out, workers, executor, quiet) as work:
-        if stage.simulates:
-            work.foresee(stage.name)
-        result = make(stage, work.study, work.folder, work.executor, work.watch)
-        verdict = verdict_of(work.study, work.folder)
-    for sentence in showing_of(result).warnings(result):
-        warn(sentence)
-    show_stage(result, verdict, work.folder, as_json, quiet)
 
 
 def report(

@@ -45,12 +45,7 @@ Workers = Annotated[
 ]
 
 ExecutorName = Annotated[
-    str,
-    typer.Option(
-        "--executor",
-        metavar="local|dask://HOST:PORT",
-        help="Run on this machine or on a Dask cluster.",
-    ),
+    str, typer.Option("--executor", metavar="local|dask://HOST:PORT", help="Run on this machine or on a Dask cluster.")
 ]
 
 
@@ -166,8 +161,12 @@ def opened(
             yield work
             return
         except Waiting as waiting:
-            said, code = _handed_out(work, waiting, spec), waiting.exit_code
-    await_(said)
+            from stemcal.by_hand import hand_out
+
+            sheet, count = hand_out(study, folder, waiting)
+            folder.remember_spec(study.source)
+            to_do, code = f"{counted(count, 'result')} of {waiting.stage}; fill in {sheet}", waiting.exit_code
+    await_(f"Waiting for {to_do}, then: stemcal run {spec}")
     raise typer.Exit(code)
 
 
@@ -181,16 +180,6 @@ def _enter_own(work: Session, other: Path | None) -> None:
     if path.is_file() and not (other and other.exists() and path.samefile(other)):
         rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
         enter(work.study, work.folder, rows, Correction(who=user_name())).require_all()
-
-
-def _handed_out(work: Session, waiting: Waiting, spec: Path) -> str:
-    """Write the sheet with what a stage waits for; return what to do with it."""
-    from stemcal.by_hand import hand_out
-
-    sheet, count = hand_out(work.study, work.folder, waiting)
-    work.folder.remember_spec(work.study.source)
-    results = counted(count, "result")
-    return f"Waiting for {results} of {waiting.stage}; fill in {sheet}, then: stemcal run {spec}"
 
 
 def require_sense(demand: Demand, workers: int, here: bool = True) -> None:

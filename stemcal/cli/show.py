@@ -74,7 +74,12 @@ def show_run(
         _show_findings(results, verdict, folder, quiet)
     failed = warn_of_failed(*results.done)
     if not as_json:
-        _show_end(study, results, verdict, page)
+        from stemcal.report.terminal import final_tables
+        from stemcal.stages.verdict.words import lines
+
+        say(*lines(verdict, Names(study.naming)), "")
+        say_tables(*final_tables(study, results, verdict.holds))
+        say_whole(f"Report: {page}")
     if failed:
         raise typer.Exit(SOME_RUNS_FAILED)
 
@@ -97,15 +102,6 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     note("\n".join(notes[:MOST]))
     if len(notes) > MOST:
         note(f"{counted(len(notes) - MOST, 'more note')} in the report")
-
-
-def _show_end(study: Study, results: Results, verdict: Verdict, page: Path) -> None:
-    from stemcal.report.terminal import final_tables
-    from stemcal.stages.verdict.words import lines
-
-    say(*lines(verdict, Names(study.naming)), "")
-    say_tables(*final_tables(study, results, verdict.holds))
-    say_whole(f"Report: {page}")
 
 
 def warn_of_failed(*results: StageResult) -> bool:

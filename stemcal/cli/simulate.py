@@ -79,19 +79,15 @@ def simulate(
     from stemcal.fem.warm import is_compiled
     from stemcal.overview.foresight import demand_of_one
     from stemcal.report.progress import COMPILING
-    from stemcal.solvers.embedded import simulate as shear_test
-    from stemcal.solvers.embedded import simulate_test
+    from stemcal.solvers.embedded import simulate as simulated
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
     require_sense(demand_of_one(alone, [at]), 1)
     if not is_compiled() and not quiet:
         note(COMPILING)
-    with waiting("one virtual shear test" if test in (None, CUTTING) else f"virtual test {test}", quiet):
-        if test is None or test == CUTTING:
-            result = shear_test(study, levels, at, frames=frames)
-        else:
-            result = simulate_test(study, test, levels, at, frames=frames)
+    with waiting("one virtual shear test" if section is None else f"virtual test {test}", quiet):
+        result = simulated(study, levels, at, frames=frames, section=section)
     if csv_file:
         columns = vars(result.history)  # s, mm, N, mJ
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)

@@ -126,7 +126,7 @@ class DaskExecutor(RunExecutor):
 
     def _check_versions(self) -> None:
         try:
-            found: dict[str, str] = self._client.run(code_version)
+            found: dict[str, str] = self._client.run(_version)
         except Exception as error:
             raise UsageError(
                 f"--executor dask://{self.address}: a worker cannot import stemcal ({error}); install stemcal "
@@ -168,6 +168,10 @@ def end_session(session: str) -> None:
         threading.Thread(target=crew.stop, name="end of session", daemon=True).start()
 
 
+def _version() -> str:
+    return code_version()
+
+
 def _mismatch(worker: str, version: str, wanted: str) -> str:
     return f"{worker} has stemcal {version}, the study {wanted}; install the same version and code on both"
 
@@ -184,14 +188,6 @@ def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
     thread.join(seconds)
 
 
-def _quiet() -> None:
-    """Keep Dask's messages off stderr; stemcal reports its own."""
-    for name in [*_LOUD, *logging.root.manager.loggerDict]:
-        if name.partition(".")[0] in _LOUD:
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    warnings.filterwarnings("ignore", module="distributed")
-
-
 def _scheme() -> str:
     """Return how the scheduler is spoken to: encrypted if Dask's configuration has certificates for it."""
     import dask
@@ -206,7 +202,10 @@ def _connected(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise UsageError('--executor dask:// needs Dask; run `pip install ".[dask]"` in the clone') from None
-    _quiet()
+    for name in [*_LOUD, *logging.root.manager.loggerDict]:  # stemcal reports its own errors
+        if name.partition(".")[0] in _LOUD:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    warnings.filterwarnings("ignore", module="distributed")
     until = time.monotonic() + CONNECT_S
     try:
         if _scheme() == "tcp":

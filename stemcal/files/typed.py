@@ -12,6 +12,7 @@ import itertools
 import json
 import typing
 from collections.abc import Mapping
+from operator import methodcaller
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
@@ -100,16 +101,13 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 def to_json(thing: Any) -> Any:
     """Return dataclasses as dictionaries, tuples as lists, all the way down."""
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-        return _adapter(type(thing)).dump_python(thing, mode="json", by_alias=True, warnings=False, fallback=_of_numpy)
+        of_numpy = methodcaller("tolist")
+        return _adapter(type(thing)).dump_python(thing, mode="json", by_alias=True, warnings=False, fallback=of_numpy)
     if isinstance(thing, Mapping):
         return {key: to_json(value) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
         return [to_json(value) for value in thing]
     return thing
-
-
-def _of_numpy(value: Any) -> Any:
-    return value.tolist()
 
 
 def from_json(kind: type[T], given: Any) -> T:

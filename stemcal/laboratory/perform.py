@@ -9,15 +9,7 @@ from numpy.typing import NDArray
 from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
-from stemcal.cutting.result import (
-    BreakWatch,
-    CuttingResult,
-    ForceHistory,
-    break_row,
-    evaluate,
-    filter_rows,
-    force_history,
-)
+from stemcal.cutting.result import BreakWatch, CuttingResult, break_row, evaluate, filter_rows, force_history
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
@@ -63,22 +55,10 @@ class Line:
 
 
 def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> Line | None:
-    """Fit a line by least squares to a curve on its way up from one share of its largest force to another.
+    """Fit a line by least squares to a curve until the break, from one share of its largest force to another.
 
-    Parameters
-    ----------
-    travel, force : (R,)
-        Until the break.
-    shares : (low, high)
-        Of the largest force.
+    None if fewer than three rows lie between.
 
-    Returns
-    -------
-    Line or None
-        None if fewer than three rows lie between.
-
-    Examples
-    --------
     >>> import numpy as np
     >>> round(secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9)).slope, 9)
     2.0
@@ -91,27 +71,8 @@ def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) ->
     return Line(slope, float(np.corrcoef(u, f)[0, 1] ** 2))
 
 
-def responses_of(
-    curve: ForceHistory, result: CuttingResult, broken: int | None
-) -> tuple[dict[str, float], float | None]:
-    """Return the responses by name, and R² of the slope."""
-    travel, force = curve.travel[:broken], curve.force_filtered[:broken]
-    line = secant(travel, force)
-    found = curve_responses(travel, force, line)
-    found |= {"force": result.peak_force, "travel": result.peak_travel}
-    return found, None if line is None else line.r2
-
-
 def curve_responses(travel: Array, force: Array, line: Line | None) -> dict[str, float]:
-    """Return the responses of a curve until the break, simulated or measured, without those that it lacks.
-
-    Parameters
-    ----------
-    travel, force : (R,)
-        mm and N.
-    line : Line, optional
-        Its secant.
-    """
+    """Return the responses of a curve (mm, N) until the break, with its secant; without those that it lacks."""
     peak = int(np.argmax(force))
     found = {} if line is None else {"slope": line.slope}
     found |= {"force": float(force[peak]), "travel": float(travel[peak])}
@@ -189,14 +150,15 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
-    responses, r2 = responses_of(curve, result, broken)
+    travel, force = curve.travel[:broken], curve.force_filtered[:broken]
+    line = secant(travel, force)
+    responses = {**curve_responses(travel, force, line), "force": result.peak_force, "travel": result.peak_travel}
     shape = shape_of(model, history, how.symmetry)
-    whole = np.flatnonzero(curve.deleted == 0)[
-        -1
-    ]  # of a pressed piece: how far out of shape as the first element fails
+    whole = np.flatnonzero(curve.deleted == 0)[-1]
+    # of a pressed piece: how far out of shape as the first element fails
     percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
     warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
-    more = {"shape": shape, "responses": responses, "slope_r2": r2, "warnings": warnings}
+    more = {"shape": shape, "responses": responses, "slope_r2": line and line.r2, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more})
 
 

@@ -122,11 +122,6 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     return np.append(up / (mean_force * np.sqrt(len(_SHARES))), end / mean_travel)
 
 
-def most_modes(specimens: int) -> int:
-    """Return the largest number of components for n specimens: with the maximum they stay below n − 1."""
-    return min(MOST, specimens - 3) if specimens >= FEWEST else 0
-
-
 def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
     """Return the components of at least `FEWEST` smoothed curves, up to a number."""
     given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
@@ -154,7 +149,8 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = 
     values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    count = min(most, most_modes(n), int(np.searchsorted(held, _HELD)) + 1)
+    # with the maximum they stay below n − 1
+    count = min(most, MOST, max(n - 3, 0), int(np.searchsorted(held, _HELD)) + 1)
     weights = _apart(vectors[:, :count], scatter, h)
     return CurveModes(
         mean_force,

@@ -12,7 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
 from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, shown
-from stemcal.measured.statistics import LEAST, NormalityTest, Summary, anderson_darling, shapiro_wilk, summarise
+from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.words import counted
 
@@ -49,7 +49,7 @@ class Diameters(Spread):
     stems: Rows[MeasuredStem]
     readings: int
     summary: Summary = inline()
-    normality: tuple[NormalityTest, ...]
+    normality: ShapiroWilk
     grades: Rows[Grade]
     share_percent: float
     synthetic: bool
@@ -76,7 +76,6 @@ def measure_diameters(
     if len(values) < 3 or max(values) == min(values):
         there = f"{counted(len(values), 'stem')}, {counted(len(set(values)), 'diameter')}"
         raise UsageError(f"{path}: {there}; a distribution requires at least three stems of different diameters")
-    tests = (shapiro_wilk(values), *((anderson_darling(values),) if len(values) >= LEAST else ()))
     summary = summarise(values)
     shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)
     return Diameters(
@@ -84,7 +83,7 @@ def measure_diameters(
         stems=Rows(map(MeasuredStem, stems, values)),
         readings=sum(map(len, stems.values())),
         summary=summary,
-        normality=tests,
+        normality=shapiro_wilk(values),
         grades=shared,
         share_percent=sum(grade.share_percent for grade in shared),
         synthetic=table.synthetic,

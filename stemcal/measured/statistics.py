@@ -53,33 +53,20 @@ def summarise(values: Sequence[float]) -> Summary:
     return Summary(n, mean, sd, cv, (mean - reach, mean + reach), (low, high))
 
 
-LEAST = 8  # values below which Stephens' formula does not hold
-
-
 @dataclass(frozen=True)
-class NormalityTest:
-    """One test: its statistic, and how likely as large a departure is if the population is normal."""
+class ShapiroWilk:
+    """Shapiro and Wilk's test: its statistic, and how likely as large a departure is if the population is normal."""
 
-    name: str
     statistic: float
     p: float
 
 
-def shapiro_wilk(values: Sequence[float]) -> NormalityTest:
-    """Return Shapiro and Wilk's test, as computed by Royston's algorithm."""
+def shapiro_wilk(values: Sequence[float]) -> ShapiroWilk:
+    """Return the test of a sample, as computed by Royston's algorithm."""
     from scipy import stats
 
     result = stats.shapiro(np.asarray(values))
-    return NormalityTest("Shapiro–Wilk", float(result.statistic), float(result.pvalue))
-
-
-def anderson_darling(values: Sequence[float]) -> NormalityTest:
-    """Return Anderson and Darling's test, mean and variance estimated; the statistic is A² for n → ∞."""
-    from statsmodels.stats.diagnostic import normal_ad
-
-    n = len(values)
-    a2, p = normal_ad(np.asarray(values, dtype=float))
-    return NormalityTest("Anderson–Darling", float(a2) * (1.0 + 0.75 / n + 2.25 / n**2), float(p))
+    return ShapiroWilk(float(result.statistic), float(result.pvalue))
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def measure_tests(
         Note("folder_skipped", "info", f"Folder {shown(name)} was skipped: no test has this name.") for name in unread
     ]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
-    means = Rows(mean for test in there for mean in _means(test, read[test.name], BREAK_DROP))
+    means = Rows(mean for test in there for mean in _means(test, read[test.name]))
     return MeasuredTests(
         means,
         (*skipped, *notes),
@@ -86,13 +86,13 @@ def measure_tests(
     )
 
 
-def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[TestedMean]:
+def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
     """Return the mean of each response that the test's targets have, else those usual for its kind."""
     wanted = test.measured or test.usual
     found = []
     for grade in read.grades:
         pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]
-        told = [_responses(test, piece, drop) for piece in pieces]
+        told = [_responses(piece) for piece in pieces]
         for name in wanted:
             if values := [one[name] for one in told if name in one]:
                 mean = TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summarise(values))
@@ -100,14 +100,14 @@ def _means(test: LaboratorySection, read: ShearTests, drop: float) -> list[Teste
     return found
 
 
-def _responses(test: LaboratorySection, piece: TestedSpecimen, drop: float) -> dict[str, float]:
+def _responses(piece: TestedSpecimen) -> dict[str, float]:
     """Return the responses of the curve of one piece until it breaks."""
-    end = break_at(piece.curve.force, drop)
+    end = break_at(piece.curve.force)
     travel, force = piece.curve.travel[:end], piece.curve.force[:end]
     return curve_responses(travel, force, secant(travel, force))
 
 
-def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:
+def break_at(force: NDArray[np.float64]) -> int:
     """Return how many points of a curve are before the break, by the rule of the simulated tests; all if it does not.
 
     Of a real piece no one counts what has failed. So the rule is applied behind the maximum: a piece that settles on
@@ -117,7 +117,7 @@ def break_at(force: NDArray[np.float64], drop: float = 0.5) -> int:
     (4, 3)
     """
     peak = int(np.argmax(force))
-    row = break_row(force[peak:], np.ones(len(force) - peak, dtype=np.int64), drop)
+    row = break_row(force[peak:], np.ones(len(force) - peak, dtype=np.int64), BREAK_DROP)
     return len(force) if row is None else peak + row
 
 

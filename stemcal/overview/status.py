@@ -149,9 +149,9 @@ def _others(
 # ---- status
 
 
-def status(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Status:
+def status(study: Study, folder: StudyFolder) -> Status:
     """Return for every stage how many of its rows are done, failed and why, running, and left."""
-    solver = solver or make_solver(study)
+    solver = make_solver(study)
     wanted = asked(study, solver, folder)
     entries, working = _entries(wanted, study, folder, solver), folder.holder()
     decided = {part.stage: part.settled for part in wanted}
@@ -180,6 +180,7 @@ def _stage(
 ) -> StageStatus:
     found = Counter(entry.status for entry in entries)
     reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
+    open_runs = {entry.key for entry in entries if entry.again}
     file, changed = _file(study, solver, folder, name)
     return StageStatus(
         stage=name,
@@ -190,17 +191,10 @@ def _stage(
         reasons=dict(reasons.most_common()),
         left=found["left"] + found["damaged"] if settled else None,
         damaged=found["damaged"],
-        running=_running(entries, name, working),
+        running=0 if working is None or working.stage != name else min(len(open_runs), working.workers or 1),
         file=file,
         changed=tuple(changed),
     )
-
-
-def _running(entries: Sequence[Entry], stage: str, working: Holder | None) -> int:
-    if working is None or working.stage != stage:
-        return 0
-    open_runs = {entry.key for entry in entries if entry.again}
-    return min(len(open_runs), working.workers or 1)
 
 
 def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
@@ -222,24 +216,18 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 # ---- retry
 
 
-def retry(
-    study: Study,
-    folder: StudyFolder,
-    executor: RunExecutor,
-    watch: Watch = ignore,
-    solver: Solver | None = None,
-) -> list[Entry]:
+def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = ignore) -> list[Entry]:
     """Compute failed runs again; return what came of them.
 
     A record is replaced when its new answer is there, not before.
     """
     policy = study.runs._replace(quorum=0.0)
     with folder:
-        failed = {e.key: e for e in reversed(ledger(study, folder, solver)) if e.status == "failed"}
+        failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            own = solver or make_solver(stage_called(stage).seen(study))
+            own = make_solver(stage_called(stage).seen(study))
             folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
@@ -280,9 +268,9 @@ class Inspection:
     stages: tuple[StageState, ...]
 
 
-def inspect(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Inspection:
+def inspect(study: Study, folder: StudyFolder) -> Inspection:
     """Check every record against its seal and its name, every stage against its spec; change nothing."""
-    solver, keys = solver or make_solver(study), folder.keys()
+    solver, keys = make_solver(study), folder.keys()
     problems = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
     stages = [_state(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
     problems |= {f"{state.stage}.json": state.problem for state in stages}

@@ -110,7 +110,7 @@ class StudyResults:
         found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
         if found is None:
             raise UsageError(f"no figure {name!r}; {did_you_mean(str(name), plots)}")
-        return found.draw()
+        return found.figure
 
     # ---- how they show themselves
 

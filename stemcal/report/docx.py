@@ -46,7 +46,7 @@ def _add_figure(document: Any, number: int, plot: Plot) -> None:
     from docx.enum.text import WD_ALIGN_PARAGRAPH
     from docx.shared import Cm, Inches
 
-    wide, high = plot.draw().get_size_inches()
+    wide, high = plot.figure.get_size_inches()
     line = document.add_paragraph()
     line.alignment = WD_ALIGN_PARAGRAPH.CENTER
     line.paragraph_format.keep_with_next = True

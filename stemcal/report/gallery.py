@@ -70,18 +70,16 @@ def run_plots(study: Study, records: Records) -> list[Plot]:
 
 
 def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
-    """Return the pictures of one run; the page shows those of the calibration diameter."""
+    """Return the pictures of one run: energies, mesh, cut stem, and, where it kept a film, the way there.
+
+    The page shows those of the calibration diameter.
+    """
     name, plots = label.replace(" ", ""), []
     if details.energies:
         text, draw = f"Energies versus blade travel for the {label} stem.", partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
-    if details.shape:
-        plots += _pictures(label, name, details, on_page, hollow)
-    return plots
-
-
-def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
-    """Return the mesh, the cut stem, and, where the run kept a film, the way from one to the other."""
+    if not details.shape:
+        return plots
 
     def shape() -> Shape:
         return Shape.unpacked(details.shape)
@@ -96,10 +94,8 @@ def _pictures(label: str, name: str, details: Details, on_page: bool, hollow: bo
         f"side view and section{bore}. Colours: plastic strain; failed elements are removed. Grey: the blade and, "
         "separated by their clearance, the supports."
     )
-    plots = [
-        plot("mesh", meshed, lambda: mesh(shape())),
-        plot("fracture", cut, lambda: fracture(shape()), detail=False),
-    ]
+    plots.append(plot("mesh", meshed, lambda: mesh(shape())))
+    plots.append(plot("fracture", cut, lambda: fracture(shape()), detail=False))
     if details.film:
         film = f"Cutting of the {label} stem, in section. Above each picture: blade travel and force."
         plots.append(plot("frames", film, lambda: fracture_frames(frames_of(shape(), details.film))))

@@ -94,13 +94,9 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
         for label, outcome in result.runs():
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
-                found[label] = _record(content, pictured)
+                details, made = content["details"], from_json(Provenance, content.get("provenance", {}))
+                found[label] = RunRecord(content["key"], from_json(Details, details), _checks(details), made, pictured)
     return found
-
-
-def _record(content: Mapping[str, Any], at_solution: bool) -> RunRecord:
-    details, provenance = content["details"], from_json(Provenance, content.get("provenance", {}))
-    return RunRecord(content["key"], from_json(Details, details), _checks(details), provenance, at_solution)
 
 
 def _checks(details: Mapping[str, Any]) -> Checks | None:

@@ -89,18 +89,16 @@ def simulation_table(
     That of a laboratory test (`section`) begins with its responses, next to each what was measured at the diameter.
     """
     table = rich.Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    first = _maximum(result) if section is None else _responses(result, section, diameter)
-    for name, value in (*first, *_simulation_rows(result)):
-        table.add_row(Text(name), Text(value))
-    return table
-
-
-def _maximum(result: CuttingResult) -> list[tuple[str, str]]:
-    return [
+    first = [
         ("Maximum force", f"{significant(result.peak_force)} N"),
         ("  before the filter", f"{significant(result.peak_force_raw)} N"),
         ("  at", f"{result.peak_time:.4f} s, {result.peak_travel:.3f} mm of travel"),
     ]
+    if section is not None:
+        first = _responses(result, section, diameter)
+    for name, value in (*first, *_simulation_rows(result)):
+        table.add_row(Text(name), Text(value))
+    return table
 
 
 def response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:

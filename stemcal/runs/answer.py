@@ -74,7 +74,11 @@ def answer_all(
     """
     policy = policy or RunsOptions()
     keys = [record_key(solver, request) for request in requests]
-    known = _recorded([key for key in keys if key not in again], folder, policy)
+    known: dict[str, Answer] = {}  # what earlier commands have left for good
+    for key in dict.fromkeys(key for key in keys if key not in again):
+        record = folder.load(key)
+        if record is not None and stands(record, policy):
+            known[key] = counted(record)
     missing: dict[str, Request] = {}
     for key, request in zip(keys, requests, strict=True):
         if key not in known:
@@ -87,7 +91,11 @@ def answer_all(
     awaited = [key for key, run in missing.items() if solver.asks_people and not solver.knows(run)]
     waiting = [missing.pop(key) for key in awaited]
     if missing:
-        _prepare(solver, tally)
+        if takes_a_while := solver.preparing():
+            tally.report(preparing=True)
+        solver.prepare()
+        if takes_a_while:
+            tally.report()
     with closing(_recording(missing, solver, folder, executor)) as answers:
         for key, answer in answers:
             known[key] = judged(answer)
@@ -96,16 +104,6 @@ def answer_all(
         raise Waiting(stage, waiting)
     found = [known[key] for key in keys]
     require_quorum(requests, found, policy)
-    return found
-
-
-def _recorded(keys: Sequence[str], folder: StudyFolder, policy: RunsOptions) -> dict[str, Answer]:
-    """Return what earlier commands have left for good."""
-    found = {}
-    for key in dict.fromkeys(keys):
-        record = folder.load(key)
-        if record is not None and stands(record, policy):
-            found[key] = counted(record)
     return found
 
 
@@ -144,21 +142,8 @@ class _Tally:
         self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
 
 
-def _prepare(solver: Solver, tally: _Tally) -> None:
-    """Prepare the solver once for its workers; notify the watcher if that takes a while."""
-    if not solver.preparing():
-        solver.prepare()
-        return
-    tally.report(preparing=True)
-    solver.prepare()
-    tally.report()
-
-
 def _recording(
-    missing: Mapping[str, Request],
-    solver: Solver,
-    folder: StudyFolder,
-    executor: RunExecutor,
+    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: RunExecutor
 ) -> Generator[tuple[str, Answer], None, None]:
     """Compute the missing answers; each is recorded before it is yielded."""
     if not missing:

@@ -17,10 +17,9 @@ from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.record import ACCIDENTS, TIMEOUT
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.study.types.field_types import MOST
 
 logger = logging.getLogger(__name__)
-
-MOST = 1e30  # its powers are still numbers
 
 
 @dataclass(frozen=True)
@@ -29,14 +28,6 @@ class Computed:
 
     answer: Answer
     circumstances: dict[str, Any]
-
-
-def compute(solver: Solver, request: Request) -> Computed:
-    """Answer one request. Runs in a worker."""
-    started, clock = now(), time.perf_counter()
-    answer = validated(solver.solve(request), solver.naming)
-    wall = time.perf_counter() - clock
-    return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
 
 @dataclass(frozen=True)
@@ -52,7 +43,10 @@ class Run:
 
     def __call__(self) -> Computed:
         """Answer the request."""
-        return compute(self.solver, self.request)
+        started, clock = now(), time.perf_counter()
+        answer = validated(self.solver.solve(self.request), self.solver.naming)
+        wall = time.perf_counter() - clock
+        return Computed(answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall})
 
 
 def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:

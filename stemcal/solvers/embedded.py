@@ -18,7 +18,6 @@ from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
 from stemcal.laboratory.build import LaboratoryTest
-from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
@@ -189,8 +188,11 @@ def simulate(
     levels: Mapping[str, float],
     diameter: float | None = None,
     frames: Path | None = None,
+    section: LaboratorySection | None = None,
 ) -> cutting.CuttingResult:
-    """Run one virtual shear test of a study.
+    """Run one virtual shear test of a study, or the laboratory test of a section.
+
+    The warnings of a laboratory test are those that concern what was measured in it, all where nothing was.
 
     Parameters
     ----------
@@ -202,26 +204,12 @@ def simulate(
         Folder for about 50 frames to be looked at in ParaView.
     """
     warm()
-    test = shear_test(study, levels, study.specimen.outer_diameter if diameter is None else diameter)
+    diameter = study.specimen.outer_diameter if diameter is None else diameter
+    test = shear_test(study, levels, diameter) if section is None else test_of(study, section, levels, diameter)
     inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
-    return cutting.shear(test, inspect)
-
-
-def simulate_test(
-    study: Study,
-    name: str,
-    levels: Mapping[str, float],
-    diameter: float,
-    frames: Path | None = None,
-) -> LaboratoryResult:
-    """Run the laboratory test called `name` of a study; the rest as in `simulate`.
-
-    Its warnings are those that concern what was measured in it, all where nothing was.
-    """
-    warm()
-    section = next(section for section in study.tests if section.name == name)
-    test = test_of(study, section, levels, diameter)
-    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
+    if section is None:
+        assert isinstance(test, cutting.ShearTest)
+        return cutting.shear(test, inspect)
     result = perform(test, inspect)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 

@@ -43,14 +43,9 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     except (re.error, OverflowError, RecursionError) as error:
         raise complain(f"is not a valid regular expression: {error}", "correct it") from None
     if groups == 0:
-        raise complain("has no capture group around the number", f"write it like '{_first(info)} = (\\S+)'")
+        naming: Naming = (info.context or {}).get("naming", CUTTING)
+        raise complain("has no capture group around the number", f"write it like '{naming.response.name} = (\\S+)'")
     return given
-
-
-def _first(info: ValidationInfo) -> str:
-    """Return the name of the first response."""
-    naming: Naming = (info.context or {}).get("naming", CUTTING)
-    return naming.response.name
 
 
 RunFile = Annotated[
@@ -114,9 +109,7 @@ MassScaling = Annotated[
     ),
 ]
 FilterWindow = Annotated[
-    float,
-    Quantity("time", at_least=0),
-    Field(description="Window of the low-pass filter of the force; 0 s for none."),
+    float, Quantity("time", at_least=0), Field(description="Window of the low-pass filter of the force; 0 s for none.")
 ]
 
 

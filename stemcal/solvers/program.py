@@ -103,11 +103,6 @@ def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
     return folder
 
 
-def discard(folder: Path) -> None:
-    """Remove a run folder; what another program still holds open stays (Windows)."""
-    shutil.rmtree(folder, ignore_errors=True)
-
-
 # Characters of a program's last output that a record keeps.
 _KEPT_OUTPUT = 2000
 
@@ -172,7 +167,7 @@ class Program(Solver, ABC, Generic[O]):
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
         answer = self._run(folder, request)
         if answer.ok:
-            discard(folder)
+            shutil.rmtree(folder, ignore_errors=True)  # what another program still holds open stays (Windows)
         return answer
 
     @abstractmethod
@@ -275,17 +270,14 @@ class Command(Program[CommandSolver]):
         """Refuse to begin if the program is not there."""
         executable(self.options.command[0], self.study.source.parent)
 
-    def identity(self, request: Request) -> dict[str, Any]:
-        """Return what determines the answer, the command among it."""
-        return {**super().identity(request), "command": list(self.options.command)}
-
     def _inputs(self) -> Inputs:
         return Inputs.of(self.options.templates, self.options.files)
 
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
         drawn = {"seed": seed_of(request)} if request.replicate else {}
-        return {"result": {name: one.model_dump(mode="json") for name, one in options.result.items()}, **drawn}
+        readers = {name: one.model_dump(mode="json") for name, one in options.result.items()}
+        return {"command": list(options.command), "result": readers, **drawn}
 
     def _write(self, folder: Path, request: Request) -> None:
         self.inputs.write(folder, self._values(request))

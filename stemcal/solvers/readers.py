@@ -26,6 +26,12 @@ _PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
 _NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
 LONGEST_LINE = 10_000  # characters of a line that a pattern searches
+REDUCTIONS: dict[str, Callable[[Array], float]] = {
+    "max": np.max,
+    "min": np.min,
+    "first": lambda y: y[0],
+    "last": lambda y: y[-1],
+}
 
 
 class Series(NamedTuple):
@@ -43,13 +49,18 @@ def read_number(result: ResultReader, folder: Path) -> float:
     SimulationFailed
         If it is not there (``no_result``), cannot be read (``bad_result``) or is not a number (``nan``).
     """
-    return result.scale * reduce_series(_series(result, folder), result.reduction)
+    return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder))))
 
 
 def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
     """Return the travel of a curve and its numbers; raise `SimulationFailed` as `read_number` does."""
-    along, numbers = plotted(_series(result, folder))
-    return along, result.scale * numbers
+    series = _series(result, folder)
+    y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
+    if x.size != y.size:
+        raise SimulationFailed("bad_result", f"the curve has {y.size} values but {x.size} values of the travel")
+    if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
+        raise SimulationFailed("bad_result", "the travel of the curve does not increase")
+    return x, result.scale * y
 
 
 def _series(result: ResultReader, folder: Path) -> Series:
@@ -147,40 +158,6 @@ def _regex(text: str, file: str, pattern: str) -> Series:
         raise SimulationFailed("no_result", f"{file} has no match for the pattern")
     numbers = [_number(match[number], file) for match in found]
     return Series(numbers, [_number(match["x"], file) for match in found] if along else None)
-
-
-# ---- from a series to one number
-
-REDUCTIONS: dict[str, Callable[[Array], float]] = {
-    "max": np.max,
-    "min": np.min,
-    "first": lambda y: y[0],
-    "last": lambda y: y[-1],
-}
-
-
-def reduce_series(series: Series, reduction: str) -> float:
-    """Return the one number that `reduction` makes of a series.
-
-    >>> reduce_series(Series([0.0, 3.0, 1.0]), "max")
-    3.0
-
-    Raises
-    ------
-    SimulationFailed
-        If the series is empty or contains NaN.
-    """
-    return float(REDUCTIONS[reduction](_finite(series)))
-
-
-def plotted(series: Series) -> tuple[Array, Array]:
-    """Return what a series is plotted along, and its numbers; raise `SimulationFailed` as `reduce_series` does."""
-    y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
-    if x.size != y.size:
-        raise SimulationFailed("bad_result", f"the curve has {y.size} values but {x.size} values of the travel")
-    if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
-        raise SimulationFailed("bad_result", "the travel of the curve does not increase")
-    return x, y
 
 
 def _finite(series: Series) -> Array:

@@ -25,7 +25,7 @@ def test_measure_diameters(tmp_path: Path) -> None:
     result = command("measure", "diameters", file, "--grades", "7,8,9,10,11", "--out", tmp_path)
     assert result.exit_code == 0
     assert "50, 150 readings" in result.stdout
-    assert "Anderson–Darling" in result.stdout
+    assert "Shapiro–Wilk" in result.stdout
     assert "synthetic; do not publish" in result.stderr
     assert max(map(len, result.stdout.splitlines())) <= 80
     names = {path.name for path in tmp_path.iterdir()}

@@ -5,10 +5,12 @@ from typing import Any
 
 from stemcal.cli.show import failed_runs
 from stemcal.cli.status import state as lines
+from stemcal.files.rows import Table
 from stemcal.folder import Holder
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
-from stemcal.report.page.headline import failures, folded
+from stemcal.report.page import Part, Picture
+from stemcal.report.page.headline import failures
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 
@@ -48,5 +50,7 @@ def test_failed_runs_are_counted_with_their_reasons() -> None:
 
 
 def test_what_is_folded() -> None:
-    assert folded(["analysis of variance"], 1, 3) == "analysis of variance, 1 figure and 3 notes"
-    assert folded([], 0, 0) == ""
+    tables = (Table((), (), "Analysis of variance"),)
+    folded = Part(details=tables, plates=(Picture("", ""),), notes=("a", "b", "c")).folded
+    assert folded == "analysis of variance, 1 figure and 3 notes"
+    assert Part().folded == ""

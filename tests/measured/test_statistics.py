@@ -1,12 +1,9 @@
 """Known answers: printed tables, other programs, closed forms."""
 
-from math import exp
-
 import numpy as np
 import pytest
-from scipy import stats
 
-from stemcal.measured.statistics import anderson_darling, critical_value, grubbs, shapiro_wilk, summarise
+from stemcal.measured.statistics import critical_value, grubbs, shapiro_wilk, summarise
 
 # Michelson's speed of light of 1879, first 20 experiments of run 1 (km/s − 299 000), as in R's `morley`.
 MORLEY = [850, 740, 900, 1070, 930, 850, 950, 980, 980, 880, 1000, 980, 930, 650, 760, 810, 1000, 1000, 960, 960]
@@ -29,32 +26,16 @@ def test_one_value_has_no_scatter() -> None:
     assert (found.mean, found.sd, found.mean_interval) == (120.0, None, None)
 
 
-def test_normality_tests_agree_with_other_programs() -> None:
-    """A² of SciPy, made that of a large sample, and its p after Stephens (1986), table 4.9."""
-    assert shapiro_wilk(MORLEY).statistic == pytest.approx(0.919, abs=0.02)
-    values = np.array(MORLEY, dtype=float)
-    n, z = len(values), np.sort((values - values.mean()) / values.std(ddof=1))
-    i = np.arange(1, n + 1)
-    a2 = -n - float(np.sum((2 * i - 1) * (stats.norm.logcdf(z) + stats.norm.logsf(z[::-1])))) / n
-    a2 *= 1 + 0.75 / n + 2.25 / n**2
-    found = anderson_darling(MORLEY)
-    assert found.statistic == pytest.approx(a2, rel=1e-12)
-    assert 0.6 < a2 < 10.0
-    assert found.p == pytest.approx(exp(1.2937 - 5.709 * a2 + 0.0186 * a2**2), rel=1e-12)
+def test_normality_agrees_with_another_program() -> None:
+    """R prints W = 0.91993 for the first run."""
+    assert shapiro_wilk(MORLEY).statistic == pytest.approx(0.91993, abs=1e-4)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_normal_sample_passes_and_an_exponential_one_fails(seed: int) -> None:
     random = np.random.default_rng(seed)
-    for test in (shapiro_wilk, anderson_darling):
-        assert test(random.normal(9, 1, 200).tolist()).p > 0.01
-        assert test(random.exponential(1.0, 200).tolist()).p < 1e-6
-
-
-def test_p_of_anderson_darling_is_uniform_under_normality() -> None:
-    random = np.random.default_rng(7)
-    p = np.array([anderson_darling(random.normal(size=30).tolist()).p for _ in range(1000)])
-    assert np.quantile(p, [0.05, 0.25, 0.5]) == pytest.approx([0.05, 0.25, 0.5], abs=0.04)
+    assert shapiro_wilk(random.normal(9, 1, 200).tolist()).p > 0.01
+    assert shapiro_wilk(random.exponential(1.0, 200).tolist()).p < 1e-6
 
 
 def test_grubbs_on_nists_example() -> None:

@@ -191,7 +191,7 @@ def test_papers_tables_show_every_response(moist: Told) -> None:
 def test_figures_speak_of_no_stem(moist: Told) -> None:
     study, folder, results = moist
     plots = gallery(study, results, read_records(results, folder))
-    texts = [text for plot in plots for text in re.findall(r"<text[^>]*>(.*?)</text>", svg(plot.draw()), re.DOTALL)]
+    texts = [text for plot in plots for text in re.findall(r"<text[^>]*>(.*?)</text>", svg(plot.figure), re.DOTALL)]
     assert len(texts) > 50
     assert of_stems([*texts, *(plot.caption for plot in plots), *(plot.name for plot in plots)]) == []
     assert not {"growth", "force-travel"} & {plot.name for plot in plots}
@@ -201,7 +201,7 @@ def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
     study, folder, results = moist
     plots = gallery(study, results, read_records(results, folder))
     assert [plot.name for plot in first_pictures(study, plots)] == ["validation", "validation-bulk"]
-    (axes,) = next(plot for plot in plots if plot.name == "validation-bulk").draw().axes
+    (axes,) = next(plot for plot in plots if plot.name == "validation-bulk").figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moisture, %", "bulk density, kg/m³")
     assert list(axes.lines[0].get_ydata()) == [745.0, 741.0]
 
@@ -209,7 +209,7 @@ def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
 def test_without_a_condition_measured_and_simulated_stand_side_by_side(angle: Told) -> None:
     study, folder, results = angle
     plots = gallery(study, results, read_records(results, folder))
-    (axes,) = next(plot for plot in plots if plot.name == "validation").draw().axes
+    (axes,) = next(plot for plot in plots if plot.name == "validation").figure.axes
     assert axes.get_ylabel() == "angle of repose, °"
     assert [label.get_text() for label in axes.get_xticklabels()] == ["measured", "simulated"]
 

@@ -29,7 +29,7 @@ def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch:
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
     what = shown(study, folder)
     assert not what.results.stale and len(list(what.results.done)) == 4
-    assert all(plot.draw() for plot in what.plots if not plot.on_page)
+    assert all(plot.figure for plot in what.plots if not plot.on_page)
     return render(study, folder, what)
 
 

@@ -1,34 +1,39 @@
 """Readers and reductions: known numbers in, known number out."""
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.options import ResultReader
-from stemcal.solvers.readers import Series, plotted, read_curve, read_number, reduce_series
+from stemcal.solvers.readers import read_curve, read_number
 
-SERIES = Series([1.0, 9.0, -2.0, 4.0], [0.0, 1.0, 2.0, 3.0])
+
+def _left(folder: Path, y: list[float], x: list[float] | None = None) -> Path:
+    """Write a series as a program leaves it."""
+    (folder / "out.json").write_text(json.dumps({"y": y, "x": x}), encoding="utf-8")
+    return folder
 
 
 @pytest.mark.parametrize(("reduction", "known"), [("max", 9.0), ("min", -2.0), ("first", 1.0), ("last", 4.0)])
-def test_reductions(reduction: str, known: float) -> None:
-    assert reduce_series(SERIES, reduction) == known
+def test_reductions(reduction: Any, known: float, tmp_path: Path) -> None:
+    result = ResultReader(file="out.json", path="y", reduction=reduction)
+    assert read_number(result, _left(tmp_path, [1.0, 9.0, -2.0, 4.0])) == known
 
 
-@pytest.mark.parametrize(
-    ("series", "reason"), [(Series([]), "no_result"), (Series([1.0, float("nan")]), "nan")], ids=["empty", "NaN"]
-)
-def test_a_series_without_numbers_is_refused(series: Series, reason: str) -> None:
+@pytest.mark.parametrize(("series", "reason"), [([], "no_result"), ([1.0, float("nan")], "nan")], ids=["empty", "NaN"])
+def test_a_series_without_numbers_is_refused(series: list[float], reason: str, tmp_path: Path) -> None:
     with pytest.raises(SimulationFailed) as caught:
-        reduce_series(series, "first")
+        read_number(ResultReader(file="out.json", path="y"), _left(tmp_path, series))
     assert caught.value.reason == reason
 
 
 @pytest.mark.parametrize("travel", [[1.0, 0.0], [1.0], None, [0.0, float("inf")]])
-def test_a_curve_needs_a_travel_that_rises(travel: list[float] | None) -> None:
+def test_a_curve_needs_a_travel_that_rises(travel: list[float] | None, tmp_path: Path) -> None:
     with pytest.raises(SimulationFailed) as caught:
-        plotted(Series([1.0, 2.0], travel))
+        read_curve(ResultReader(file="out.json", path="y", along="x"), _left(tmp_path, [1.0, 2.0], travel))
     assert caught.value.reason == "bad_result"
 
 

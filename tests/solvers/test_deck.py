@@ -26,7 +26,7 @@ from stemcal.solvers.deck.equivalents import (
 from stemcal.solvers.deck.keywords import fitted, keyword
 from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
-from stemcal.solvers.deck.writer import engine_text, starter_text, stem_material
+from stemcal.solvers.deck.writer import engine_text, starter_around, stem_material
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
@@ -324,7 +324,7 @@ def test_lengths_stand_in_each_programs_own_words() -> None:
     assert card[2] == f"{1:10d}{1:10d}{8.0:10}{2.0:10}{fitted(dyna.nonlocal_length, 10):>10}{100:10d}{1:10d}{0:10d}"
     assert card[4] == f"{1:10d}"
     assert "MAT_NONLOCAL" not in deck_text(plain) + deck_text(radioss)
-    starter = starter_text(radioss, "run.k").splitlines()
+    starter = starter_around("run.k", radioss.nonlocal_length).splitlines()
     at = starter.index("/NONLOCAL/MAT/1")
     assert float(starter[at + 2][:20]) == radioss.nonlocal_length
     assert starter[starter.index("/INCLUDE_LS-DYNA/") + 1] == "run.k"

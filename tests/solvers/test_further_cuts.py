@@ -10,7 +10,7 @@ from stemcal.cutting import ShearTest
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.perform import cut
-from stemcal.solvers.embedded import Embedded, shear_test, simulate, simulate_test
+from stemcal.solvers.embedded import Embedded, shear_test, simulate
 from stemcal.solvers.laboratory_runs import distrusted
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
@@ -36,7 +36,8 @@ def _study(folder: Path, changes: str, sections: str = "", solver: str = "") -> 
 def test_without_changes_it_is_the_first(tmp_path: Path) -> None:
     study = _study(tmp_path, "")
     levels = study.midlevels()
-    first, again = simulate(study, levels), simulate_test(study, "again", levels, 8.0)
+    first, again = simulate(study, levels), simulate(study, levels, 8.0, section=study.tests[0])
+    assert isinstance(again, laboratory.LaboratoryResult)
     assert again.responses["force"] == first.peak_force
     assert again.responses["travel"] == first.peak_travel
     assert again.break_travel == first.break_travel

@@ -252,15 +252,7 @@ def sample_of_skin(tools: Floats, f: int, s: int, x: Array) -> Floats:
 
 @kernel
 def push_skin_out(
-    tools: Floats,
-    near: Any,
-    counts: Any,
-    x: Array,
-    v: Array,
-    pushes: Floats,
-    dt0: float,
-    dt: float,
-    friction: Floats,
+    tools: Floats, near: Any, counts: Any, x: Array, v: Array, pushes: Floats, dt0: float, dt: float, friction: Floats
 ) -> None:
     """Add the contact forces of all tools on the faces near them, ``near[t, :counts[t]]``, to `pushes`.
 

@@ -143,14 +143,7 @@ def at_midstep(L: Floats, dt: float) -> Floats:
 def strain_increment(L: Floats, dt: float) -> Floats:
     """Return dt·sym(L) as tensor components (xx, yy, zz, xy, yz, zx)."""
     h = HALF * dt
-    return (
-        dt * L[0],
-        dt * L[4],
-        dt * L[8],
-        h * (L[1] + L[3]),
-        h * (L[5] + L[7]),
-        h * (L[2] + L[6]),
-    )
+    return (dt * L[0], dt * L[4], dt * L[8], h * (L[1] + L[3]), h * (L[5] + L[7]), h * (L[2] + L[6]))
 
 
 @inlined

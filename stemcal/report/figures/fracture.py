@@ -114,11 +114,7 @@ def _normals(points: Array) -> Array:
 
 
 def draw_faces(
-    axes: Axes,
-    shape: Shape,
-    faces: tuple[Array, Array],
-    scale: Any,
-    reach: float | None = None,
+    axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float | None = None
 ) -> list[Any]:
     """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
     from matplotlib.collections import PolyCollection
@@ -172,15 +168,14 @@ def fracture_frames(frames: Sequence[Frame]) -> Figure:
 
 def mesh(shape: Shape) -> Figure:
     """Return the mesh before the test: from the side with blade and supports, and the stem's cross-section."""
+    # so far down the blade touches
     up = 0.0 if not shape.tools else shape.reference[:, 2].max() - shape.tools[0][:, 1].min()
     whole = replace(
         shape,
         nodes=shape.reference,
         standing=np.ones(len(shape.hexes), bool),
         plastic_strain=np.zeros(len(shape.hexes)),
-        tools=tuple(
-            tool + np.array([0.0, 0.0 if n else up]) for n, tool in enumerate(shape.tools)
-        ),  # the blade touches
+        tools=tuple(tool + np.array([0.0, 0.0 if n else up]) for n, tool in enumerate(shape.tools)),
     )
     scale = strain_scale([whole])
     with new_figure(width=6.4, height=1.9) as figure:

@@ -39,27 +39,25 @@ class Plot:
     claims: bool = False
     early: bool = False
 
-    def draw(self) -> Figure:
-        """Return the figure, made once: page and files share it."""
-        if "figure" not in self.__dict__:
-            self.__dict__["figure"] = self.make()
-        figure: Figure = self.__dict__["figure"]
-        return figure
+    @cached_property
+    def figure(self) -> Figure:
+        """The figure, made once: page and files share it."""
+        return self.make()
 
     @cached_property
     def document(self) -> str:
         """The figure as SVG."""
-        return svg(self.draw())
+        return svg(self.figure)
 
     @cached_property
     def readings(self) -> list[dict[str, Any]]:
         """What its lines and bars show, where they are in its `document`."""
-        return readings(self.draw()) if self.document else []
+        return readings(self.figure) if self.document else []
 
     @cached_property
     def pixels(self) -> bytes:
         """The figure as PNG."""
-        return png(self.draw())
+        return png(self.figure)
 
 
 # ---- on the page

@@ -46,7 +46,7 @@ FONTS = (
     *("WenQuanYi Zen Hei", "Droid Sans Fallback", "STHeiti", "Heiti SC", "SimSun", "Songti SC"),
     *("Noto Serif CJK SC", "AR PL UMing CN", "Noto Serif SC", "Source Han Serif SC", "PingFang TC"),
     *("Microsoft JhengHei", "Noto Sans CJK TC", "LXGW WenKai", "KaiTi", "STKaiti", "STSong", "FangSong"),
-    *("Arial Unicode MS"),
+    "Arial Unicode MS",
 )
 
 

@@ -23,7 +23,7 @@ from stemcal.naming import Names, small
 from stemcal.numbers import short
 from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery
-from stemcal.report.page.headline import failures, folded, headline, kind_of, lead, made_with, next_step, question
+from stemcal.report.page.headline import failures, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
@@ -35,6 +35,7 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
+from stemcal.words import counted, series
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -62,7 +63,9 @@ class Part:
     @property
     def folded(self) -> str:
         """What is folded, in words; nothing if nothing is."""
-        return folded([small(table.title) for table in self.details], len(self.plates), len(self.notes))
+        numbers = {"figure": len(self.plates), "note": len(self.notes)}
+        counts = [counted(number, noun) for noun, number in numbers.items() if number]
+        return series([*(small(table.title) for table in self.details), *counts])
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from stemcal.stages.stage import stage_called
 from stemcal.stages.verdict.result import Verdict
 from stemcal.study.model import Study
 from stemcal.version import __version__
-from stemcal.words import counted, series
+from stemcal.words import series
 
 _TWO_LINES = 240  # characters
 _REPORT = Remedy("Report the parameters with their intervals and settings.")
@@ -130,9 +130,3 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
         ("Written by", f"stemcal {code_version()}"),
         ("Cite", f"The stemcal developers: stemcal, version {__version__}. Publish this spec with your results."),
     ]
-
-
-def folded(titles: Iterable[str], figures: int, notes: int) -> str:
-    """Return a list of what is folded; nothing if nothing is."""
-    counts = [counted(number, noun) for number, noun in ((figures, "figure"), (notes, "note")) if number]
-    return series([*titles, *counts])

@@ -70,16 +70,14 @@ def tests_table(tests: MeasuredTests) -> Table:
 
 def _statistics(found: Diameters) -> dict[str, str]:
     """Return the statistics of a sample of stem diameters."""
-    summary = found.summary
+    summary, test = found.summary, found.normality
+    verdict = "not rejected" if test.p >= 0.05 else "rejected"
     return {
         "Stems": f"{summary.n}, {found.readings} readings",
         "Mean, mm": f"{summary.mean:.3f} (95 % {interval(summary.mean_interval)})",
         "Standard deviation, mm": f"{summary.sd:.3f} (95 % {interval(summary.sd_interval)})",
         "Coefficient of variation, %": fixed(summary.cv_percent, 2),
-    } | {
-        test.name: f"{test.statistic:.4f}, p {signed_probability(test.p)}, normality "
-        f"{'not ' if test.p >= 0.05 else ''}rejected"
-        for test in found.normality
+        "Shapiro–Wilk": f"{test.statistic:.4f}, p {signed_probability(test.p)}, normality {verdict}",
     }
 
 

@@ -10,7 +10,7 @@ from stemcal.solvers.deck import lsdyna, openradioss
 from stemcal.solvers.deck.keywords import DeckForm, form_of
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
-from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_text
+from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_around
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import Inputs, Program, executable
 from stemcal.solvers.protocol import Answer, Request
@@ -59,7 +59,7 @@ class DeckProgram(Program[DeckSolver]):
         deck = self._deck(request)
         write_atomic(folder / DECK, deck_text(deck))
         if not self._is_lsdyna and deck.nonlocal_length > 0.0:
-            write_atomic(folder / STARTER_INPUT, starter_text(deck, DECK))
+            write_atomic(folder / STARTER_INPUT, starter_around(DECK, deck.nonlocal_length))
 
     def _deck(self, request: Request) -> Deck:
         """Return the deck in the form that the program reads; for OpenRadioss without pictures, 50 files for a run."""

@@ -7,7 +7,6 @@ name: LS-DYNA then reads all digits, OpenRadioss does not support the keyword.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import chain
 from typing import Literal
 
 from stemcal.solvers.options import DeckSolver
@@ -34,13 +33,10 @@ def keyword(name: str, *cards: Card, title: str | None = None, long: bool = Fals
     yield f"*{name}{'+' if width == LONG else ''}"
     if title is not None:
         yield title[:80]
-    yield from chain.from_iterable(_card(card, width) for card in cards)
-
-
-def _card(card: Card, width: int) -> Iterable[str]:
-    heading = "".join(f"{name:>{width}}" for name in card)
-    yield _HEADING + heading[len(_HEADING) :]
-    yield "".join(f"{_in_columns(value, width):>{width}}" for value in card.values())
+    for card in cards:
+        heading = "".join(f"{name:>{width}}" for name in card)
+        yield _HEADING + heading[len(_HEADING) :]
+        yield "".join(f"{_in_columns(value, width):>{width}}" for value in card.values())
 
 
 def _in_columns(value: float | int | str, width: int) -> str:

@@ -25,8 +25,7 @@ _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
 _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({NUMBER})", re.IGNORECASE)
 _VALUE = rf"({NUMBER}|[-+]?NaN|[-+]?Inf(?:inity)?|\*+)"
 _ROW = re.compile(
-    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x.*?\s+z\s*{_VALUE}",
-    re.IGNORECASE,
+    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x.*?\s+z\s*{_VALUE}", re.IGNORECASE
 )
 
 

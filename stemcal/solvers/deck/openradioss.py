@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -41,11 +41,9 @@ from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import read_text
 
 HOME = "OPENRADIOSS_PATH"
-# Version that the starter prints, and the time limit for it in seconds.
-_VERSION, _VERSION_S = (
-    re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE),
-    20.0,
-)
+# The version that the starter prints.
+_VERSION = re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE)
+_VERSION_S = 20.0  # for asking it
 # Usual names begin so; the rest is platform, precision and parallel library; the shortest is the plain one.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
 _ON_PATH = {
@@ -154,14 +152,6 @@ def _variables(home: Path | None) -> dict[str, str]:
 _LEAST_SECONDS = 2.0  # for each program, also after one that took all of the time
 
 
-class _Step(NamedTuple):
-    """One program of a run: its name, command, and what raises `SimulationFailed` if it ended badly."""
-
-    name: str
-    command: Sequence[str]
-    check: Callable[[Ended], None]
-
-
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
     """Run the deck in `folder` and return its answer, or why there is none."""
     given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
@@ -182,25 +172,20 @@ def run_programs(
     The starter begins with the file `given`; `starter_ran` raises if it went wrong, and leaves the engine its input.
     """
     options = options.model_copy(update={"environment": there.environment})
-    *first, last = (
-        _Step("starter", [there.starter, "-i", given, "-np", "1"], starter_ran),
-        _Step("engine", [there.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder)),
-        _Step("th_to_csv", [there.th_to_csv, HISTORY], partial(table_made, folder)),
-    )
+    steps: dict[str, tuple[list[str], Callable[[Ended], None], Callable[[Ended], Answer]]] = {
+        "starter": ([there.starter, "-i", given, "-np", "1"], starter_ran, lambda _: Answer("ok")),
+        "engine": ([there.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder), lambda _: Answer("ok")),
+        "th_to_csv": ([there.th_to_csv, HISTORY], partial(table_made, folder), read),
+    }
     seconds: dict[str, float] = {}
-
-    def run(step: _Step, read: Callable[[Ended], Answer]) -> Answer:
-        left = max(options.time_limit - sum(seconds.values()), _LEAST_SECONDS)
-        answer = run_in(folder, step.command, options, read, left, step.check)
-        seconds[step.name] = answer.details.get("program_seconds", 0.0)
-        return replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
-
     try:
-        for step in first:
-            answer = run(step, lambda _: Answer("ok"))
+        for name, (command, check, read_it) in steps.items():
+            left = max(options.time_limit - sum(seconds.values()), _LEAST_SECONDS)
+            answer = run_in(folder, command, options, read_it, left, check)
+            seconds[name] = answer.details.get("program_seconds", 0.0)
+            answer = replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
             if not answer.ok:
                 return answer
-        answer = run(last, read)
         return replace(answer, details={**answer.details, "program_version": program_version(there)})
     finally:
         for path in folder.glob("run_*.rst"):  # what takes most room and no one reads

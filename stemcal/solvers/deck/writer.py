@@ -205,13 +205,11 @@ def _elements(meshes: Mapping[int, Mesh]) -> Iterable[str]:
 # ---- files of OpenRadioss around a deck, for what its reader of decks does not convert
 
 
-def starter_text(deck: Deck, name: str) -> str:
-    """Return the starter's file that includes the deck of a file `name` (run.k)."""
-    return starter_around(name, deck.nonlocal_length)
-
-
 def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = ()) -> str:
-    """Return the starter's file around any deck, with `further` lines; a length (mm) makes the failure nonlocal."""
+    """Return the starter's file around the deck of a file `name` (run.k), with `further` lines.
+
+    A length (mm) makes the failure nonlocal.
+    """
     length = (f"/NONLOCAL/MAT/{STEM}", f"#{'LENGTH':>19}{'LE_MAX':>20}", f"{nonlocal_length!r:>20}{0:>20}")
     averaging = length if nonlocal_length > 0.0 else ()
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"

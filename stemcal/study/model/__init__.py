@@ -171,12 +171,7 @@ class Study(StudyForm):
         return runs
 
     def tell(
-        self,
-        rows: Sequence[Mapping[str, Any]],
-        out: str | Path | None = None,
-        *,
-        replace: str = "",
-        who: str = "",
+        self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "", who: str = ""
     ) -> int:
         """Record results; return how many were accepted.
 

@@ -15,7 +15,7 @@ from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.reading import open_plain
 from stemcal.registry import stages
 from stemcal.study.model import Study, StudyForm
-from stemcal.study.reading.sections import Sections, read_sections
+from stemcal.study.reading.sections import Sections, read_sections, spelled
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
@@ -70,8 +70,7 @@ def _refuse_unknown(data: Any, changes: Mapping[str, object], path: Path) -> Non
     """Raise `SpecError` for a change of what is neither a factor nor a section."""
     entries = data.get("factors") if isinstance(data, dict) else None
     factors = [entry.get("name") for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
-    sections = (str(field.validation_alias or name) for name, field in StudyForm.model_fields.items())
-    known = [*(name for name in factors if isinstance(name, str)), *sections]
+    known = [*(name for name in factors if isinstance(name, str)), *map(spelled, StudyForm.model_fields)]
     wrong = [name for name in changes if name not in known and stages().named(name) is None]
     if wrong:
         unknown = ((name, f"there is no factor or section {name[:60]!r}", did_you_mean(name, known)) for name in wrong)
@@ -173,37 +172,17 @@ def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
 # ---- what must hold between the values of a spec
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    factors.names_differ,
-    target_rules.names_are_free,
-    target_rules.forces_are_newtons,
-    factors.ranges_rise,
-    factors.priors_fit,
-    factors.factors_are_known,
-    factors.factors_are_physical,
-    factors.material_is_physical,
-    factors.material_is_given_once,
-    factors.sections_are_given_once,
-    factors.wall_fits_stem,
-    factors.rate_parameters_are_used,
-    factors.material_is_complete,
-    factors.growth_has_one_value,
-    factors.exponents_are_factors,
-    factors.grades_reach,
-    factors.growth_is_physical,
-    factors.tangent_stays_below_elastic,
-    target_rules.conditions_differ,
-    target_rules.stem_reaches_over_supports,
-    target_rules.edge_fits_blade,
-    target_rules.friction_falls,
-    target_rules.tests_are_simulated,
-    target_rules.curves_are_simulated,
-    target_rules.tests_differ,
-    target_rules.tests_have_what_they_need,
-    target_rules.further_cuts_are_possible,
-    target_rules.tests_fit_the_stem,
-    target_rules.test_targets_stand_beside_forces,
-    target_rules.own_names_belong_to_programs,
-)
+    factors.names_differ, target_rules.names_are_free, target_rules.forces_are_newtons, factors.ranges_rise,
+    factors.priors_fit, factors.factors_are_known, factors.factors_are_physical, factors.material_is_physical,
+    factors.material_is_given_once, factors.sections_are_given_once, factors.wall_fits_stem,
+    factors.rate_parameters_are_used, factors.material_is_complete, factors.growth_has_one_value,
+    factors.exponents_are_factors, factors.grades_reach, factors.growth_is_physical,
+    factors.tangent_stays_below_elastic, target_rules.conditions_differ, target_rules.stem_reaches_over_supports,
+    target_rules.edge_fits_blade, target_rules.friction_falls, target_rules.tests_are_simulated,
+    target_rules.curves_are_simulated, target_rules.tests_differ, target_rules.tests_have_what_they_need,
+    target_rules.further_cuts_are_possible, target_rules.tests_fit_the_stem,
+    target_rules.test_targets_stand_beside_forces, target_rules.own_names_belong_to_programs,
+)  # fmt: skip
 
 
 def broken_rules(draft: Draft) -> list[Finding]:

@@ -45,9 +45,8 @@ def read_sections(data: Any, folder: Path) -> Sections:
     _learn_kinds(data)
     sections.read_further()
     for name, key in StudyForm.model_fields.items():
-        spelled = str(key.validation_alias or name)
-        if spelled in data:
-            _READ.get(name, Sections.read)(sections, name, data[spelled])
+        if spelled(name) in data:
+            _READ.get(name, Sections.read)(sections, name, data[spelled(name)])
         elif key.is_required():
             sections.findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
         else:
@@ -78,20 +77,20 @@ class Sections:
         """Read a section; of one that is wrong, what is good of it."""
         told: Collection[NodePath] = ()
         if given is None:
-            self.findings.append(Finding((_spelled(name),), "is empty", "fill in the section or remove it"))
+            self.findings.append(Finding((spelled(name),), "is empty", "fill in the section or remove it"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
-            told = [(_spelled(name), "responses")]  # unknown while a test is wrong
+            told = [(spelled(name), "responses")]  # unknown while a test is wrong
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
-            self.findings += _findings(error, (_spelled(name),), told)
+            self.findings += _findings(error, (spelled(name),), told)
             if (rest := partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
     def read_further(self) -> None:
         """Read the sections of stages from other packages; any other key is unknown."""
-        known, further = tuple(map(_spelled, StudyForm.model_fields)), {}
+        known, further = tuple(map(spelled, StudyForm.model_fields)), {}
         for key in self.data:
             if key in known:
                 continue
@@ -177,7 +176,7 @@ class Sections:
 
     def chosen(self, key: str) -> Any:
         """Return the value of a key in the sections of stages; None if none has it."""
-        given = (self.data.get(_spelled(name)) for name in FIELDS.values())
+        given = (self.data.get(spelled(name)) for name in FIELDS.values())
         return next((section[key] for section in given if isinstance(section, dict) and key in section), None)
 
 
@@ -193,7 +192,7 @@ def _complete(targets: Targets | None) -> TypeGuard[Targets]:
     return targets is not None and all({"condition", "response"} <= one.__dict__.keys() for one in targets.means)
 
 
-def _spelled(name: str) -> str:
+def spelled(name: str) -> str:
     """Return the key of a section in a spec."""
     return str(StudyForm.model_fields[name].validation_alias or name)
 
@@ -258,8 +257,8 @@ def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
         return None  # another solver
     hints = get_type_hints(kind, include_extras=True)
-    spelled = {name: str(one.validation_alias or name) for name, one in kind.model_fields.items()}
-    keys = {name: key for name, key in spelled.items() if key in given}
+    written = {name: str(one.validation_alias or name) for name, one in kind.model_fields.items()}
+    keys = {name: key for name, key in written.items() if key in given}
     read = {name: _field(hints[name], given[key], context) for name, key in keys.items()}
     good = {name: value for name, value in read.items() if value is not None}
     section = kind.model_construct(_fields_set={*good}, **good)

@@ -117,10 +117,7 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
 
 
 _CUTTING = "cutting"
-_ABOUT_CUTTING = (
-    stem_reaches_over_supports,
-    edge_fits_blade,
-)
+_ABOUT_CUTTING = (stem_reaches_over_supports, edge_fits_blade)
 
 
 def tests_are_simulated(draft: Draft) -> Iterator[Finding]:

@@ -101,9 +101,18 @@ def read_yaml(content: bytes) -> Document:
     try:
         _feed(builder, text)
     except yaml.reader.ReaderError as error:
-        builder.note(_place_of(text, error.position), *_unreadable(error))
+        before = text[: error.position]
+        place = Position(before.count("\n") + 1, error.position - before.rfind("\n"))
+        code = error.character if isinstance(error.character, int) else ord(error.character[:1] or "\0")
+        builder.note(
+            place,
+            f"character U+{code:04X} is not allowed",
+            "remove the character; save the file as plain text in UTF-8",
+        )
     except yaml.MarkedYAMLError as error:
-        builder.note(_place(_mark(error)), *_syntax(error))
+        problem = (error.problem or error.context or "this is not YAML").replace("\n", " ")[:200]
+        remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
+        builder.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
     except (yaml.YAMLError, ValueError, OverflowError):
         builder.note(builder.here, "this is not readable as YAML", "check escapes and % lines after this place")
     except _Stopped:
@@ -293,16 +302,6 @@ def _place(mark: Any) -> Position:
     return Position(mark.line + 1, mark.column + 1) if mark is not None else Position(1, 1)
 
 
-def _place_of(text: str, position: int) -> Position:
-    before = text[:position]
-    return Position(before.count("\n") + 1, position - before.rfind("\n"))
-
-
-def _unreadable(error: yaml.reader.ReaderError) -> tuple[str, str]:
-    code = error.character if isinstance(error.character, int) else ord(error.character[:1] or "\0")
-    return f"character U+{code:04X} is not allowed", "remove the character; save the file as plain text in UTF-8"
-
-
 def _mark(error: yaml.MarkedYAMLError) -> Any:
     """Return where the error is: of a key without its colon the key, not what comes after it."""
     first, second = error.problem_mark, error.context_mark
@@ -319,9 +318,3 @@ _REMEDIES = {
     "sequence entries are not allowed": "put a lone - between quotes",
     "unexpected end of stream": "close the quote opened before",
 }
-
-
-def _syntax(error: yaml.MarkedYAMLError) -> tuple[str, str]:
-    problem = (error.problem or error.context or "this is not YAML").replace("\n", " ")[:200]
-    remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-    return f"not readable as YAML: {problem}", remedy

@@ -105,7 +105,8 @@ def parse(text: str, dimension: str) -> float:
     """Read a quantity such as ``"8 mm"`` and return it in the internal unit of `dimension`."""
     match = _QUANTITY.fullmatch(text.strip().replace("−", "-")) if len(text) <= _LONGEST else None
     if match is None:
-        raise UnitError(f"{_shown(text)} is not a number with a unit", _example(text, dimension))
+        example = f'write a number and a unit, such as "1 {usual_unit(dimension)}"'
+        raise UnitError(f"{_shown(text)} is not a number with a unit", example)
     number, unit = float(match[1]), match[2]
     if unit is None:
         raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {usual_unit(dimension)}"')
@@ -120,10 +121,6 @@ def parse(text: str, dimension: str) -> float:
 def usual_unit(dimension: str) -> str:
     """Return the unit that is meant where none is written: as people write speeds and densities, else the internal."""
     return {"speed": "mm/min", "density": "kg/m3"}.get(dimension, INTERNAL[dimension])
-
-
-def _example(text: str, dimension: str) -> str:
-    return f'write a number and a unit, such as "1 {usual_unit(dimension)}"'
 
 
 def _use(dimension: str) -> str:
