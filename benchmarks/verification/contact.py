@@ -40,8 +40,9 @@ def rebound() -> Topic:
     text = (
         "A block falls on a rigid table; the contact is so soft that the block is effectively rigid. Without damping "
         "the block rebounds with its impact speed. With damping the block keeps the same fraction of its speed as a "
-        "damped oscillator without tension. In the last case a spinning block with plasticity and friction is caught "
-        "between table and moving wedge. The loss of momentum of the block must equal the impulse on the tools."
+        "damped oscillator without tension. In the last case a spinning elastic-plastic block is caught, with "
+        "friction, between the table and a moving wedge. The loss of momentum of the block must equal the impulse "
+        "on the tools."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -137,8 +138,9 @@ def taylor() -> Topic:
         profiles[label] = profile(history, across, along)
     text = (
         f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
-        f"{1e-3 * SPEED:g} m/s. Results are compared after 80 µs (Wilkins and Guinan 1973). E = 117 GPa, ν = 0.35, σy "
-        "= 400 MPa, Et = 100 MPa, 8930 kg/m³. A closed-form solution does not exist. The references are the means of "
+        f"{1e-3 * SPEED:g} m/s. Results are compared after 80 µs (Wilkins and Guinan 1973). E = 117 GPa, ν = 0.35, "
+        "σy = 400 MPa, Et = 100 MPa, ρ = 8930 kg/m³. There is no closed-form solution. The references are the "
+        "means of "
         "published explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances are half of their range, "
         "with two exceptions. The foot on the coarser mesh has a tolerance 0.05 mm wider. The largest plastic strain, "
         "that of a single element, increases with refinement; its tolerance is 0.4 wider on the finer mesh."

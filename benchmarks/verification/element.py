@@ -105,8 +105,9 @@ def hourglass() -> Topic:
     cases.append(Case(text, uniform_force(), 0.0, SINGLE, source, "N", relative=False))
     text = (
         "A hexahedron resists all its 24 motions except the 6 rigid ones. Without control, the one-point element "
-        "resists twelve fewer. Control with coefficient c resists an amplitude a of each of the four modes on a cube "
-        "of side h by 8 · 0.038 c (λ+2μ) h a at every corner. OpenRadioss uses the same formula for the coefficient "
+        "resists twelve fewer. On a cube of side h, hourglass control with coefficient c opposes each of the four "
+        "modes of amplitude a with a force of 8 · 0.038 c (λ+2μ) h a at every corner. OpenRadioss uses the same "
+        "formula for the coefficient "
         "of an LS-DYNA deck. Uniform deformation must cause no force. With c = 0.548 (1/6 over 0.304) and ν = 0 a "
         "cube has exactly the energy of its bending."
     )

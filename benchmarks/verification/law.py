@@ -35,7 +35,8 @@ def tension() -> Topic:
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
         "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. The element is strained to 5 "
-        "% and back to −3 %. With β = 0 the width of the elastic range is constant, with β = 1 its middle. The "
+        "% and back to −3 %. With β = 0 the width of the elastic range is constant; with β = 1 its centre is "
+        "constant. The "
         "hardening parameter of the paper is between the two. Stresses are summed over 1,200 steps in single "
         "precision."
     )

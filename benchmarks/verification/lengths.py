@@ -31,9 +31,10 @@ def edge() -> Topic:
     drift = pressed(0.5).drift_percent()
     cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
     text = (
-        f"An edge whose load is spread over a half-width a = {SPREAD:g} mm is pressed into an elastic block. The edge "
-        "has no stiffness, so the slope of its force is that of the block under the same pressure distribution. A "
-        "static solution with separate code is the reference. The slope must not depend on the position of the mesh "
+        f"An edge whose load is spread over a half-width a = {SPREAD:g} mm is pressed into an elastic block. The "
+        "edge has no stiffness, so the slope of its force is that of the block under the same pressure "
+        "distribution. The reference is a static solution by separate code. The slope must not depend on the "
+        "position of the mesh "
         "or on added mass. The distribution is widened on short elements to keep its effective width. One-point "
         "elements of a/2 are too soft."
     )
@@ -47,9 +48,10 @@ def failure() -> Topic:
     text = "notched plate, ℓ = 1 mm: work to failure, elements of 0.25 mm"
     cases.append(Case(text, fine, coarse, 0.06, "elements of 0.5 mm", "mJ"))
     text = (
-        "With an internal length ℓ an element fails by the mean plastic strain around it. The mean of a unit strain "
-        "in one slice of a bar is a bell curve of width ℓ. A plate with a sharp notch requires almost the same work "
-        "until its first failure with any element size. With failure element by element the work is "
+        "With an internal length ℓ an element fails by the mean plastic strain around it. The mean of a unit "
+        "strain in one slice of a bar is a bell curve of width ℓ. The work until the first failure of a plate with "
+        "a sharp notch is almost the same for any element size. If each element fails by its own strain, this work "
+        "is "
         f"{work_to_failure(0.5, 0.0):.1f} mJ for elements of 0.5 mm and {work_to_failure(0.25, 0.0):.1f} mJ for 0.25 "
         "mm."
     )

@@ -47,8 +47,8 @@ def export_deck(
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values if the study is not calibrated. Cards of the program
-    replace the averaging lengths of the study. A name ending in .rad also writes OpenRadioss starter and engine files.
+    Factors have their calibrated values, or mid-range values if the study is not calibrated. The study's
+    averaging lengths are written as cards of the program. A name ending in .rad also writes OpenRadioss starter and engine files.
     Units are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]

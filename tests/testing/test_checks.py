@@ -151,7 +151,7 @@ def test_one_error_names_all_that_failed() -> None:
     with pytest.raises(ChecksFailed, match=r"(?s)other: 2 of 6 .*kind_is_declared: .*'python'.*nan_is_a_failed_run: "):
         check_solver(kind(), SPECS / "python.yaml")
     check_design(SURFACES.built_in[1])
-    with pytest.raises(UsageError, match="pass an object, not its class"):
+    with pytest.raises(UsageError, match="pass an instance, not the class"):
         checks_of(Python)
     with pytest.raises(ChecksFailed, match="pass a study"):
         check_solver(SOLVERS.built_in[0], None)  # type: ignore[arg-type]

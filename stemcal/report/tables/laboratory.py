@@ -20,7 +20,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("share_percent", "Share", "%", to_decimals(1)),
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
-    share = f"The grades contain {found.share_percent:.1f} % of the stems. Each grade excludes its upper limit."
+    share = f"The grades contain {found.share_percent:.1f} % of the stems. The upper limit of each grade is exclusive."
     return [
         Table(columns, tuple(_statistics(found).items()), "Stem diameters"),
         Table.of(grades, found.grades, "Grades", [share]),

@@ -244,7 +244,7 @@ class Deck:
         c, p = self.given["strain_rate_c"], self.given["strain_rate_p"]
         law = f"the printed rate law 1 + (rate/C)^{p:g}"
         if self.material["c"] > 0.0:
-            yield f"{law} is written as LS-DYNA's 1 + (rate/C)^(1/P) with P = {self.material['p']:g}"
+            yield f"{law} is written in the LS-DYNA form 1 + (rate/C)^(1/P), with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
             yield f"{law} is omitted: at the speed of the blade the law adds at most {most:.1g}"

@@ -106,7 +106,9 @@ def unseen_changes(part: Certainty, stage: InvertResult, names: Names) -> list[s
         series(change(names.factor(name), size, part.units[name]) for name, size in found.items())
         for found in part.unseen_changes
     ]
-    return [f"{_data(part, stage, names)} is insensitive, to first order, to the change {one}." for one in each]
+    return [
+        f"{_data(part, stage, names)} is insensitive, to first order, to the following change: {one}." for one in each
+    ]
 
 
 def valid_for(stage: InvertResult) -> list[str]:

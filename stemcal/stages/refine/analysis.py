@@ -261,7 +261,7 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
     if left := [row.condition for row in stage.rows if row.condition not in after]:
         why = "the budget is spent" if stage.converged else "the target at the calibration was not reached"
         remedy = Remedy("Raise refine.budget.") if stage.converged else None
-        text = f"The result was not simulated at {names.conditions(left)}, because {why}."
+        text = f"The result was not simulated at {names.conditions(left)} because {why}."
         yield Note("not_run_there", "warning", text, remedy)
     if failed := [at for at, found in after.items() if not found.ok]:
         text = f"Simulations of the result failed{names.at(*failed)} ({after[failed[0]].reason})."

@@ -48,7 +48,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         text = (
-            f"A quadratic surface in {names.factors(result.names)} was fitted to {count} runs with responses from "
+            f"A quadratic surface in {names.factors(result.names)} was fitted to {count} runs, with responses from "
             f"{names.quantity(min(responses))} to {names.quantity(max(responses))}."
         )
         copies = len(responses) - count

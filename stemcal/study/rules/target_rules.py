@@ -129,7 +129,9 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
         yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
-            message = f"{section} of a program cannot be combined with the tests of the embedded solver"
+            message = (
+                f"section {section} for an external program cannot be combined with tests run by the embedded solver"
+            )
             yield Finding((section,), message, "remove one of them", at_key=True)
 
 
