@@ -48,8 +48,8 @@ def export_deck(
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
     Factors have their calibrated values, or mid-range values if the study is not calibrated. The study's
-    averaging lengths are written as cards of the program. A name ending in .rad also writes OpenRadioss starter and engine files.
-    Units are mm, tonne, s, N and MPa.
+    averaging lengths are written as cards of the program. A name ending in .rad also writes OpenRadioss starter and
+    engine files. Units are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
