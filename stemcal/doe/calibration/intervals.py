@@ -13,15 +13,7 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.calibration.fit import LEVEL, Fit
-from stemcal.doe.calibration.region import (
-    Objective,
-    Region,
-    extremes,
-    height,
-    optimise,
-    search_from,
-    squared_distance,
-)
+from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
 from stemcal.doe.regression.least_squares import Array
 
 GRID, FREE = 25, 0.5
@@ -227,11 +219,7 @@ def _chord(region: Region, direction: Array) -> float:
 def below(fit: Fit, most: float) -> dict[str, Any]:
     """Return D ≤ most as SLSQP takes it, of order one."""
     scale = max(most, 1e-300)
-    return {
-        "type": "ineq",
-        "fun": lambda z: 1.0 - fit.value(z) / scale,
-        "jac": lambda z: -fit.gradient(z) / scale,
-    }
+    return {"type": "ineq", "fun": lambda z: 1.0 - fit.value(z) / scale, "jac": lambda z: -fit.gradient(z) / scale}
 
 
 def least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:

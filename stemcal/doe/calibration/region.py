@@ -133,12 +133,7 @@ def extremes(surface: Surface, region: Region) -> tuple[Array, Array]:
     return lowest, optimise(height(surface, -1.0), cloud, region)[0]
 
 
-def optimise(
-    objective: Objective,
-    seeds: Array,
-    region: Region,
-    rule: dict[str, Any] | None = None,
-) -> list[Array]:
+def optimise(objective: Objective, seeds: Array, region: Region, rule: dict[str, Any] | None = None) -> list[Array]:
     """Search from several seeds; return the distinct local optima, best first.
 
     Parameters

@@ -48,10 +48,7 @@ def axial_distance(
 
 
 def central_composite(
-    k: int,
-    centre_points: int = _CENTRE_POINTS,
-    alpha: str | float = "rotatable",
-    core: Core = "full",
+    k: int, centre_points: int = _CENTRE_POINTS, alpha: str | float = "rotatable", core: Core = "full"
 ) -> Array:
     """Build a central composite design: corners, axial points, centre points, in this order.
 

@@ -26,11 +26,7 @@ class ReductionStep:
 
 
 def reduce_surface(
-    coded: ArrayLike,
-    response: ArrayLike,
-    names: Sequence[str],
-    alpha: float = 0.1,
-    written: Names = Names(),
+    coded: ArrayLike, response: ArrayLike, names: Sequence[str], alpha: float = 0.1, written: Names = Names()
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
     """Remove the weakest term of a surface while its p exceeds alpha; returns the surface and the terms removed.
 

@@ -72,12 +72,7 @@ def _own_response(work: Work, levels: Mapping[str, float]) -> float:
 
 
 def _result(
-    head: Head,
-    work: Work,
-    loop: Loop,
-    means: Sequence[Measured],
-    aim: float,
-    adjusted: Sequence[AdjustedFactor] = (),
+    head: Head, work: Work, loop: Loop, means: Sequence[Measured], aim: float, adjusted: Sequence[AdjustedFactor] = ()
 ) -> RefineResult:
     best, rows = loop.best, list(_rows(loop, means))
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]

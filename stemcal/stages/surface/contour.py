@@ -56,10 +56,7 @@ def section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | Non
 
 
 def contours(
-    rsm: SurfaceResult,
-    pair: tuple[str, str],
-    solved: Solution | None = None,
-    labels: Mapping[str, str] | None = None,
+    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
     """Return lines of equal force over two factors, the others at the solution (at centre without one).
 
@@ -154,10 +151,7 @@ def _mark_target(axes: Axes, section: Section, solved: Solution, pair: tuple[str
 
 
 def relief(
-    rsm: SurfaceResult,
-    pair: tuple[str, str],
-    solved: Solution | None = None,
-    labels: Mapping[str, str] | None = None,
+    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
     """Return the predicted force as height over two factors, the others at the solution (at centre without one).
 

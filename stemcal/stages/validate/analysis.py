@@ -63,11 +63,7 @@ def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
 
 
 def _result(
-    study: Study,
-    head: Head,
-    parameters: dict[str, float],
-    found: Validation,
-    rows: list[ValidateRow],
+    study: Study, head: Head, parameters: dict[str, float], found: Validation, rows: list[ValidateRow]
 ) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
     formula = _formula(found.rows) if study.naming.is_force_on_stems else None
@@ -120,12 +116,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
-def _row(
-    study: Study,
-    target: Target,
-    compared: ValidationRow,
-    outcome: Outcome,
-) -> ValidateRow:
+def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateRow:
     further = [
         FurtherRow.of(mean, value)
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)

@@ -74,9 +74,7 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     return Physics(
         checked=len(found),
         doubtful=sum(bool(doubts) for doubts in found),
-        doubts=tuple(
-            sorted((_gathered(kind, found) for kind in kinds), key=lambda doubt: (-doubt.runs, doubt.kind)),
-        ),
+        doubts=tuple(sorted((_gathered(kind, found) for kind in kinds), key=lambda doubt: (-doubt.runs, doubt.kind))),
         at_solution=tuple(_at_solution(study, results, every)),
     )
 
