@@ -18,7 +18,7 @@ from stemcal.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
-    from stemcal.stages.element_size import SizedStrain, SizedStrains
+    from stemcal.stages.element_size import SizedStrain
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
@@ -188,14 +188,8 @@ Card = Annotated[
     Literal["lsdyna", "openradioss"],
     typer.Option("--for", help="lsdyna writes *MAT_003, openradioss *MAT_024.", show_default=False),
 ]
-Sizes = Annotated[
-    list[str],
-    typer.Option(
-        "--element-size",
-        metavar="LENGTH",
-        help="Element size of your model; may be given more than once.",
-        show_default=False,
-    ),
+Size = Annotated[
+    str, typer.Option("--element-size", metavar="LENGTH", help="Element size of your model.", show_default=False)
 ]
 
 
@@ -203,7 +197,7 @@ def export_material(
     spec: Spec,
     folder: Folder,
     program: Card,
-    element_size: Sizes,
+    element_size: Size,
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",
@@ -213,28 +207,28 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails independently, the force depends on the element size and on the mesh position. The failure
-    strain is adjusted until the mean force over several positions equals the calibrated force. The card is for the
-    first --element-size; several sizes also give a curve. Run `stemcal run SPEC` first.
+    strain is adjusted until the mean force over several positions equals the calibrated force. Run `stemcal run SPEC`
+    first.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """
     from stemcal.solvers import make_solver
-    from stemcal.stages.element_size import strain_table, strains_of
+    from stemcal.stages.element_size import strain_of, strain_table
     from stemcal.stages.work import Work
     from stemcal.study.reading.messages import typed_size
 
-    sizes = [typed_size(text, "--element-size") for text in element_size]
+    size = typed_size(element_size, "--element-size")
     with opened(spec, out, workers, executor, quiet) as session:
         study = session.study
         at = study.targets.calibrate_at
-        if wrong := [size for size in sizes if size > _COARSEST * at]:
+        if size > _COARSEST * at:
             most = f"Use at most {_COARSEST * at:g} mm."
-            raise UsageError(f"--element-size: {wrong[0]:g} mm is too large for a {at:g} mm stem. {most}")
+            raise UsageError(f"--element-size: {size:g} mm is too large for a {at:g} mm stem. {most}")
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
-        found = strains_of(work, list(dict.fromkeys(sizes)))
+        found = strain_of(work, size)
     if not as_json:
         say_tables(strain_table(found))
-    written = _written(study, found, found.row(sizes[0]), program, folder)
+    written = _written(study, found, program, folder)
     if as_json:
         say_json(written)
     elif not quiet:
@@ -242,33 +236,27 @@ def export_material(
             note(f"wrote {folder / name}")
 
 
-def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, folder: Path) -> dict[str, Any]:
+def _written(study: Study, found: SizedStrain, program: str, folder: Path) -> dict[str, Any]:
     """Write the files; return what material.json holds."""
     from stemcal.report.records import spec_hash
-    from stemcal.solvers.deck.writer import curve_text, material_text
-    from stemcal.stages.element_size import curve_lines, material_lines, not_valid
+    from stemcal.solvers.deck.writer import material_text
+    from stemcal.stages.element_size import material_lines, not_valid
     from stemcal.version import __version__
 
-    if not row.valid:
-        raise RunsFailed(f"export material: {not_valid(found, row)}")
+    if not found.valid:
+        raise RunsFailed(f"export material: {not_valid(found)}")
     make_folder(folder)
-    deck = _deck_of_card(study, found, row, program)
-    files = {"material.k": material_text(deck, material_lines(study, found, row))}
-    if len(valid := [one for one in found.rows if one.valid]) > 1:
-        points = [(one.element_size, one.failure_strain) for one in valid]
-        files |= {"curve.k": curve_text(points, curve_lines(found)), "curve.csv": found.rows.table().csv()}
+    deck = _deck_of_card(study, found, program)
+    files = {"material.k": material_text(deck, material_lines(study, found))}
     content = {
-        "schema_version": 1,
+        "schema_version": 2,
         "stage": "material",
         "study": study.name,
         "spec_sha256": spec_hash(study),
         "stemcal_version": __version__,
         "program": program,
-        "element_size": row.element_size,
-        "parameters": {**found.levels, "failure_strain": row.failure_strain},
-        "condition": found.condition,
-        "aim": found.aim,
-        "rows": to_json(found.rows),
+        "parameters": found.levels,
+        **{name: value for name, value in to_json(found).items() if name != "levels"},
         "files": [*files, "material.json"],
     }
     for name, text in (files | {"material.json": json.dumps(content, indent=2) + "\n"}).items():
@@ -276,12 +264,11 @@ def _written(study: Study, found: SizedStrains, row: SizedStrain, program: str, 
     return content
 
 
-def _deck_of_card(study: Study, found: SizedStrains, row: SizedStrain, program: str) -> Deck:
+def _deck_of_card(study: Study, found: SizedStrain, program: str) -> Deck:
     """Return the shear test with the elements and the failure strain there, whose card is written."""
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.embedded import meshed_as
     from stemcal.stages.element_size import without_lengths
 
-    levels = {**found.levels, "failure_strain": row.failure_strain}
     form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
-    return Deck.of(meshed_as(without_lengths(study), row.element_size), levels, found.condition, form)
+    return Deck.of(meshed_as(without_lengths(study), found.element_size), found.levels, found.condition, form)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SPARSE_SECONDS = 30.0
 COMPILING = "compiling the solver for this machine (about half a minute, once for all studies)"
-TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain versus element size"}
+TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain for this element size"}
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:

@@ -1,8 +1,8 @@
-"""The failure strain of elements that fail each by itself, for given element sizes: the loop on such meshes.
+"""The failure strain of elements that fail each by itself, for a given element size: the loop on such a mesh.
 
-The force then depends on the element size and on the position of the mesh under the edge. For each size the failure
-strain is sought with which the mean force over several positions is the calibrated one. It is no stage: it reads the
-calibrated study and leaves records only.
+The force then depends on the element size and on the position of the mesh under the edge. The search is for the failure
+strain with which the mean force over several positions is the calibrated one. It is no stage: it reads the calibrated
+study and leaves records only.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from statistics import stdev
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Rows, Table
+from stemcal.files.rows import Column, Table
 from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
@@ -38,10 +38,14 @@ _FIRST_SLOPE = 0.5  # of force over failure strain, both as logarithms, before a
 class SizedStrain:
     """The failure strain for one element size (mm), and the mean force over positions of the mesh.
 
-    `interval` covers the strain with 95 % by the scatter over the positions, `sd_percent`. The size is `valid` if the
-    mean force and its standard error are both within 5 % of the aim.
+    The force sought at the diameter `condition` (mm) is `aim` (N). `interval` covers the strain with 95 % by the
+    scatter over the positions, `sd_percent`. The size is `valid` if the mean force and its standard error are both
+    within 5 % of the aim. `levels` are those of all factors.
     """
 
+    condition: float
+    aim: float
+    levels: dict[str, float]
     element_size: float
     failure_strain: float
     interval: Interval | None
@@ -56,20 +60,6 @@ class SizedStrain:
         """The number of positions with which the standard error of the mean is at most 5 %."""
         positions = ((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2
         return ceil(round(positions, 6))  # 20 % needs 16, also where round-off makes it a little more
-
-
-@dataclass(frozen=True)
-class SizedStrains:
-    """Failure strain by element size at one stem diameter (mm), for the force `aim`; `levels` are the other factors."""
-
-    condition: float
-    aim: float
-    levels: dict[str, float]
-    rows: Rows[SizedStrain]
-
-    def row(self, size: float) -> SizedStrain:
-        """Return the row of an element size."""
-        return next(row for row in self.rows if row.element_size == size)
 
 
 def without_lengths(study: Study) -> Study:
@@ -96,42 +86,31 @@ def without_lengths(study: Study) -> Study:
     return study.model_copy(update=sections)
 
 
-def strains_of(work: Work, sizes: Sequence[float]) -> SizedStrains:
-    """Find the failure strain for each element size (mm), the coarsest first: finer ones start from its result.
+def strain_of(work: Work, size: float) -> SizedStrain:
+    """Find the failure strain for an element size (mm).
+
+    A few positions of the mesh are searched first, then the number that the scatter of the force requires.
 
     Raises
     ------
     UsageError
         If the study is not calibrated yet.
     """
-    study, there = work.study, without_lengths(work.study)
-    levels, target = calibrated_parameters(study, work.solver, work.folder), study.calibration_target
-    rows: list[SizedStrain] = []
-    start = levels[STRAIN]
-    with work.folder:
-        for size in sorted(sizes, reverse=True):
-            if rows:  # the strain of an element of half the length is twice as large
-                start = min(rows[-1].failure_strain * rows[-1].element_size / size, HIGHEST)
-            rows.append(_of_size(work, there, {**levels, STRAIN: start}, target.response, size))
-    return SizedStrains(target.condition, target.response, levels, Rows(reversed(rows)))
-
-
-def _of_size(work: Work, there: Study, levels: Mapping[str, float], aim: float, size: float) -> SizedStrain:
-    """Search with a few positions of the mesh, then with the number that the scatter of the force requires."""
+    there, levels = without_lengths(work.study), calibrated_parameters(work.study, work.solver, work.folder)
     positions, runs = FEWEST_POSITIONS, 0
-    while True:
-        row = _searched(work, there, levels, aim, size, positions)
-        runs += row.runs
-        enough = min(row.positions_needed, MOST_POSITIONS)
-        if enough <= positions:
-            return replace(row, runs=runs)
-        positions, levels = enough, {**levels, STRAIN: row.failure_strain}
+    with work.folder:
+        while True:
+            found = _searched(work, there, levels, size, positions)
+            runs += found.runs
+            enough = min(found.positions_needed, MOST_POSITIONS)
+            if enough <= positions:
+                return replace(found, runs=runs)
+            positions, levels = enough, {**levels, STRAIN: found.failure_strain}
 
 
-def _searched(
-    work: Work, there: Study, levels: Mapping[str, float], aim: float, size: float, positions: int
-) -> SizedStrain:
-    start, at = levels[STRAIN], there.calibration_target.condition
+def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
+    target, start = there.calibration_target, levels[STRAIN]
+    at, aim = target.condition, target.response
     path = SearchPath((Mover(STRAIN, start, LOWEST, HIGHEST, _FIRST_SLOPE / start),))
     steps = PathSteps(path, levels, at, aim, aim)
     loop = Loop(steps, _simulating(work, there, size, positions), 100.0 * TOLERANCE, _MOST_RUNS)
@@ -143,6 +122,9 @@ def _searched(
     error = None if share is None else share / sqrt(len(forces))
     interval = None if error is None else ends_of(steps.tried, tried, path, error, len(forces) - 1.0)[STRAIN]
     return SizedStrain(
+        condition=at,
+        aim=aim,
+        levels={**levels, STRAIN: point.levels[STRAIN]},
         element_size=size,
         failure_strain=point.levels[STRAIN],
         interval=interval,
@@ -176,8 +158,8 @@ def _simulating(work: Work, there: Study, size: float, positions: int) -> Simula
 # ---- its table, and comments of the exported files
 
 
-def strain_table(found: SizedStrains) -> Table:
-    """Return the failure strain of every element size."""
+def strain_table(found: SizedStrain) -> Table:
+    """Return the failure strain and the force with it."""
     columns = [
         Column("element_size", "Element size", "mm", significant),
         Column("failure_strain", "Failure strain", form=significant),
@@ -193,20 +175,20 @@ def strain_table(found: SizedStrains) -> Table:
         f"ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: from the scatter over mesh positions. "
         "Valid: error and standard error of the mean are within 5 %."
     )
-    return Table.of(columns, found.rows, "Failure strain versus element size", [foot])
+    return Table.of(columns, [found], "Failure strain for this element size", [foot])
 
 
-def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[str]:
+def material_lines(study: Study, found: SizedStrain) -> list[str]:
     """Return the comments of the card's file."""
     lines = [
         f"Stem of study {study.name}, calibrated by stemcal {code_version()}.",
         "Units: mm, tonne, s, N, MPa. Each element fails independently at the failure strain of this card.",
-        f"For elements of {row.element_size:g} mm only: failure strain {row.failure_strain:.4g}. The mean force over "
-        f"{row.positions} positions of the mesh is {row.force:.4g} N at {found.condition:g} mm; measured "
+        f"For elements of {found.element_size:g} mm only: failure strain {found.failure_strain:.4g}. The mean force "
+        f"over {found.positions} positions of the mesh is {found.force:.4g} N at {found.condition:g} mm; measured "
         f"{found.aim:.4g} N.",
     ]
-    if row.interval is not None:
-        low, high = row.interval
+    if found.interval is not None:
+        low, high = found.interval
         lines.append(
             f"95 % interval of the failure strain from the scatter over the positions: {low:.3g} to {high:.3g}."
         )
@@ -216,24 +198,15 @@ def material_lines(study: Study, found: SizedStrains, row: SizedStrain) -> list[
     return lines
 
 
-def curve_lines(found: SizedStrains) -> list[str]:
-    """Return the comments of the curve's file."""
-    sizes = ", ".join(f"{row.element_size:g}" for row in found.rows if row.valid)
-    return [
-        f"Failure strain versus element size (mm). Valid sizes: {sizes} mm.",
-        f"For a maximum force of {found.aim:.4g} N on a {found.condition:g} mm stem.",
-    ]
-
-
-def not_valid(found: SizedStrains, row: SizedStrain) -> str:
-    """Return why an element size is not valid, and what to do."""
-    where = f"--element-size: {row.element_size:g} mm is not possible"
-    if abs(row.force / found.aim - 1.0) > VALID:
+def not_valid(found: SizedStrain) -> str:
+    """Return why its element size is not valid, and what to do."""
+    where = f"--element-size: {found.element_size:g} mm is not possible"
+    if abs(found.force / found.aim - 1.0) > VALID:
         return (
-            f"{where}: the force jumps between failure strains; the closest value is {row.force:.4g} N (target "
+            f"{where}: the force jumps between failure strains; the closest value is {found.force:.4g} N (target "
             f"{found.aim:.4g} N). Choose larger elements."
         )
     return (
-        f"{where}: the force scatters by {row.sd_percent or 0.0:.3g} % over the mesh positions, and "
-        f"{row.positions_needed} positions would be needed (at most {MOST_POSITIONS}). Choose another element size."
+        f"{where}: the force scatters by {found.sd_percent or 0.0:.3g} % over the mesh positions, and "
+        f"{found.positions_needed} positions would be needed (at most {MOST_POSITIONS}). Choose another element size."
     )

@@ -20,10 +20,9 @@ from stemcal.folder import StudyFolder
 from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
-from stemcal.solvers.deck.writer import curve_text
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.element_size import SizedStrains, material_lines, not_valid, strains_of, without_lengths
+from stemcal.stages.element_size import SizedStrain, material_lines, not_valid, strain_of, without_lengths
 from stemcal.stages.work import Work
 from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
@@ -66,25 +65,23 @@ def calibrated(folder: Path) -> Work:
     return Work(study, out, InlineExecutor(), ignore, solver)
 
 
-def found_for(folder: Path, monkeypatch: pytest.MonkeyPatch, *sizes: float) -> SizedStrains:
+def found_for(folder: Path, monkeypatch: pytest.MonkeyPatch, size: float) -> SizedStrain:
     monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
-    return strains_of(calibrated(folder), sizes)
+    return strain_of(calibrated(folder), size)
 
 
-def test_the_strain_goes_with_one_over_the_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """110 N at ε·h = 0.05 mm, within 2 % of the force, that is 5 % of the strain; sizes rise in the result."""
-    found = found_for(tmp_path, monkeypatch, 2.0, 0.5, 1.0)
-    assert [row.element_size for row in found.rows] == [0.5, 1.0, 2.0]
-    for row in found.rows:
-        assert row.valid and row.positions == 5 and row.force == pytest.approx(110.0, rel=0.02)
-        assert row.failure_strain == pytest.approx(0.05 / row.element_size * (row.force / 110.0) ** 2.5)
-        assert row.sd_percent == pytest.approx(5.0)
-    assert found.row(0.5).runs == 1  # the first guess, from twice the size, is right
+@pytest.mark.parametrize("size", [2.0, 0.5])
+def test_the_strain_goes_with_one_over_the_size(size: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """110 N at ε·h = 0.05 mm, within 2 % of the force, that is 5 % of the strain."""
+    found = found_for(tmp_path, monkeypatch, size)
+    assert found.valid and found.positions == 5 and found.force == pytest.approx(110.0, rel=0.02)
+    assert found.failure_strain == pytest.approx(0.05 / size * (found.force / 110.0) ** 2.5)
+    assert found.sd_percent == pytest.approx(5.0) and found.levels["failure_strain"] == found.failure_strain
 
 
 def test_the_interval_is_that_of_the_scatter_over_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """5 % over five positions: ln ε ± t(4)·0.05/√5/0.4, with the slope 0.4 of the two runs or 0.5 before."""
-    (row,) = found_for(tmp_path, monkeypatch, 1.0).rows
+    row = found_for(tmp_path, monkeypatch, 1.0)
     assert row.interval is not None and row.runs > 1
     half = 2.776445 * 0.05 / 5**0.5 / 0.4
     ends = [row.failure_strain * exp(-half), row.failure_strain * exp(half)]
@@ -93,24 +90,23 @@ def test_the_interval_is_that_of_the_scatter_over_positions(tmp_path: Path, monk
 
 def test_a_large_scatter_takes_more_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """19 % over five positions is 8.5 % of the mean; with fifteen it is 4.9 %."""
-    (row,) = found_for(tmp_path, monkeypatch, 3.0).rows
+    row = found_for(tmp_path, monkeypatch, 3.0)
     assert row.valid and row.positions == row.positions_needed == 15 and row.force == pytest.approx(110.0, rel=0.02)
 
 
 def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = found_for(tmp_path, monkeypatch, 4.0)
-    row = found.row(4.0)
-    assert not row.valid and row.force == pytest.approx(90.0)
-    assert "the closest value is 90 N (target 110 N)" in not_valid(found, row)
-    rough = replace(row, force=110.0, sd_percent=50.0)
-    assert "scatters by 50 %" in not_valid(found, rough) and "100 positions would be needed" in not_valid(found, rough)
+    assert not found.valid and found.force == pytest.approx(90.0)
+    assert "the closest value is 90 N (target 110 N)" in not_valid(found)
+    rough = not_valid(replace(found, force=110.0, sd_percent=50.0))
+    assert "scatters by 50 %" in rough and "100 positions would be needed" in rough
 
 
 def test_a_material_that_grows_states_its_diameter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found, study = found_for(tmp_path, monkeypatch, 1.0), make_study(tmp_path, TWO)
     growing = {"material": study.material.model_copy(update={"density": Growth(at=8.0, exponent=0.5, value=1e-9)})}
     said = "Parameters of this study depend on the stem diameter: all values in this file are for 8 mm."
-    lines = [material_lines(one, found, found.rows[0]) for one in (study, study.model_copy(update=growing))]
+    lines = [material_lines(one, found) for one in (study, study.model_copy(update=growing))]
     assert [said in each for each in lines] == [False, True]
 
 
@@ -118,11 +114,11 @@ def test_runs_are_recorded_and_are_of_no_stage(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr("stemcal.solvers.embedded.Embedded", WithoutLengths)
     lines: list[str] = []
     work = replace(calibrated(tmp_path), watch=lambda progress: lines.append(describe(progress)))
-    first = strains_of(work, [1.0])
+    first = strain_of(work, 1.0)
     records = len(work.folder.keys())
-    assert strains_of(work, [1.0]) == first and len(work.folder.keys()) == records
+    assert strain_of(work, 1.0) == first and len(work.folder.keys()) == records
     assert "material" not in {entry.stage for entry in ledger(work.study, work.folder, work.solver)}
-    assert lines[0] == "Failure strain versus element size: 0/5 runs"
+    assert lines[0] == "Failure strain for this element size: 0/5 runs"
 
 
 def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
@@ -134,29 +130,21 @@ def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
         without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
 
 
-def test_a_curve_rises_in_its_sizes() -> None:
-    text = curve_text([(2.0, 0.0146), (0.707, 0.27)], ["Failure strain versus element size (mm)."])
-    lines = text.splitlines()
-    assert lines[:3] == ["*KEYWORD", "$ Failure strain versus element size (mm).", "*DEFINE_CURVE"]
-    assert [line.split() for line in lines[-3:]] == [["0.707", "0.27"], ["2.0", "0.0146"], ["*END"]]
-
-
 @pytest.mark.slow
 def test_the_material_of_a_study(tmp_path: Path) -> None:
     """The card has the strain of its size; a simulation of its mesh gives the mean force within the scatter."""
     spec, out, folder = ROOT / "configs" / "smoke.yaml", tmp_path / "out", tmp_path / "material"
     stemcal.calibrate(spec, out=out, workers=1)
-    options = ["--for", "openradioss", "--element-size", "2 mm", "--element-size", "1.5 mm", "--json"]
+    options = ["--for", "openradioss", "--element-size", "2 mm", "--json"]
     done = CliRunner().invoke(app, ["export", "material", str(spec), str(folder), *options, "--out", str(out)])
     assert done.exit_code == 0, done.stderr
     told = json.loads(done.stdout)["result"]
     assert told == json.loads((folder / "material.json").read_text("utf-8"))
     assert sorted(path.name for path in folder.iterdir()) == sorted(told["files"])
-    rows = {row["element_size"]: row for row in told["rows"]}
-    assert list(rows) == [1.5, 2.0] and told["aim"] == 159.2
-    strain = rows[2.0]["failure_strain"]
-    assert strain == told["parameters"]["failure_strain"] < rows[1.5]["failure_strain"]
-    assert all(row["valid"] and row["force"] == pytest.approx(159.2, rel=0.05) for row in rows.values())
+    assert told["element_size"] == 2.0 and told["aim"] == 159.2
+    strain = told["failure_strain"]
+    assert strain == told["parameters"]["failure_strain"]
+    assert told["valid"] and told["force"] == pytest.approx(159.2, rel=0.05)
     card = (folder / "material.k").read_text("utf-8")
     material = card[card.index("*MAT_PIECEWISE") : card.index("*END")]
     assert float(material.splitlines()[2][60:70]) == pytest.approx(strain, rel=1e-6)

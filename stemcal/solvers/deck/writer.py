@@ -4,7 +4,8 @@ No keyword but those that OpenRadioss's reader of LS-DYNA decks lists, too: hm_c
 data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from textwrap import wrap
 
 from stemcal.fem.material import Material
@@ -258,29 +259,7 @@ def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
 # ---- files with the material alone
 
 
-CURVE = 1001
-
-
-def material_text(deck: Deck, said: Iterable[str]) -> str:
-    """Return an include file with the stem's card and its comments, one line each."""
-    return _text([*_comments(said), *stem_material(deck.material, deck.form)])
-
-
-def curve_text(points: Sequence[tuple[float, float]], said: Iterable[str]) -> str:
-    """Return an include file with failure strain over element size (mm) as a curve of rising sizes."""
-    return _text([*_comments(said), *_curve(points)])
-
-
-def _text(lines: Iterable[str]) -> str:
-    return "\n".join(["*KEYWORD", *lines, "*END", ""])
-
-
-def _comments(said: Iterable[str]) -> Iterator[str]:
-    for sentence in said:
-        yield from wrap(sentence, 78, initial_indent="$ ", subsequent_indent="$   ")
-
-
-def _curve(points: Sequence[tuple[float, float]]) -> Iterator[str]:
-    yield from keyword("DEFINE_CURVE", {"lcid": CURVE})
-    for size, strain in sorted(points):
-        yield f"{size!r:>20}{strain!r:>20}"
+def material_text(deck: Deck, comments: Iterable[str]) -> str:
+    """Return an include file with the stem's card and its comments, wrapped."""
+    wrapped = [wrap(text, 78, initial_indent="$ ", subsequent_indent="$   ") for text in comments]
+    return "\n".join(["*KEYWORD", *chain.from_iterable(wrapped), *stem_material(deck.material, deck.form), "*END", ""])
