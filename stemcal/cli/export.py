@@ -43,7 +43,7 @@ ANIMATION = "animation"
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Write tables, figures, decks or material cards of a study.\n\n"
+    help="Write the tables, figures, decks or material cards of a study.\n\n"
     "Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]",
 )
 

@@ -29,7 +29,7 @@ DeckFile = Annotated[
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="Target program of the deck.", show_default="from study or file name"),
+    typer.Option("--for", help="Program for which the deck is written.", show_default="from study or file name"),
 ]
 NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the force expected from the deck.")]
 

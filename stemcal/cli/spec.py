@@ -25,7 +25,7 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Include keys with default values.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Include keys left at their default values.")] = False,
 ) -> None:
     """Write a commented spec as a starting point.
 

@@ -21,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Solve the surface for the calibrated parameters and their intervals."
+    help = "Find the parameters that give the measured value, and their intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."
 
     def needs(self, study: Study) -> str | None:

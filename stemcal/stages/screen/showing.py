@@ -46,7 +46,7 @@ class ScreenShowing(Showing[ScreenResult]):
             )
             return [count, f"Factors that affect the {response} (share of the sum of squares): {shares}."]
         if (largest := _largest_untested(result)) is None:
-            return [count, f"No factor affects the {response} significantly."]
+            return [count, f"No factor has a significant effect on the {response}."]
         effect = names.quantity(largest.effect, "+.4g")
         return [
             count,
