@@ -38,9 +38,10 @@ from stemcal.fem.stepper import simulate
 from stemcal.processes import Ended
 from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
+from stemcal.solvers.deck.model import STEM
 from stemcal.solvers.deck.openradioss import installation, leave_engine_input, run_programs
 from stemcal.solvers.deck.openradioss_output import starter_accepted
-from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, STEM, TABLE, engine_over, starter_around, stem_material
+from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, TABLE, engine_over, starter_around, stem_material
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_folder
 from stemcal.solvers.protocol import Answer

@@ -33,8 +33,8 @@ from functools import partial
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
+from stemcal.doe.calibration.confidence_intervals import holds
 from stemcal.doe.calibration.fit import Fit, Prior, fit
-from stemcal.doe.calibration.intervals import holds
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken

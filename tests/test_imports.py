@@ -35,7 +35,7 @@ FLOORS = {
     "stemcal.runs": 8,
     "stemcal.stages": 9,
     "stemcal.overview": 10,
-    "stemcal.by_hand": 11,
+    "stemcal.manual_sheet": 11,
     "stemcal.report": 13,
     "stemcal.python": 14,
     "stemcal.testing": 14,

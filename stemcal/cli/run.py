@@ -216,7 +216,7 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.by_hand import Correction, enter, user_name
+    from stemcal.manual_sheet import Correction, enter, user_name
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     try:

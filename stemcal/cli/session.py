@@ -161,7 +161,7 @@ def opened(
             yield work
             return
         except Waiting as waiting:
-            from stemcal.by_hand import hand_out
+            from stemcal.manual_sheet import hand_out
 
             sheet, count = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
@@ -172,7 +172,7 @@ def opened(
 
 def _enter_own(work: Session, other: Path | None) -> None:
     """Enter the results in the sheet of the study folder."""
-    from stemcal.by_hand import Correction, enter, user_name
+    from stemcal.manual_sheet import Correction, enter, user_name
     from stemcal.overview.status import SHEET
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 

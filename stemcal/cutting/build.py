@@ -6,7 +6,8 @@ from math import ceil, floor, inf, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.parts import Discretisation, ShearTest, Stem, Symmetry
+from stemcal.cutting.mirror_planes import ghosts, mirrors
+from stemcal.cutting.parts import Discretisation, ShearTest, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder, square_of_solid
@@ -34,7 +35,7 @@ def build(test: ShearTest) -> Model:
         hourglass=how.hourglass,
         integration=how.integration,
         held=mirrors(mesh, how.symmetry),
-        ghosts=_ghosts(mesh) if how.symmetry == "quarter" else None,
+        ghosts=ghosts(mesh) if how.symmetry == "quarter" else None,
         crowns=crowns(mesh),
     )
 
@@ -135,22 +136,6 @@ def _resting(layers: Array, rests_at: float) -> Array:
             to = np.interp(away[beyond], (middle, nearest, end), (middle, rests_at, end))
             moved[beyond] = side * to
     return moved
-
-
-def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
-    """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
-    held = np.zeros(mesh.nodes.shape, dtype=bool)
-    if symmetry == "quarter":
-        held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
-    if symmetry != "none":
-        held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
-    return held
-
-
-def _ghosts(mesh: Mesh) -> NDArray[np.int32]:
-    """Return (ghost, source) for the nodes beyond x = 0: along the stem, the next node mirrors the first."""
-    beyond = np.flatnonzero(mesh.nodes[:, 0] < -1e-9)
-    return np.stack([beyond, beyond + 1], axis=1).astype(np.int32)
 
 
 def crowns(mesh: Mesh) -> Array:

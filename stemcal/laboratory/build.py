@@ -6,7 +6,8 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import crowns, mirrors, through_wall
+from stemcal.cutting.build import crowns, through_wall
+from stemcal.cutting.mirror_planes import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material

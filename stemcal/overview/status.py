@@ -9,8 +9,8 @@ from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder import Holder, StudyFolder
+from stemcal.folder.stage_files import SCHEMA_VERSION as FILE_VERSION
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.record import counted, is_censored, record_key, stands

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from stemcal.by_hand import Correction, awaited_runs, enter, gone_on, require_sheet, user_name
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors import machine_memory
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder import StudyFolder, default_place
+from stemcal.manual_sheet import Correction, awaited_runs, enter, gone_on, require_sheet, user_name
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel

@@ -12,7 +12,8 @@ from typing import Any
 
 from stemcal.errors import SimulationFailed
 from stemcal.executors import ClusterLost, RunExecutor, RunTimedOut, WorkerDied
-from stemcal.folder import now, provenance
+from stemcal.folder import provenance
+from stemcal.folder.log import now
 from stemcal.interrupts import next_of
 from stemcal.naming import CUTTING, Naming
 from stemcal.runs.record import ACCIDENTS, TIMEOUT

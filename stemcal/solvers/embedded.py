@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
-from stemcal.laboratory.build import LaboratoryTest
+from stemcal.solvers.cost import TRIED_S, seconds, share, small_enough
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
@@ -29,7 +28,6 @@ from stemcal.solvers.laboratory_runs import (
     measured_at,
     perform,
     perform_all,
-    seconds,
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
@@ -40,11 +38,6 @@ from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
-# What a step takes on one core of a small machine, s, and an element in it; and the travel, of the diameter, at which a
-# stem usually is broken. For estimates only.
-_STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.09
-# How long a run is tried to see how fast this machine is, s, and with how many elements at most.
-_TRIED_S, _TRIED_ELEMENTS = 0.5, 20_000
 # What a process takes before it has a mesh, bytes.
 _PROCESS = 250.0e6
 
@@ -110,19 +103,19 @@ class Embedded(Solver):
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
         beside = (test for _, test in self._beside(request))
-        return sum(map(_seconds, (*beside, self._test(request))))
+        return sum(map(seconds, (*beside, self._test(request))))
 
     def pace(self, request: Request) -> float | None:
         """Return what a request takes on this machine over the estimate, by half a second of a run like it.
 
         None as long as the kernels are not compiled, or if no such run is small enough to be tried.
         """
-        test = _small_enough(self._test(request))
+        test = small_enough(self._test(request))
         if test is None or not is_compiled():
             return None
         warm()
-        seconds, step = stepper.pace(cutting.build(test), _TRIED_S)
-        return test.loading.duration / step * seconds * _share(test) / _seconds(test)
+        took, step = stepper.pace(cutting.build(test), TRIED_S)
+        return test.loading.duration / step * took * share(test) / seconds(test)
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
@@ -291,34 +284,6 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     return replace(
         how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
     )
-
-
-def _seconds(test: AnyTest) -> float:
-    """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
-    if isinstance(test, LaboratoryTest):
-        return seconds(test, _STEP, _ELEMENT)
-    how, material = test.discretisation, test.material
-    size = cutting.mesh_size(test.stem, how)
-    speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
-    step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
-    return test.loading.duration / step * _share(test) * (_STEP + _ELEMENT * size.elements) if step > 0.0 else inf
-
-
-def _share(test: cutting.ShearTest) -> float:
-    """Return the share of the stroke that a run usually takes."""
-    stroke, broken = test.loading.speed * test.loading.duration, _UNTIL_BROKEN * test.stem.outer_diameter
-    return min(1.0, broken / stroke) if test.discretisation.stop_after_peak else 1.0
-
-
-def _small_enough(test: cutting.ShearTest) -> cutting.ShearTest | None:
-    """Return the test with elements so large that it is built in a moment; None if no size makes it so."""
-    how = test.discretisation
-    excess = cutting.mesh_size(test.stem, how).elements / _TRIED_ELEMENTS
-    if excess <= 1.0:
-        return test
-    coarse = replace(how, element_size=how.element_size * excess ** (1.0 / 3.0))
-    is_small = cutting.mesh_size(test.stem, coarse).elements < 3 * _TRIED_ELEMENTS
-    return replace(test, discretisation=coarse) if is_small else None
 
 
 def pictured(result: cutting.CuttingResult, film: Film) -> dict[str, Any]:

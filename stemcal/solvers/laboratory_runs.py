@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
 from typing import Any
-
-import numpy as np
 
 from stemcal import cutting
 from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
 from stemcal.errors import SimulationFailed
-from stemcal.fem.material import Material
 from stemcal.fem.stepper import Inspect
 from stemcal.files.typed import to_json
 from stemcal.laboratory import perform as laboratory
-from stemcal.laboratory.build import LaboratoryTest, integration
+from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.note import Note
 from stemcal.solvers.measures import kept_curve
@@ -167,22 +163,3 @@ def kept(result: LaboratoryResult) -> Mapping[str, Any]:
         "warnings": to_json(result.warnings),
         "curve": kept_curve(result.history.travel, result.history.force_filtered, 100),
     }
-
-
-def seconds(test: LaboratoryTest, per_step: float, per_element: float) -> float:
-    """Return roughly how long a test takes on one core, s."""
-    elements, smallest = _mesh_size(replace(test, material=_ANY))  # the same at all levels
-    how, material = integration(test), test.material
-    speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5
-    steps = test.loading.duration * speed / (how.safety * smallest)
-    return float(steps * (per_step + per_element * elements))
-
-
-_ANY = Material(density=1.0e-9, elastic_modulus=1000.0, poisson_ratio=0.3)
-
-
-@lru_cache(maxsize=64)
-def _mesh_size(test: LaboratoryTest) -> tuple[int, float]:
-    """Return how many elements a test's mesh has, and the edge of a cube as large as the smallest."""
-    volumes = test.kind.mesh(test.stem, test.discretisation).volumes()
-    return len(volumes), float(np.cbrt(volumes.min()))

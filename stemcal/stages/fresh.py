@@ -15,7 +15,8 @@ from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
 from stemcal.files.durable import digest
 from stemcal.files.reading import holds
-from stemcal.folder import SCHEMA_VERSION, StudyFolder
+from stemcal.folder import StudyFolder
+from stemcal.folder.stage_files import SCHEMA_VERSION
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore

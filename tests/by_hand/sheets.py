@@ -5,8 +5,8 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.by_hand import Correction, Entered, awaited_runs, enter, gone_on
 from stemcal.folder import StudyFolder
+from stemcal.manual_sheet import Correction, Entered, awaited_runs, enter, gone_on
 from stemcal.solvers.sheet.reading import filled, sheet_text
 from stemcal.study.model import Study
 

@@ -9,10 +9,10 @@ import pytest
 import workflow
 from sheets import Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
-from stemcal.by_hand import Correction
 from stemcal.errors import Waiting
 from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
+from stemcal.manual_sheet import Correction
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 

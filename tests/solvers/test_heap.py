@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 import workflow
 
-from stemcal.doe.calibration.intervals import holds
+from stemcal.doe.calibration.confidence_intervals import holds
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
 from stemcal.solvers.program import values_of

@@ -20,8 +20,8 @@ from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode
+from stemcal.fem.kernels.ghosts import mirror_ghosts
 from stemcal.fem.kernels.llvm import add_together, give_way, read_together
-from stemcal.fem.kernels.mirror_ghosts import mirror_ghosts
 from stemcal.fem.kernels.nodes import (
     add_chunks,
     add_late_forces,

@@ -10,8 +10,9 @@ import numpy as np
 from stemcal.errors import SimulationFailed
 from stemcal.files.reading import lenient, open_plain
 from stemcal.processes import Ended
+from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.writer import BLADE_CONTACT, DECK
+from stemcal.solvers.deck.writer import DECK
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_command
 from stemcal.solvers.protocol import Answer

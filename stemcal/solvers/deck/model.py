@@ -41,6 +41,8 @@ _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
 # Coefficient QH of type 4 against hourglass modes, in decks of coarse local elements.
 HOURGLASS = 0.05
+# Numbers of the parts, and of their materials.
+STEM, BLADE, SUPPORTS = 1, 2, 3
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.note import nothing_deleted
 from stemcal.processes import Ended, run_program
-from stemcal.solvers.deck.model import Deck
+from stemcal.solvers.deck.model import STEM, Deck
 from stemcal.solvers.deck.openradioss_output import (
     contact_force,
     deleted_elements,
@@ -30,7 +30,6 @@ from stemcal.solvers.deck.writer import (
     HISTORY,
     STARTER_INPUT,
     STARTER_LISTING,
-    STEM,
     TABLE,
     TITLES,
     engine_text,

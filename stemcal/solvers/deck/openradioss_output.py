@@ -11,8 +11,9 @@ import numpy as np
 
 from stemcal.errors import SimulationFailed
 from stemcal.processes import Ended
+from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.writer import BLADE_CONTACT, ENGINE_LISTING, HISTORY, STARTER_LISTING, TABLE, TITLES
+from stemcal.solvers.deck.writer import ENGINE_LISTING, HISTORY, STARTER_LISTING, TABLE, TITLES
 from stemcal.solvers.program import code_is_zero
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 

@@ -9,8 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.fit import LEVEL, Fit
-from stemcal.doe.calibration.intervals import (
+from stemcal.doe.calibration.confidence_intervals import (
     Profile,
     contradiction,
     left_out,
@@ -22,6 +21,7 @@ from stemcal.doe.calibration.intervals import (
     settled,
     unseen_directions,
 )
+from stemcal.doe.calibration.fit import LEVEL, Fit
 from stemcal.doe.calibration.level_set import solve_target
 from stemcal.doe.comparison import null_model
 from stemcal.doe.regression.coding import Coding

@@ -16,7 +16,8 @@ from typing import Any
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.executors import InlineExecutor
 from stemcal.files.durable import make_folder, write_atomic
-from stemcal.folder import StudyFolder, now, provenance
+from stemcal.folder import StudyFolder, provenance
+from stemcal.folder.log import now
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger

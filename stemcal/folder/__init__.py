@@ -23,26 +23,25 @@ from typing import Any, Self
 
 from filelock import FileLock, Timeout
 
-from stemcal.errors import FolderLocked, StemcalError, UsageError
+from stemcal.errors import FolderLocked, StemcalError
 from stemcal.files.durable import (
     Broken,
     as_json,
     digest,
     make_folder,
     opened,
-    plain,
     refuse_link,
     remove_leftovers,
     sealed,
     write_atomic,
 )
 from stemcal.files.reading import read_plain
-from stemcal.files.rows import Table
 from stemcal.files.typed import absent, from_json, to_json
+from stemcal.folder.log import append, now
+from stemcal.folder.stage_files import StageFiles
 
 logger = logging.getLogger(__name__)
 
-SCHEMA_VERSION = 2  # of stage files
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
 RECORD_VERSION = 4
@@ -76,7 +75,7 @@ def default_place(study: str) -> Path:
     return Path("runs") / study
 
 
-class StudyFolder:
+class StudyFolder(StageFiles):
     """The folder of one study. As a context manager it is locked; reading needs no lock.
 
     Parameters
@@ -224,50 +223,6 @@ class StudyFolder:
             path.replace(damaged / f"{path.stem}-{stamp}.json")
             self.log("record_damaged", key=path.stem)
 
-    # ---- stages
-
-    def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
-        """Write a stage's JSON and its seal, whole or not at all; the same content gives the same bytes."""
-        write_atomic(self.path / f"{stage}.json", sealed(content))
-
-    def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal, to be believed.
-
-        Raises
-        ------
-        UsageError
-            If the stage has not run yet, or its file is of another version, has changed since it was written or cannot
-            be read.
-        """
-        content = self.examine_stage(stage)
-        if (version := content.get("schema_version")) != SCHEMA_VERSION:
-            raise UsageError(
-                f"{self.path / stage}.json has schema version {version!r:.20}, but this stemcal reads version "
-                f"{SCHEMA_VERSION}; run `stemcal {stage} SPEC` again (recorded runs are reused)"
-            )
-        return content
-
-    def examine_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON of any version without its seal; raises as `read_stage` does."""
-        path = self.path / f"{stage}.json"
-        try:
-            content = opened(path)
-        except FileNotFoundError:
-            raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
-        except Broken as broken:
-            raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
-        if content.get("stage") != stage:
-            raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
-        return content
-
-    def has_stage(self, stage: str) -> bool:
-        """Whether a stage has left its file."""
-        return (self.path / f"{stage}.json").exists()
-
-    def write_csv(self, name: str, table: Table) -> None:
-        """Write a table as ``name.csv``."""
-        write_atomic(self.path / f"{name}.csv", table.csv())
-
     # ---- the spec
 
     def remember_spec(self, spec: Path) -> None:
@@ -284,15 +239,8 @@ class StudyFolder:
     # ---- log
 
     def log(self, event: str, **facts: Any) -> None:
-        """Append one line to ``log.jsonl``; a log that cannot be written stops nothing."""
-        entry = {"time": now(), "event": event, **plain(facts)}
-        line = json.dumps(entry, ensure_ascii=False, allow_nan=False)
-        try:
-            refuse_link(self.path / "log.jsonl")
-            with (self.path / "log.jsonl").open("ab") as file:
-                file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
-        except (OSError, StemcalError) as error:
-            logger.warning("log.jsonl: %s", error)
+        """Append a line to ``log.jsonl``; a log that cannot be written stops nothing."""
+        append(self.path / "log.jsonl", event, facts)
 
 
 # ---- records: what one must hold, and that its key follows from it
@@ -346,8 +294,3 @@ def provenance() -> dict[str, str]:
         "host": socket.gethostname(),
         "platform": platform.platform(),
     }
-
-
-def now() -> str:
-    """Return the time, UTC, ISO 8601."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,23 @@
+"""Mirror planes of the shear test: the velocities that they hold, and the ghosts behind the plane of the cut."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.parts import Symmetry
+from stemcal.fem.mesh import Mesh
+
+
+def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
+    """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
+    held = np.zeros(mesh.nodes.shape, dtype=bool)
+    if symmetry == "quarter":
+        held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
+    if symmetry != "none":
+        held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
+    return held
+
+
+def ghosts(mesh: Mesh) -> NDArray[np.int32]:
+    """Return (ghost, source) for the nodes beyond x = 0: along the stem, the next node mirrors the first."""
+    beyond = np.flatnonzero(mesh.nodes[:, 0] < -1e-9)
+    return np.stack([beyond, beyond + 1], axis=1).astype(np.int32)
