@@ -130,7 +130,7 @@ def _ending(code: int | None) -> str:
     """Return how a process ended.
 
     >>> _ending(3), _ending(-9)
-    ('exit code 3', 'signal SIGKILL, usually for lack of memory')
+    ('exit code 3', 'signal SIGKILL, usually because memory ran out')
     """
     if code is None:
         return "no exit code"

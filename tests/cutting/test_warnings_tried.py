@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from test_shipped import test_of as shipped
+from test_shipped import cut_of as shipped
 
 from stemcal.cutting import CuttingResult, ShearTest, shear
 from stemcal.fem.contact import Contact
