@@ -34,7 +34,7 @@ import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
 from stemcal.doe.calibration.confidence_intervals import holds
-from stemcal.doe.calibration.fit import Fit, Prior, fit
+from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.box_behnken import box_behnken

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.doe.calibration.confidence_intervals import holds, profiles_of
-from stemcal.doe.calibration.fit import Fit, fit
+from stemcal.doe.calibration.likelihood import Fit, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array

@@ -47,7 +47,7 @@ def run(
     """Run all stages of a study and write the report.
 
     The stages are screen, rsm, invert and validate, plus climb and refine if the spec has those sections. Interrupt
-    the study at any time: the same command resumes with the finished runs.
+    the study at any time: the same command resumes it and keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """

@@ -343,7 +343,7 @@ class DeckSolver(ProgramOptions):
         if self.program == "lsdyna":
             how = "a negative number of processors (ncpu=-4) in its command"
         else:
-            how = "/PARITH/ON in the starter's deck"
+            how = "/PARITH/ON in the starter deck"
         return Remedy(f"Fix the order of summation: {how}")
 
 

@@ -9,8 +9,8 @@ from math import hypot
 
 import numpy as np
 
-from stemcal.doe.calibration.fit import Fit, Prior, fit
 from stemcal.doe.calibration.level_set import Assessment, assess_point
+from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.anova import AnovaRow, Coefficient

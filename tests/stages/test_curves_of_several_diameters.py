@@ -9,7 +9,7 @@ import pytest
 import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal.doe.calibration.fit import fit
+from stemcal.doe.calibration.likelihood import fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.composite import central_composite

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.fit import LEVEL, Fit
+from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
 from stemcal.doe.regression.least_squares import Array
 

@@ -21,8 +21,8 @@ from stemcal.doe.calibration.confidence_intervals import (
     settled,
     unseen_directions,
 )
-from stemcal.doe.calibration.fit import LEVEL, Fit
 from stemcal.doe.calibration.level_set import solve_target
+from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.comparison import null_model
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array

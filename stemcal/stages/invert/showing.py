@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.calibration.fit import Fit
+from stemcal.doe.calibration.likelihood import Fit
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table, visible
 from stemcal.files.typed import to_json

@@ -21,7 +21,7 @@ from math import isfinite
 import numpy as np
 
 from stemcal.doe.calibration.confidence_intervals import settled
-from stemcal.doe.calibration.fit import Fit
+from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.comparison import error_percent
 from stemcal.doe.regression.least_squares import Array

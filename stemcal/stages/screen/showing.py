@@ -139,9 +139,9 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     response = screen.naming.response.noun
     bars = (
-        f"Effects by size: blue increases and orange decreases the {response}. An effect beyond Lenth's margin of "
-        "error (ME) or the limit of the t test is significant; beyond SME also after correction for the number of "
-        "effects."
+        f"Effects by size: blue effects increase the {response}, orange effects decrease it. An effect beyond Lenth's "
+        "margin of error (ME) or the limit of the t test is significant; beyond the simultaneous margin (SME) it "
+        "remains significant after correction for the number of effects."
     )
     line = (
         "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols: see "

@@ -18,7 +18,7 @@ from stemcal.study.types.units import from_internal, parse_unit
 from stemcal.words import listed, nearest
 
 _KINDS = {
-    "string_type": ("text", "put it between quotes"),
+    "string_type": ("text", "enclose it in quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
     "int_type": ("a whole number", "write the number without a point or unit"),
     "int_from_float": ("a whole number", "write the number without a point or unit"),

@@ -215,7 +215,7 @@ class _Builder:
         if len(self._stack) >= MAX_DEPTH:
             self.stop(f"nested more than {MAX_DEPTH} deep", "a spec needs at most four levels; check the brackets")
         if self._stack and self._stack[-1].wants_key:
-            self.stop("a list or mapping cannot be a key", "use a plain word; put {braces} between quotes")
+            self.stop("a list or mapping cannot be a key", "use a plain word; enclose {braces} in quotes")
         path = self._path()
         self._put(node)
         self._stack.append(_Open(node, path))
@@ -310,11 +310,11 @@ def _mark(error: yaml.MarkedYAMLError) -> Any:
 
 _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
-    "cannot start any token": "put the text between quotes; indent with spaces, not tabs",
-    "mapping values are not allowed": "put a text with a colon between quotes; check the indentation",
+    "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
+    "mapping values are not allowed": "enclose a text with a colon in quotes; check the indentation",
     _NO_COLON: "a colon and a space are missing here: write key: value",
     "expected <block end>": "check the indentation of this line and the ones above",
     "expected ',' or": "close the bracket opened before",
-    "sequence entries are not allowed": "put a lone - between quotes",
+    "sequence entries are not allowed": "enclose a lone - in quotes",
     "unexpected end of stream": "close the quote opened before",
 }

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2, lognorm, norm, t
 
 from stemcal.doe.calibration.confidence_intervals import contradiction, left_out, out_of_reach, profiles_of, settled
-from stemcal.doe.calibration.fit import Fit, Prior, fit
+from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Contrasts, Observation, Uniforms, variances
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.composite import central_composite
