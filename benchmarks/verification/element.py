@@ -107,9 +107,8 @@ def hourglass() -> Topic:
         "A hexahedron resists all its 24 motions except the 6 rigid ones. Without control, the one-point element "
         "resists twelve fewer. On a cube of side h, hourglass control with coefficient c opposes each of the four "
         "modes. The force at every corner is 8 · 0.038 c (λ+2μ) h a for an amplitude a. OpenRadioss uses the same "
-        "formula for the coefficient "
-        "of an LS-DYNA deck. Uniform deformation must cause no force. With c = 0.548 (1/6 over 0.304) and ν = 0 a "
-        "cube has exactly the energy of its bending."
+        "formula for the coefficient of an LS-DYNA deck. Uniform deformation must cause no force. With c = 0.548 (1/6 "
+        "over 0.304) and ν = 0 a cube has exactly the energy of its bending."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

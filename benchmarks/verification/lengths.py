@@ -34,9 +34,8 @@ def edge() -> Topic:
         f"An edge whose load is spread over a half-width a = {SPREAD:g} mm is pressed into an elastic block. The "
         "edge has no stiffness, so the slope of its force is that of the block under the same pressure "
         "distribution. The reference is a static solution by separate code. The slope must not depend on the "
-        "position of the mesh "
-        "or on added mass. The distribution is widened on short elements to keep its effective width. One-point "
-        "elements of a/2 are too soft."
+        "position of the mesh or on added mass. The distribution is widened on short elements to keep its effective "
+        "width. One-point elements of a/2 are too soft."
     )
     return Topic("Spread edge", text, tuple(cases))
 

@@ -198,13 +198,17 @@ def simulate(
     """
     warm()
     diameter = study.specimen.outer_diameter if diameter is None else diameter
-    test = shear_test(study, levels, diameter) if section is None else test_of(study, section, levels, diameter)
-    inspect = None if frames is None else FrameWriter(frames, max(1, test.discretisation.integration.outputs // 50))
     if section is None:
-        assert isinstance(test, cutting.ShearTest)
-        return cutting.shear(test, inspect)
-    result = perform(test, inspect)
+        sheared = shear_test(study, levels, diameter)
+        return cutting.shear(sheared, _frame_writer(frames, sheared))
+    test = test_of(study, section, levels, diameter)
+    result = perform(test, _frame_writer(frames, test))
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
+
+
+def _frame_writer(folder: Path | None, test: AnyTest) -> FrameWriter | None:
+    """Return what writes about 50 frames of a test into a folder; None without a folder."""
+    return None if folder is None else FrameWriter(folder, max(1, test.discretisation.integration.outputs // 50))
 
 
 def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:

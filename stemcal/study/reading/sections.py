@@ -75,16 +75,16 @@ class Sections:
 
     def read(self, name: str, given: Any) -> None:
         """Read a section; of one that is wrong, what is good of it."""
-        told: Collection[NodePath] = ()
+        reported: Collection[NodePath] = ()
         if given is None:
             self.findings.append(Finding((spelled(name),), "is empty", "fill in the section or remove it"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
-            told = [(spelled(name), "responses")]  # unknown while a test is wrong
+            reported = [(spelled(name), "responses")]  # unknown while a test is wrong
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
-            self.findings += _findings(error, (spelled(name),), told)
+            self.findings += _findings(error, (spelled(name),), reported)
             if (rest := partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
@@ -230,14 +230,14 @@ def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
 
 
-def _findings(error: ValidationError, section: NodePath, told: Collection[NodePath] = ()) -> list[Finding]:
-    """Return the errors of pydantic in a section as findings, except those at places in `told`."""
+def _findings(error: ValidationError, section: NodePath, reported: Collection[NodePath] = ()) -> list[Finding]:
+    """Return the errors of pydantic in a section as findings, except those at places in `reported`."""
     found = []
     for entry in error.errors(include_url=False):
         if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
             continue  # its wrong entries are reported; pydantic does not count them
         shown = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
-        if shown in told:
+        if shown in reported:
             continue
         depth = 1 if shown[0] == "solver" else 2 if shown[1:2] == ("in",) or shown[0] == "tests" else 0
         kinds = TESTS if shown[0] == "tests" else SOLVERS
