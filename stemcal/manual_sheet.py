@@ -84,7 +84,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
     return rows
 
 
-def known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
+def _known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
     """Return the runs whose results may be entered: those that are awaited, and those that have some."""
     elsewhere = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
     there = study.by_hand is not study
@@ -116,7 +116,7 @@ def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> I
     """Yield the runs whose results were entered, with these."""
     solver = make_solver(study.by_hand)
     left = {record_key(solver, run) for run in awaited}
-    for run in known_runs(study, folder, None):
+    for run in _known_runs(study, folder, None):
         record = folder.peek(key) if (key := record_key(solver, run)) not in left else None
         if record is not None and "entered" in record["details"]:
             yield run, _known(study.by_hand, record)
@@ -221,7 +221,7 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Corre
     except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
         waiting = None
     solver = make_solver(seen)
-    found = _sorted(seen, folder, solver, known_runs(study, folder, waiting) if rows else [], rows, how)
+    found = _sorted(seen, folder, solver, _known_runs(study, folder, waiting) if rows else [], rows, how)
     for result in (*found.new, *found.others):
         _record(result, solver, folder, how)
     return Entered(_names(found.new), _names(found.known), _names(found.others), tuple(found.refused))

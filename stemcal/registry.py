@@ -190,7 +190,7 @@ def code_version() -> str:
     >>> code_version().startswith(f"{__version__}+")
     True
     """
-    return f"{__version__}+{hash_of(Path(__file__).parent)}"
+    return f"{__version__}+{_hash_of(Path(__file__).parent)}"
 
 
 def package_hash(module: str) -> str:
@@ -198,10 +198,10 @@ def package_hash(module: str) -> str:
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
     whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
     place = Path(getattr(whole, "__file__", None) or "")
-    return hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
+    return _hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
 
 
-def hash_of(place: Path, length: int = 12) -> str:
+def _hash_of(place: Path, length: int = 12) -> str:
     """Return a hash of a Python file, or of all Python files in a folder, the same on every system."""
     import hashlib
 

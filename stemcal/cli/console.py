@@ -58,7 +58,7 @@ def say_text(text: str) -> None:
 
 
 @dataclass
-class Envelope:
+class _Envelope:
     """The JSON that a command prints at its end: `{command, status, result, notes}`."""
 
     command: str = ""
@@ -82,7 +82,7 @@ class Envelope:
         say_text(json.dumps(said, indent=2, ensure_ascii=True, allow_nan=False))
 
 
-envelope = Envelope()
+envelope = _Envelope()
 
 
 def new_envelope() -> None:

@@ -52,17 +52,17 @@ def run(
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
     with opened(spec, out, workers, executor, quiet) as work:
-        require_stage(work.study, until)
+        _require_stage(work.study, until)
         if not quiet:
             note(f"Report: {work.folder.path / 'report.html'}, updated after each stage")
         if retry:
-            compute_again(work)
+            _compute_again(work)
         work.foresee()
-        show = go_through(work, not as_json, until)
+        show = _go_through(work, not as_json, until)
     show(as_json, quiet)
 
 
-def require_stage(study: Study, name: str | None) -> None:
+def _require_stage(study: Study, name: str | None) -> None:
     """Refuse the name of a stage that this study does not have."""
     from stemcal.stages.stage import stages_of
 
@@ -71,7 +71,7 @@ def require_stage(study: Study, name: str | None) -> None:
         raise UsageError(f"--until {name[:40]}: this study has no such stage; use one of {', '.join(names)}")
 
 
-def compute_again(work: Session) -> None:
+def _compute_again(work: Session) -> None:
     """Compute the failed runs again; warn of those that failed again."""
     from stemcal.overview.status import retry
 
@@ -82,7 +82,7 @@ def compute_again(work: Session) -> None:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
 
-def go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
+def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
@@ -234,6 +234,6 @@ def enter(
         else:
             say(found.summary())
         found.require_all()
-        show = go_through(work, tell=not as_json)
+        show = _go_through(work, tell=not as_json)
     if not as_json:
         show(False, quiet)

@@ -115,7 +115,7 @@ def folder_of(study: Study, out: Path | None) -> Path:
     return out if out is not None else default_place(study.name)
 
 
-def executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
+def _executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
     """Return what makes the executor of that name, given the seconds that a run may take; refuse an unknown one."""
     if name == "local":
         from stemcal.executors.local import LocalExecutor
@@ -143,7 +143,7 @@ def opened(
     """
     from stemcal.executors import require_address_space
 
-    make_executor = executor_called(executor, workers)
+    make_executor = _executor_called(executor, workers)
     require_address_space()
     study = read_study(spec)
 

@@ -46,7 +46,7 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
             note(f"note: {opening(verdict)}")
     for warning in run_warnings(read_records(result, folder)):
         warn(str(warning))
-    if warn_of_failed(result):
+    if _warn_of_failed(result):
         raise typer.Exit(SOME_RUNS_FAILED)
 
 
@@ -72,7 +72,7 @@ def show_run(
         say_json({**stages, **judged})
     else:
         _show_findings(results, verdict, folder, quiet)
-    failed = warn_of_failed(*results.done)
+    failed = _warn_of_failed(*results.done)
     if not as_json:
         from stemcal.report.terminal import final_tables
         from stemcal.stages.verdict.words import lines
@@ -104,7 +104,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
         note(f"{counted(len(notes) - MOST, 'more note')} in the report")
 
 
-def warn_of_failed(*results: StageResult) -> bool:
+def _warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
     failed = [text for result in results if (text := failed_runs(result))]
     for text in failed:

@@ -72,9 +72,9 @@ def simulate(
 
     if not study.kind.force_history and test in (None, CUTTING):
         at = study.targets.calibrate_at if diameter is None else at
-        one_run(study, levels, at, as_json, quiet, csv_file)
+        _one_run(study, levels, at, as_json, quiet, csv_file)
         return
-    section = test_called(study, test)
+    section = _test_called(study, test)
 
     from stemcal.fem.warm import is_compiled
     from stemcal.overview.foresight import demand_of_one
@@ -144,7 +144,7 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
 
-def test_called(study: Study, test: str | None) -> LaboratorySection | None:
+def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
     """Return the section of a test, None for cutting; refuse an unknown name."""
     if test is None or test == CUTTING:
         return None
@@ -184,7 +184,7 @@ def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
     save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
 
 
-def one_run(
+def _one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
     """Make one run and show its answer; a failed run ends with exit code 3 and names its folder."""

@@ -35,7 +35,7 @@ def init(
     """
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    write_new(path, spec_text(stem, full))
+    _write_new(path, spec_text(stem, full))
     say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
     note("edit it, then")
@@ -59,7 +59,7 @@ def spec_text(name: str, full: bool = False) -> str:
     return text if full else text[: text.index(MORE)]
 
 
-def write_new(path: Path, text: str) -> None:
+def _write_new(path: Path, text: str) -> None:
     """Write a file; raise `UsageError` if there is one of that name, or none can be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     too_much = excess(demand_of_one(study, conditions), 1, memory)
     warnings = [
         *study.warnings,
-        *not_ready(study),
+        *_not_ready(study),
         *map(str, too_much),
         *(str(one) for one in before if one.severity == "warning"),
     ]
@@ -119,12 +119,12 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     for sentence in warnings:
         warn(sentence)
     if not as_json and found is not None:
-        say_plan(found)
+        _say_plan(found)
     for sentence in remarks:
         note(f"note: {sentence}")
 
 
-def say_plan(found: Plan) -> None:
+def _say_plan(found: Plan) -> None:
     """Print the runs, the time and the memory of every stage."""
     from stemcal.files.rows import Column, Table
     from stemcal.numbers import duration, in_bytes
@@ -143,7 +143,7 @@ def say_plan(found: Plan) -> None:
     say_tables(Table.of(columns, found.stages, f"Runs of {found.study}", [" ".join(total(found))]))
 
 
-def not_ready(study: Study) -> list[str]:
+def _not_ready(study: Study) -> list[str]:
     """Return why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
     if not study.kind.starts_program:
         return []

@@ -90,7 +90,7 @@ def around_half(radius: float, how: Discretisation) -> int:
     return max(_FEWEST_AROUND, round(pi * radius / (0.5 * (1.0 + how.coarsening_around) * how.element_size)))
 
 
-def pairs_along(length: float, how: Discretisation) -> int:
+def _pairs_along(length: float, how: Discretisation) -> int:
     """Return how many elements there are on either side of the cut, next to a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
     mean = 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)  # length over that of those under the edge
@@ -103,7 +103,7 @@ def _lengths(length: float, how: Discretisation) -> Array:
     A row under the edge counts half on either side.
     """
     odd = 1 if how.edge_over == "elements" else 0
-    outwards = np.linspace(0.0, 1.0, pairs_along(length, how) + odd)
+    outwards = np.linspace(0.0, 1.0, _pairs_along(length, how) + odd)
     lengths = np.interp(outwards, (EVEN_SHARE, 1.0), (1.0, how.coarsening))
     lengths[0] *= 1.0 - 0.5 * odd
     return lengths
@@ -194,7 +194,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
         pairs, around, through = (
             float(count)
             for count in (
-                pairs_along(stem.length, how),
+                _pairs_along(stem.length, how),
                 around_half(0.5 * stem.outer_diameter, how),
                 through_wall(stem, how),
             )

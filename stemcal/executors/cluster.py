@@ -81,7 +81,7 @@ class DaskExecutor(RunExecutor):
         """Give a call to the cluster; function, arguments and result must be picklable."""
         call = pickle.dumps((fn, args, kwargs)), self.time_limit, code_version(), self._session
         try:
-            task = self._tasks.submit(supervised, *call)
+            task = self._tasks.submit(_supervised, *call)
         except Exception:
             raise self._lost() from None
         future: Future[T] = Future()
@@ -93,7 +93,7 @@ class DaskExecutor(RunExecutor):
         """Wait for what is under way, or end it on the workers, and leave the cluster as it was."""
         with suppress(Exception):  # of a cluster that is lost there is nothing to leave
             self._tasks.shutdown(wait=wait and not cancel_futures)
-        _at_most(FAREWELL_S, lambda: self._client.run(end_session, self._session))
+        _at_most(FAREWELL_S, lambda: self._client.run(_end_session, self._session))
         _at_most(FAREWELL_S, self._client.close)
 
     def __exit__(
@@ -139,7 +139,7 @@ class DaskExecutor(RunExecutor):
                 raise UsageError(_mismatch(worker, version, code_version()))
 
 
-def supervised(blob: bytes, time_limit: float | None, version: str, session: str) -> Any:
+def _supervised(blob: bytes, time_limit: float | None, version: str, session: str) -> Any:
     """Compute a pickled call in a process of this machine. Runs in a thread of a Dask worker."""
     if version != code_version():
         raise WorkerDied(_mismatch("this worker", code_version(), version))
@@ -159,7 +159,7 @@ _sessions: dict[str, LocalExecutor] = {}
 _ended: set[str] = set()
 
 
-def end_session(session: str) -> None:
+def _end_session(session: str) -> None:
     """End the processes that compute for a command. Runs on a Dask worker, which does not wait for it."""
     with _making:
         _ended.add(session)

@@ -114,7 +114,7 @@ def hollow_cylinder(
     turn = (angles[0] + (angles[1] - angles[0]) * parts)[: around if closed else around + 1]
     radius = np.linspace(inner, outer, through + 1)
     points = radius[:, None, None] * _directions(turn)
-    return drawn_out(points.reshape(-1, 2), _quads(through, around, closed), along)
+    return _drawn_out(points.reshape(-1, 2), _quads(through, around, closed), along)
 
 
 def solid_cylinder(radius: float, along: Array, through: int, widths: Array, whole: bool, turn: float = 0.0) -> Mesh:
@@ -141,7 +141,7 @@ def solid_cylinder(radius: float, along: Array, through: int, widths: Array, who
     if whole:
         points, quads = _with_mirror_image(points, quads)
     c, s = cos(turn), sin(turn)
-    return drawn_out(_exact(points @ np.array([[c, s], [-s, c]])), quads, along)
+    return _drawn_out(_exact(points @ np.array([[c, s], [-s, c]])), quads, along)
 
 
 def square_of_solid(around: int) -> tuple[int, int]:
@@ -205,7 +205,7 @@ def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
     return np.concatenate([points, points[off] * [-1.0, 1.0]]), np.concatenate([quads, beyond])
 
 
-def drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
+def _drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
     """Return a section drawn out along x, its nodes and elements numbered along it first.
 
     Parameters

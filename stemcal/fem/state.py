@@ -171,7 +171,7 @@ def start(model: Model) -> State:
     )
 
 
-def aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
+def _aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
     """Return zeros that begin on a cache line: a vector read across two lines costs twice, a quarter of the kernel."""
     size = kind.itemsize * prod(shape)
     raw = np.zeros(size + block.CACHE_LINE, dtype=np.uint8)
@@ -181,7 +181,7 @@ def aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
 
 def scratch_like(state: Array) -> Array:
     """Return room for one block of elements whose state this is."""
-    return aligned_zeros((block.SCRATCH_ROWS * block.LANES,), state.dtype)
+    return _aligned_zeros((block.SCRATCH_ROWS * block.LANES,), state.dtype)
 
 
 def _precision(model: Model) -> np.dtype[Any]:
@@ -272,7 +272,7 @@ def _element_masses(model: Model, material: MaterialNumbers, state: Array, topol
 
 def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volumes: Array) -> Array:
     length = np.cbrt(volumes)
-    state = aligned_zeros((len(lanes.runs), block.STATE_ROWS, block.LANES), _precision(model))
+    state = _aligned_zeros((len(lanes.runs), block.STATE_ROWS, block.LANES), _precision(model))
     state[:, block.ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, block.RATE_FACTOR] = 1.0
     state[:, block.VISCOUS_LENGTH] = lanes.spread(length, 1.0)

@@ -111,7 +111,7 @@ class Marching:
     def __init__(self, state: State, count: int) -> None:
         met, outcome = np.zeros(1, dtype=np.int64), np.full(1, GOING_ON, dtype=np.int64)
         self._team = Team(count, met, met.copy(), np.zeros(count, dtype=np.int64), outcome)
-        self._shares = shares_of(state, count)
+        self._shares = _shares_of(state, count)
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
         self._begin = Barrier(count)
 
@@ -137,7 +137,7 @@ class Marching:
         return int(march(until, share, self._team, *state.parts()))
 
 
-def shares_of(state: State, count: int) -> list[Share]:
+def _shares_of(state: State, count: int) -> list[Share]:
     """Share the parts of the blocks, the chunks of nodes and the rows apart out to the threads."""
     body, ends = state.body, state.lanes.ends
     blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()

@@ -212,7 +212,7 @@ class StudyFolder(StageFiles):
             return None, ""
         except Broken as broken:
             return None, str(broken)
-        problem = problem_of(record, key)
+        problem = _problem_of(record, key)
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
@@ -260,7 +260,7 @@ def key_of(identity: Mapping[str, Any]) -> str:
     return digest(identity)[:32]
 
 
-def problem_of(record: Mapping[str, Any], key: str) -> str:
+def _problem_of(record: Mapping[str, Any], key: str) -> str:
     """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"has record version {version!r:.20}, but this stemcal reads version {RECORD_VERSION}"

@@ -34,7 +34,7 @@ class Grade:
 
 
 @dataclass(frozen=True)
-class MeasuredStem:
+class _MeasuredStem:
     """A stem and the mean of its readings, mm."""
 
     stem: str
@@ -46,7 +46,7 @@ class Diameters(Spread):
     """The stems of a field in numbers; `share_percent` of them lie in a grade."""
 
     source: str
-    stems: Rows[MeasuredStem]
+    stems: Rows[_MeasuredStem]
     readings: int
     summary: Summary = inline()
     normality: ShapiroWilk
@@ -71,7 +71,7 @@ def measure_diameters(
     """
     _check_grades(grades, step)
     table = read_table(path, form)
-    stems = stems_of(table, column)
+    stems = _stems_of(table, column)
     values = [sum(readings) / len(readings) for readings in stems.values()]
     if len(values) < 3 or max(values) == min(values):
         there = f"{counted(len(values), 'stem')}, {counted(len(set(values)), 'diameter')}"
@@ -80,7 +80,7 @@ def measure_diameters(
     shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)
     return Diameters(
         source=path.name,
-        stems=Rows(map(MeasuredStem, stems, values)),
+        stems=Rows(map(_MeasuredStem, stems, values)),
         readings=sum(map(len, stems.values())),
         summary=summary,
         normality=shapiro_wilk(values),
@@ -104,7 +104,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
             raise UsageError(f"--grades: {low:g} and {high:g} mm overlap at a width of {step:g} mm; see --step")
 
 
-def stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float]]:
+def _stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float]]:
     """Return the readings (mm) of every stem: those of its row, and of all rows that carry its label."""
     label = _label_column(table)
     named = given_columns(table, given, "diameters") if given else None

@@ -178,12 +178,12 @@ def bare_unit(cell: str) -> str | None:
     return (match[1] or "") if match else None
 
 
-def unit_in(name: str) -> str:
+def _unit_in(name: str) -> str:
     """Return the unit in a column's name.
 
-    >>> [unit_in(name) for name in ("Force (kN)", "位移/mm", "Kraft [N]", "Load, N", "force", "Weg in mm", "力（牛）")]
+    >>> [_unit_in(name) for name in ("Force (kN)", "位移/mm", "Kraft [N]", "Load, N", "force", "Weg in mm", "力（牛）")]
     ['kN', 'mm', 'N', 'N', '', 'mm', '牛']
-    >>> [unit_in(name) for name in ("Сила, кН", "位移mm", "力（ｋＮ）", "시간(초)")]
+    >>> [_unit_in(name) for name in ("Сила, кН", "位移mm", "力（ｋＮ）", "시간(초)")]
     ['кН', 'mm', 'kN', '초']
     """
     name = _narrow(name)
@@ -207,7 +207,7 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
     if len(above) == 2 and all(bare_unit(cell) is not None for cell in above[0]) and any(above[0]):
         return tuple(above[1]), tuple(bare_unit(cell) or "" for cell in above[0]), 2
     if above:
-        return tuple(above[0]), tuple(unit_in(name) for name in above[0]), 1
+        return tuple(above[0]), tuple(_unit_in(name) for name in above[0]), 1
     return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
 
 

@@ -58,7 +58,7 @@ class SpecimenRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GradeForces(Spread):
+class _GradeForces(Spread):
     """The maximum forces of one grade; a suspect is named, and still counted.
 
     `travel` (mm) and `work` (mJ) are those from the preload to the maximum.
@@ -81,7 +81,7 @@ class ShearTests:
     """A whole campaign; `notes` concern no single specimen."""
 
     specimens: tuple[TestedSpecimen, ...]
-    grades: tuple[GradeForces, ...]
+    grades: tuple[_GradeForces, ...]
     power_law: PowerLaw | None
     synthetic: bool
     notes: tuple[Note, ...] = ()
@@ -245,7 +245,7 @@ def _specimen(
     """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
-    named = named_grade(path) if curve.over is None else _grade_near(curve.over)
+    named = _named_grade(path) if curve.over is None else _grade_near(curve.over)
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
@@ -258,10 +258,10 @@ def _specimen(
     return TestedSpecimen(name, nominal, diameter, curve, name in exclude)
 
 
-def named_grade(path: Path) -> float | None:
+def _named_grade(path: Path) -> float | None:
     """Return the grade in mm in the name of a file or of its folder.
 
-    >>> named_grade(Path("shear/10mm-3.csv")), named_grade(Path("7.5 mm/a.txt")), named_grade(Path("a/b.csv"))
+    >>> _named_grade(Path("shear/10mm-3.csv")), _named_grade(Path("7.5 mm/a.txt")), _named_grade(Path("a/b.csv"))
     (10.0, 7.5, None)
     """
     return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
@@ -276,18 +276,18 @@ def _grade_near(diameter: float) -> float:
     return diameter if (2.0 * diameter).is_integer() else float(round(diameter))
 
 
-def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> GradeForces:
+def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> _GradeForces:
     forces = [specimen.curve.max_force for specimen in specimens]
     test = grubbs(forces)
     suspect = specimens[test.index].name if test and test.is_outlier else None
     travel = summarise([specimen.curve.travel_at_max for specimen in specimens])
     work = summarise([specimen.curve.work_to_max for specimen in specimens])
-    return GradeForces(
+    return _GradeForces(
         diameter=diameter, summary=summarise(forces), travel=travel, work=work, grubbs=test, suspect=suspect
     )
 
 
-def _preload(grades: Sequence[GradeForces], preload: float) -> Iterator[Note]:
+def _preload(grades: Sequence[_GradeForces], preload: float) -> Iterator[Note]:
     """Yield a note on the weakest grade if the preload cuts off a large part of its curve."""
     weakest = min(grades, key=lambda grade: grade.summary.mean)
     force = weakest.summary.mean
@@ -318,7 +318,7 @@ def section_of(rows: Sequence[str]) -> str:
     return "".join(["targets:\n", *(f"  {row if row.startswith('#') else f'- {row}'}\n" for row in rows)])
 
 
-def _row(grade: GradeForces, travel_and_work: bool) -> str:
+def _row(grade: _GradeForces, travel_and_work: bool) -> str:
     means = {"force": (grade.summary, "N")}
     if travel_and_work:
         means |= {"travel": (grade.travel, "mm"), "work": (grade.work, "mJ")}

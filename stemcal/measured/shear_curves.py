@@ -87,7 +87,7 @@ def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[Shear
     channels, notes = channels_of(table, how)
     if len(channels) > 1:
         notes.insert(0, Note("side_by_side", "info", f"The file contains {len(channels)} specimens side by side."))
-    diameters = stated_diameters(table, len(channels))
+    diameters = _stated_diameters(table, len(channels))
     sheet = table.sheet if several else ""
     curves = [
         _curve(table, one, how, diameter, " ".join(filter(None, (sheet, one.label))))
@@ -182,7 +182,7 @@ _MEASURE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE)
 _AFTER = 20  # characters between the word and the number
 
 
-def stated_diameters(table: TextTable, count: int) -> list[float | None]:
+def _stated_diameters(table: TextTable, count: int) -> list[float | None]:
     """Return the diameters in mm of `count` specimens that a line above the data states, None where it does not.
 
     Of several specimens a line states either each, in their order, or one for all.

@@ -23,7 +23,7 @@ from stemcal.study.model.laboratory_kind import RESPONSES
 
 
 @dataclass(frozen=True, kw_only=True)
-class TestedMean(Spread):
+class _TestedMean(Spread):
     """The mean of one response of one test at one diameter, in the unit of that response."""
 
     test: str
@@ -36,7 +36,7 @@ class TestedMean(Spread):
 class MeasuredTests:
     """The means of all tests, what is left open, and the targets of each test as lines of YAML."""
 
-    means: Rows[TestedMean]
+    means: Rows[_TestedMean]
     notes: tuple[Note, ...]
     synthetic: bool
     targets: dict[str, tuple[str, ...]]
@@ -86,7 +86,7 @@ def measure_tests(
     )
 
 
-def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
+def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
     """Return the mean of each response that the test's targets have, else those usual for its kind."""
     wanted = test.measured or test.usual
     found = []
@@ -95,7 +95,7 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[TestedMean]:
         told = [_responses(piece) for piece in pieces]
         for name in wanted:
             if values := [one[name] for one in told if name in one]:
-                mean = TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summarise(values))
+                mean = _TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summarise(values))
                 found.append(mean)
     return found
 
@@ -121,7 +121,7 @@ def break_at(force: NDArray[np.float64]) -> int:
     return len(force) if row is None else peak + row
 
 
-def _targets(test: LaboratorySection, means: Sequence[TestedMean]) -> list[str]:
+def _targets(test: LaboratorySection, means: Sequence[_TestedMean]) -> list[str]:
     """Return the rows of a test in YAML, one for each diameter."""
     lines = []
     for diameter in sorted({mean.diameter for mean in means}):

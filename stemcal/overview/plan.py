@@ -38,7 +38,7 @@ recorded here."""
 
 
 @dataclass(frozen=True)
-class Costs:
+class _Costs:
     """The seconds of a run on one core, None if unknown, their source, and the number of recorded runs."""
 
     of: Callable[[Request], float] | None
@@ -47,7 +47,7 @@ class Costs:
 
 
 @dataclass(frozen=True)
-class PlannedStage:
+class _PlannedStage:
     """The runs of a stage; `seconds` on one core, bytes of `memory` of the largest; None: unknown."""
 
     stage: str
@@ -70,7 +70,7 @@ class Plan:
     schema_version: int
     stage: str
     study: str
-    stages: Rows[PlannedStage]
+    stages: Rows[_PlannedStage]
     to_run: int
     seconds: float | None
     notes: tuple[Note, ...]
@@ -144,10 +144,10 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
     return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
 
 
-def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: Costs) -> PlannedStage:
+def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
     distinct = {record_key(solver, request) for request in part.requests}
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
-    return PlannedStage(
+    return _PlannedStage(
         part.stage,
         len(part.requests),
         len(distinct),
@@ -206,10 +206,10 @@ def total(found: Plan) -> list[str]:
 # ---- what runs cost
 
 
-def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs:
+def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Costs:
     """Return what runs cost here; `like` is the request that may be tried for a moment."""
     if solver.asks_people:
-        return Costs(None, "by_hand")
+        return _Costs(None, "by_hand")
 
     def guess(request: Request) -> float:
         return solver.cost_estimate(request) or 1.0
@@ -217,12 +217,12 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> Costs
     recorded = [] if folder is None else list(islice(_timed_runs(solver, folder, guess), _MOST_RECORDS))
     if taken := sum(seconds for seconds, _ in recorded):
         pace = taken / sum(guessed for _, guessed in recorded)
-        return Costs(lambda request: pace * guess(request), "recorded", len(recorded))
+        return _Costs(lambda request: pace * guess(request), "recorded", len(recorded))
     if solver.cost_estimate(like) is None:
-        return Costs(None)
+        return _Costs(None)
     if (tried := solver.pace(like)) is None:
-        return Costs(guess, "guess")
-    return Costs(lambda request: tried * guess(request), "tried")
+        return _Costs(guess, "guess")
+    return _Costs(lambda request: tried * guess(request), "tried")
 
 
 def _timed_runs(

@@ -237,7 +237,7 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 
 
 @dataclass(frozen=True)
-class Damage:
+class _Damage:
     """A file and what is wrong with it."""
 
     file: str
@@ -245,7 +245,7 @@ class Damage:
 
 
 @dataclass(frozen=True)
-class StageState:
+class _StageState:
     """A stage's file: what is wrong with it, what has changed since, its changed CSV tables."""
 
     stage: str
@@ -264,8 +264,8 @@ class Inspection:
     folder: str
     ok: bool
     records: int
-    damaged: tuple[Damage, ...]
-    stages: tuple[StageState, ...]
+    damaged: tuple[_Damage, ...]
+    stages: tuple[_StageState, ...]
 
 
 def inspect(study: Study, folder: StudyFolder) -> Inspection:
@@ -276,21 +276,21 @@ def inspect(study: Study, folder: StudyFolder) -> Inspection:
     problems |= {f"{state.stage}.json": state.problem for state in stages}
     changed = "is missing or was changed; `stemcal run SPEC` writes the file again"
     problems |= dict.fromkeys((name for state in stages for name in state.changed_tables), changed)
-    damaged = tuple(Damage(file, problem) for file, problem in problems.items() if problem)
+    damaged = tuple(_Damage(file, problem) for file, problem in problems.items() if problem)
     return Inspection(1, "verify", study.name, str(folder.path), not damaged, len(keys), damaged, tuple(stages))
 
 
-def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> StageState:
+def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> _StageState:
     name = f"{stage.name}.json"
     try:
         content = folder.examine_stage(stage.name)
         if (version := content.get("schema_version")) != FILE_VERSION:
-            return StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
+            return _StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
         changed = changes_since(study, solver, folder, stage.name)
         tables: tuple[str, ...] = ()
         if CODE not in changed:  # of other code it may have another shape
             tables = tuple(changed_tables(stage.result().from_json(content), folder))
     except UsageError as error:
         without_place = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
-        return StageState(stage.name, without_place, ())
-    return StageState(stage.name, "", tuple(changed), tables)
+        return _StageState(stage.name, without_place, ())
+    return _StageState(stage.name, "", tuple(changed), tables)

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 def load_study(path: str | Path) -> Study:
     """Return the study in a YAML file; raise `SpecError` with all its mistakes."""
     study = read_spec(checked_path(path, "path"))
-    study._hands = ByHand()
+    study._hands = _ByHand()
     return study
 
 
@@ -210,7 +210,7 @@ def simulate(
 
 
 @dataclass(frozen=True)
-class ByHand:
+class _ByHand:
     """Lists the pending runs in a study folder and records their results."""
 
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:

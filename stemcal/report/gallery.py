@@ -22,7 +22,7 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
     """Return the figures that the finished stages and their records allow, none of them drawn yet."""
     setting = Setting(study, results)
     plots = [plot for result in results.done for plot in showing_of(result).figures(result, setting)]
-    return plots + run_plots(study, records)
+    return plots + _run_plots(study, records)
 
 
 def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
@@ -45,7 +45,7 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
     return paths
 
 
-def run_plots(study: Study, records: Records) -> list[Plot]:
+def _run_plots(study: Study, records: Records) -> list[Plot]:
     """Return the figures of the runs themselves."""
     curves, plots = curves_of(records), []
     if curves:

@@ -101,10 +101,10 @@ def simulation_table(
     return table
 
 
-def response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
+def _response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
     """Return a response of a virtual test, which its curve may lack or only bound, and the measured mean.
 
-    >>> response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
+    >>> _response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
     '41.23 N/mm, measured 42.1 ± 2.5 N/mm'
     """
     bound = "at least " if at_least else ""
@@ -124,7 +124,7 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
     for name, (_, unit, words) in RESPONSES.items():
         if name in found or name in measured:
             bound = name not in BEFORE_MAXIMUM and not result.stroke_was_enough
-            text = response_text(found.get(name), unit, measured.get(name), at_least=bound)
+            text = _response_text(found.get(name), unit, measured.get(name), at_least=bound)
             rows.append((capital(words), text))
     return rows
 

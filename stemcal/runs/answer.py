@@ -103,7 +103,7 @@ def answer_all(
     if waiting:
         raise Waiting(stage, waiting)
     found = [known[key] for key in keys]
-    require_quorum(requests, found, policy)
+    _require_quorum(requests, found, policy)
     return found
 
 
@@ -178,7 +178,7 @@ def keep(key: str, request: Request, computed: Computed, solver: Solver, folder:
 # ---- when a stage must not go on, and why
 
 
-def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:
+def _require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:
     """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
     needed = math.ceil(policy.quorum * len(answers) - 1e-9)
     failed = sum(not answer.ok for answer in answers)
@@ -186,10 +186,10 @@ def require_quorum(requests: Sequence[Request], answers: Sequence[Answer], polic
         return
     counts = f"{failed} of {len(answers)} runs failed, but {needed} must succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then `stemcal run SPEC --retry`"
-    raise RunsFailed("\n".join([head, *reason_lines(requests, answers)]))
+    raise RunsFailed("\n".join([head, *_reason_lines(requests, answers)]))
 
 
-def reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:
+def _reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:
     """Return a line per failed run with its reason, the first ten in full."""
     lines = [
         f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
@@ -206,4 +206,4 @@ def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Ite
     try:
         yield
     except RunsFailed as error:
-        raise RunsFailed("\n".join([str(error), *reason_lines(requests, answers)])) from None
+        raise RunsFailed("\n".join([str(error), *_reason_lines(requests, answers)])) from None

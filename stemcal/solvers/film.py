@@ -28,7 +28,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Moment:
+class _Moment:
     """The stored data of one output: time in s, nodes (N, 3) in mm, which elements remain and their strain."""
 
     time: float
@@ -43,14 +43,14 @@ class Film:
     def __init__(self, outputs: int) -> None:
         self.every = max(1, outputs // FRAMES)
         self.seen = 0
-        self.moments: list[Moment] = []
+        self.moments: list[_Moment] = []
 
     def __call__(self, time: float, state: State) -> None:
         """Keep the state if it is its turn."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
             strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
-            self.moments.append(Moment(time, state.body.x.copy(), standing, strain))
+            self.moments.append(_Moment(time, state.body.x.copy(), standing, strain))
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:
@@ -60,7 +60,7 @@ class Film:
             return {}
         moments, end = self.moments, float(history.time[-1])
         if moments[-1].time < end:  # between two frames, where the stem broke
-            moments = [*moments, Moment(end, shape.nodes, shape.standing, shape.plastic_strain)]
+            moments = [*moments, _Moment(end, shape.nodes, shape.standing, shape.plastic_strain)]
         times = [moment.time for moment in moments]
         moved = [_held(moment.nodes - shape.reference, shape.hexes[moment.standing]) for moment in moments]
         return {

@@ -89,7 +89,7 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Performed:
+class _Performed:
     """What the tests of a run gave: responses by the study's names, warnings, and what the record keeps of each."""
 
     responses: dict[str, float]
@@ -116,7 +116,7 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
     return None
 
 
-def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed:
+def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> _Performed:
     """Perform tests one after the other.
 
     Raises
@@ -139,7 +139,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> Performed
             responses[section.called(name)] = result.responses[name]
         warnings += doubts(result, section.measured)
         details[section.name] = kept(result)
-    return Performed(responses, tuple(dict.fromkeys(warnings)), details)
+    return _Performed(responses, tuple(dict.fromkeys(warnings)), details)
 
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:

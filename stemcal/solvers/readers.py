@@ -34,7 +34,7 @@ REDUCTIONS: dict[str, Callable[[Array], float]] = {
 }
 
 
-class Series(NamedTuple):
+class _Series(NamedTuple):
     """Numbers, and what they are plotted along if that is known."""
 
     y: Sequence[float]
@@ -63,7 +63,7 @@ def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
     return x, result.scale * y
 
 
-def _series(result: ResultReader, folder: Path) -> Series:
+def _series(result: ResultReader, folder: Path) -> _Series:
     text = read_text(folder, result.file, MAX_BYTES)
     if result.pattern is not None:
         return _regex(text, result.file, result.pattern)
@@ -87,7 +87,7 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     return lenient(content)
 
 
-def _json(text: str, result: ResultReader) -> Series:
+def _json(text: str, result: ResultReader) -> _Series:
     try:
         data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
     except (ValueError, RecursionError) as error:
@@ -95,7 +95,7 @@ def _json(text: str, result: ResultReader) -> Series:
     path = result.path or ""
     y = _numbers(_found(data, path, result.file), path)
     x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
-    return Series(y, x)
+    return _Series(y, x)
 
 
 def _found(data: Any, path: str, file: str) -> Any:
@@ -125,7 +125,7 @@ def _number(value: Any, where: str) -> float:
     return number
 
 
-def _csv(text: str, result: ResultReader) -> Series:
+def _csv(text: str, result: ResultReader) -> _Series:
     lines = text.splitlines()
     separator = max(",;\t", key=lines[0].count)
     try:
@@ -134,7 +134,7 @@ def _csv(text: str, result: ResultReader) -> Series:
         raise SimulationFailed("bad_result", f"{result.file} is not a CSV table: {error}") from None
     names = [name.strip() for name in header]
     y = _column(names, rows, result.column or "", result.file)
-    return Series(y, None if result.along is None else _column(names, rows, result.along, result.file))
+    return _Series(y, None if result.along is None else _column(names, rows, result.along, result.file))
 
 
 def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> list[float]:
@@ -150,17 +150,17 @@ def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> li
     return values
 
 
-def _regex(text: str, file: str, pattern: str) -> Series:
+def _regex(text: str, file: str, pattern: str) -> _Series:
     search = re.compile(pattern)
     along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
     found = [match for line in text.splitlines() for match in search.finditer(line[:LONGEST_LINE])]
     if not found:
         raise SimulationFailed("no_result", f"{file} has no match for the pattern")
     numbers = [_number(match[number], file) for match in found]
-    return Series(numbers, [_number(match["x"], file) for match in found] if along else None)
+    return _Series(numbers, [_number(match["x"], file) for match in found] if along else None)
 
 
-def _finite(series: Series) -> Array:
+def _finite(series: _Series) -> Array:
     y = np.asarray(series.y, dtype=float)
     if y.size == 0:
         raise SimulationFailed("no_result", "the result contains no numbers")

@@ -179,7 +179,7 @@ def _differences(old: object, new: Mapping[str, str]) -> list[str]:
     return sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
 
 
-def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> None:
+def _tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> None:
     """Say what has changed since a stage file was written, before anything is computed for it."""
     if not folder.has_stage(stage):
         return
@@ -195,7 +195,7 @@ def tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> 
 def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> Head:
     """Return the head of a stage's file; log what has changed since it was last written."""
     inputs = inputs_of(study, solver, folder, stage)
-    tell_changes(folder, stage, inputs)
+    _tell_changes(folder, stage, inputs)
     return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
 
 

@@ -149,7 +149,7 @@ def moved_together(direction: Array) -> list[float]:
     return [float(part) if abs(part) >= _SMALL_PART else 0.0 for part in scaled]
 
 
-def flat_directions(fit: Fit) -> Array:
+def _flat_directions(fit: Fit) -> Array:
     """Return unit vectors (coded) along which the data leave the solution free over the region, (directions, factors).
 
     Near the solution D rises by λ t² over a step t along an eigenvector of JᵀWJ: its interval is 2√(c/λ) long.
@@ -170,17 +170,17 @@ def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
     region = within or fit.region
     if within is not None:
         fit = replace(fit, best=optimise(fit.objective, within.cloud(_CLOUD), within)[0])
-    flat = flat_directions(fit)
+    flat = _flat_directions(fit)
     if not len(flat):
         return fit, flat
     known, distance, cloud = _scattered(fit), squared_distance(), region.cloud(_CLOUD)
     most = known.least + max(fit.tangents.allowed(v) for v in flat)
     held = cloud[known.many(cloud) <= most]
     starts = [fit.best, *held[np.argsort(distance.many(held), kind="stable")[:_SEEDS]]]
-    nearest = min((least_under(distance, x, region, below(known, most)) for x in starts), key=distance.value)
+    nearest = min((_least_under(distance, x, region, below(known, most)) for x in starts), key=distance.value)
     along = {"type": "eq", "fun": lambda z: flat @ (z - nearest), "jac": lambda z: flat}
-    floor = replace(fit, best=least_under(known.objective, nearest, region, along))
-    there = flat_directions(floor)  # the valley may be bent
+    floor = replace(fit, best=_least_under(known.objective, nearest, region, along))
+    there = _flat_directions(floor)  # the valley may be bent
     return floor, there if len(there) == len(flat) else flat
 
 
@@ -222,7 +222,7 @@ def below(fit: Fit, most: float) -> dict[str, Any]:
     return {"type": "ineq", "fun": lambda z: 1.0 - fit.value(z) / scale, "jac": lambda z: -fit.gradient(z) / scale}
 
 
-def least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:
+def _least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:
     """Return where SLSQP ends under a rule, from a point that keeps it; its start where that is outside or worse."""
     z = search_from(start, objective, region, rule, _KEPT)
     return start if z is None or objective.value(z) > objective.value(start) else z
@@ -232,7 +232,7 @@ def least_under(objective: Objective, start: Array, region: Region, rule: dict[s
 
 
 @dataclass(frozen=True)
-class Contradiction:
+class _Contradiction:
     """The distance of observation `index` from the prediction of the others, in standard errors, with probability p."""
 
     index: int
@@ -241,7 +241,7 @@ class Contradiction:
     allowed: tuple[float, float]
 
 
-def contradiction(fit: Fit) -> Contradiction | None:
+def contradiction(fit: Fit) -> _Contradiction | None:
     """Return the observation that the others contradict most; None where they agree at `LEVEL`.
 
     With degrees of freedom left the misfit decides whether they agree. Without any each mean is judged by itself: to
@@ -261,7 +261,7 @@ def contradiction(fit: Fit) -> Contradiction | None:
     p = float(np.mean(chdtrc(1.0, excess[i] * ratio)))
     if fit.df < 1 and p >= LEVEL:
         return None
-    return Contradiction(i, float(excess[i] ** 0.5), p, _allowed(near, rest[i], i))
+    return _Contradiction(i, float(excess[i] ** 0.5), p, _allowed(near, rest[i], i))
 
 
 def left_out(fit: Fit, groups: Sequence[object]) -> tuple[list[float], list[tuple[float, float]]]:
@@ -297,7 +297,7 @@ def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
     for sign in (1.0, -1.0):
         objective = height(surface, sign)
         start = held[int(np.argmin(objective.many(held)))]
-        ends.append(float(surface.predict(least_under(objective, start, fit.region, rule))[0]))
+        ends.append(float(surface.predict(_least_under(objective, start, fit.region, rule))[0]))
     return ends[0], ends[1]
 
 

@@ -48,7 +48,7 @@ class Calibration:
 
 
 @dataclass(frozen=True, eq=False)
-class LevelSet:
+class _LevelSet:
     """The points x of a region where the surface takes the target value, with some of them to start from, `seeds`."""
 
     surface: Surface
@@ -102,7 +102,7 @@ def solve_target(
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    found = LevelSet(surface, target, region, level_points(surface, target, region, ends))
+    found = _LevelSet(surface, target, region, _level_points(surface, target, region, ends))
     solutions, ranges = RULES[rule](found), found.coded_ranges()
     limits = zip(surface.names, ranges, *region.bounds(), strict=True)
     distances = [float(np.linalg.norm(x)) for x in solutions[:2]]
@@ -148,7 +148,7 @@ def _interval(ends: Array) -> Interval | None:
     return (float(ends[0]), float(ends[1])) if np.all(np.isfinite(ends)) else None
 
 
-def level_points(surface: Surface, target: float, region: Region, ends: tuple[Array, Array]) -> Array:
+def _level_points(surface: Surface, target: float, region: Region, ends: tuple[Array, Array]) -> Array:
     """Scatter points over {x in region : ŷ(x) = target}.
 
     Between two points of the region with ŷ on either side of the target there is one where ŷ, a quadratic
@@ -165,7 +165,7 @@ def level_points(surface: Surface, target: float, region: Region, ends: tuple[Ar
 
 def _pairs(below: Array, above: Array) -> tuple[Array, Array]:
     """Pair each point with its nearest on the other side, and with a few far away."""
-    near = neighbours_across(below, above)
+    near = _neighbours_across(below, above)
     starts, stops = [near[0]], [near[1]]
     longest = max(len(below), len(above))
     for shift in range(_PARTNERS):
@@ -174,7 +174,7 @@ def _pairs(below: Array, above: Array) -> tuple[Array, Array]:
     return np.vstack(starts), np.vstack(stops)
 
 
-def neighbours_across(below: Array, above: Array) -> tuple[Array, Array]:
+def _neighbours_across(below: Array, above: Array) -> tuple[Array, Array]:
     """Pair each point with its nearest on the other side: starts and stops, (m, k) each."""
     from scipy.spatial import cKDTree
 
@@ -212,12 +212,12 @@ def _on_level(surface: Surface, target: float) -> dict[str, Any]:
 # ---- rules that pick one point
 
 
-def least_coded_distance(solutions: LevelSet) -> list[Array]:
+def least_coded_distance(solutions: _LevelSet) -> list[Array]:
     """Stay as near the centre of the design as the target allows."""
     return solutions.best(squared_distance())
 
 
-def others_at_centre(solutions: LevelSet) -> list[Array]:
+def others_at_centre(solutions: _LevelSet) -> list[Array]:
     """Hold every factor but the leading one at 0 and solve the quadratic that is left.
 
     The result stays in the box and keeps the constraints, but may leave the sphere.
@@ -253,7 +253,7 @@ def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
     return [w / q2, q0 / w] if w else [0.0]
 
 
-RULES: dict[str, Callable[[LevelSet], list[Array]]] = {
+RULES: dict[str, Callable[[_LevelSet], list[Array]]] = {
     "least_coded_distance": least_coded_distance,
     "others_at_centre": others_at_centre,
 }

@@ -53,7 +53,7 @@ class Uniforms:
         return np.asarray((self._random.permutation(self.draws) + 0.5) / self.draws)
 
 
-def chi_squared(u: Array, df: float) -> Array:
+def _chi_squared(u: Array, df: float) -> Array:
     """Return the quantiles of χ²(df)."""
     from scipy.special import gammaincinv
 
@@ -83,7 +83,7 @@ def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
         if known[i]:
             found[:, i] = squared[i]
         else:
-            found[:, i] = (shape * scale + counted[i] * s2[i]) / chi_squared(uniform(), shape + counted[i])
+            found[:, i] = (shape * scale + counted[i] * s2[i]) / _chi_squared(uniform(), shape + counted[i])
     return found
 
 
@@ -303,7 +303,7 @@ def _of_specimens(observations: Sequence[Observation], factors: float, uniform: 
     df = max(n - 2.0 - p + 2.0 * min(factors, p), float(p))
     a = np.zeros((uniform.draws, p, p))
     for i in range(p):
-        a[:, i, i] = np.sqrt(chi_squared(uniform(), df - i))
+        a[:, i, i] = np.sqrt(_chi_squared(uniform(), df - i))
         for j in range(i):
             a[:, i, j] = ndtri(uniform())
     root = np.array([max(o.sd or 0.0, FINEST * o.measured) for o in observations]) * ((n - 1.0) / n) ** 0.5

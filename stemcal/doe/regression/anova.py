@@ -184,7 +184,7 @@ def press(fit: LeastSquares) -> float | None:
     return float(np.sum((fit.residuals[judged] / (1.0 - fit.leverage[judged])) ** 2))
 
 
-def variance_inflation(fit: LeastSquares) -> Array:
+def _variance_inflation(fit: LeastSquares) -> Array:
     """VIF of each column but the first: Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
     spread = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0)
     return np.asarray((spread * np.diag(fit.unscaled_covariance))[1:])
@@ -218,7 +218,7 @@ def coefficients_of(
     fit: LeastSquares, terms: Sequence[str], mean_square: float | None, df: int
 ) -> tuple[Coefficient, ...]:
     """Return the coefficients with standard errors and 95 % intervals from an error and its df."""
-    inflation = variance_inflation(fit)
+    inflation = _variance_inflation(fit)
     errors = None if mean_square is None else np.sqrt(mean_square * np.diag(fit.unscaled_covariance))
     t = t_quantile(0.95, df) if df else 0.0
     out = []

@@ -222,7 +222,7 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
     mean_square, df = fit.mean_square, fit.df
     coefficients = coefficients_of(fit, terms, mean_square, df)
     inflation = [c.vif for c in coefficients if c.vif is not None]
-    notes = surface_notes(fit, split, diagnostics, precision, inflation, runs.failed, runs.copies, written)
+    notes = _surface_notes(fit, split, diagnostics, precision, inflation, runs.failed, runs.copies, written)
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
     beta[kept] = fit.coefficients
     covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
@@ -263,7 +263,7 @@ def flat_response(consequence: str) -> Note:
     return Note("flat_response", "warning", f"Every run gave the same response: {consequence}.")
 
 
-def surface_notes(
+def _surface_notes(
     fit: LeastSquares,
     split: LackOfFit,
     diagnostics: Sequence[RunDiagnostics],

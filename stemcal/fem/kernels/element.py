@@ -83,22 +83,22 @@ class MaterialNumbers(NamedTuple):
 
 
 @inlined
-def per_time(dt: Floats) -> Floats:
+def _per_time(dt: Floats) -> Floats:
     """Return 1/Δt, a number even for the first step, before which no time has passed; LLVM works it out once a loop."""
     return ONE / max(dt, TINY)
 
 
 @inlined
-def bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
+def _bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
     """Return von Neumann and Richtmyer's pressure, q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion."""
-    closing = max(-(de[0] + de[1] + de[2]) * per_time(dt), ZERO)
+    closing = max(-(de[0] + de[1] + de[2]) * _per_time(dt), ZERO)
     quadratic = material.viscosity_quadratic * length * closing
     linear = material.viscosity_linear * material.sound_speed
     return material.density * length * closing * (quadratic + linear)
 
 
 @inlined
-def acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
+def _acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
     """Return (σ − q I)/64, or zeros if the element is not alive."""
     share = like(alive, 1.0 / 64.0) if alive > ZERO else ZERO
     return (
@@ -112,7 +112,7 @@ def acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
 
 
 @inlined
-def stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Floats:
+def _stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Floats:
     """Return row i of the acting stress less what the hourglass forces take of it."""
     xx, yy, zz, xy, yz, zx = acting
     row = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))[i]
@@ -151,13 +151,13 @@ def hourglass_forces(
 
 
 @inlined
-def corner_forces(
+def _corner_forces(
     i: int, acting: Floats, Q: Floats, x: Floats, y: Floats, z: Floats,
     bx: Floats, by: Floats, bz: Floats, per_whole: float,
 ) -> Floats:  # fmt: skip
     """Return component i of the forces on the eight corners."""
     q4, q5, q6, q7 = Q
-    row = stress_row(i, acting, taken_from_stress(q4, q5, q6, q7, i, x, y, z), per_whole)
+    row = _stress_row(i, acting, taken_from_stress(q4, q5, q6, q7, i, x, y, z), per_whole)
     return spread(modal_forces(row, (q4[i], q5[i], q6[i], q7[i]), bx, by, bz))
 
 
@@ -192,16 +192,16 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     before = strain
     stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
     alive = alive if strain < load(state, FAILURE_STRAIN, lane) else ZERO
-    pressure = bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
+    pressure = _bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
     mean_pressure = HALF * (load(state, VISCOUS_PRESSURE, lane) + pressure)
     work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
     # the forces on the corners
     Q, felt, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, alive)
-    acting = acting_stress(stress, pressure, alive)
-    store8(scratch, FORCES, lane, corner_forces(0, acting, felt, x, y, z, bx, by, bz, per_whole))
-    store8(scratch, FORCES + 8, lane, corner_forces(1, acting, felt, x, y, z, bx, by, bz, per_whole))
-    store8(scratch, FORCES + 16, lane, corner_forces(2, acting, felt, x, y, z, bx, by, bz, per_whole))
+    acting = _acting_stress(stress, pressure, alive)
+    store8(scratch, FORCES, lane, _corner_forces(0, acting, felt, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES + 8, lane, _corner_forces(1, acting, felt, x, y, z, bx, by, bz, per_whole))
+    store8(scratch, FORCES + 16, lane, _corner_forces(2, acting, felt, x, y, z, bx, by, bz, per_whole))
 
     # what the element keeps
     store6(state, STRESS, lane, stress, alive)
@@ -234,7 +234,7 @@ def follow_rates(state: Array, dt: float, material: Floats) -> None:
         for lane in range(LANES):
             squared = -load(state, RATE_FACTOR, lane)
             if squared > ZERO:
-                rate = sqrt(squared) * per_time(dt)
+                rate = sqrt(squared) * _per_time(dt)
                 store(state, RATE_FACTOR, lane, rate_factor(rate, material.rate_c, material.rate_exponent))
 
 

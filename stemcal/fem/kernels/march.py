@@ -160,7 +160,7 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, settings: Flo
 
 
 @kernel
-def begin_step(until: float, body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
+def _begin_step(until: float, body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
     """See to the time step, unless the time is reached; returns why the march must end, or GOING_ON."""
     return renew_time_step(body, topology, clock, settings) if clock.time[0] < until else REACHED
 
@@ -174,7 +174,7 @@ def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Fl
 
 
 @kernel
-def add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Floats) -> int:
+def _add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Floats) -> int:
     """Subtract the internal forces of a share, which follow from the deformation of the step just taken.
 
     Returns how many elements may have failed.
@@ -187,7 +187,7 @@ def add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Floa
 
 
 @kernel
-def look_for_contact(
+def _look_for_contact(
     body: Floats,
     topology: Floats,
     tools: Floats,
@@ -207,13 +207,13 @@ def look_for_contact(
 
 
 @kernel
-def mean_step(clock: Floats) -> float:
+def _mean_step(clock: Floats) -> float:
     """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
     return 0.5 * (clock.step_before[0] + clock.step[0])
 
 
 @kernel
-def add_contact_forces(
+def _add_contact_forces(
     body: Floats,
     tools: Floats,
     edge: Floats,
@@ -233,11 +233,11 @@ def add_contact_forces(
         corner_mass = candidates.corner_mass
         push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.mass, body.pushes, dt0, dt, friction)
     if spread.tool >= 0:
-        push_spread_edge(spread, tools, body, mean_step(clock), dt, friction)
+        push_spread_edge(spread, tools, body, _mean_step(clock), dt, friction)
 
 
 @kernel
-def move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
+def _move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
     """Move the tools by a step and book the impulse and the work of the stem on them; returns their largest speed."""
     fastest = 0.0
     for t in range(tools.speed.shape[0]):
@@ -269,21 +269,21 @@ def meet_tools(
         eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
         ledger.lost_kinetic[0] += lost
     if eroded > 0 or clock.reach[0] > settings.margin:
-        look_for_contact(body, topology, tools, edge, spread, candidates, clock, settings)
+        _look_for_contact(body, topology, tools, edge, spread, candidates, clock, settings)
         due = True
     if spread.tool >= 0 and due:
         faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
         take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.inverse_mass, tip)
-    add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
+    _add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
 @kernel
-def kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> None:
+def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> None:
     """Kick what the tools push; before, if the step reaches the time `until`, book its kinetic energy.
 
     That is the moment for it: all forces are there and nothing has moved.
     """
-    kick = mean_step(clock)
+    kick = _mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
         ledger.kinetic[0] = kinetic_energy_within(body, kick)
     take_pushes(body, kick, tools.speed, ledger.held)
@@ -292,12 +292,12 @@ def kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, le
 @kernel
 def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> int:
     """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or GOING_ON."""
-    dt, kick = clock.step[0], mean_step(clock)
+    dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
     mirror_ghosts(body)
     leave_pushes(body, kick, tools.speed, ledger.held)
     ledger.external_work[0] += work
-    clock.reach[0] += dt * (fastest + move_tools(tools, ledger, kick, dt))
+    clock.reach[0] += dt * (fastest + _move_tools(tools, ledger, kick, dt))
     clock.time[0] += dt
     clock.step_before[0] = dt
     clock.steps[0] += 1
@@ -327,7 +327,7 @@ def march(
     while True:
         if leads:
             if outcome == GOING_ON:
-                outcome = begin_step(until, body, topology, clock, settings)
+                outcome = _begin_step(until, body, topology, clock, settings)
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
             team.outcome[0] = outcome
@@ -335,16 +335,16 @@ def march(
         outcome = team.outcome[0]
         if outcome != GOING_ON:
             return outcome
-        team.failed[share.thread] = add_forces_inside(share, body, clock, material)
+        team.failed[share.thread] = _add_forces_inside(share, body, clock, material)
         meet(team)
         add_late_forces(body, share.late)
         meet(team)
         if leads:
             failed = team.failed.sum() > 0 or apart
             meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-            kick_by_contact(until, body, tools, clock, ledger)
+            _kick_by_contact(until, body, tools, clock, ledger)
         meet(team)
-        kick_and_drift(body, mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
+        kick_and_drift(body, _mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
         meet(team)
         if leads:
             outcome = finish_step(body, tools, clock, ledger)

@@ -49,18 +49,18 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
         first, last = c * CHUNK, min((c + 1) * CHUNK, body.x.shape[0])
         loaded, work = body.loads.shape[0] > 0, 0.0
         if body.driven.shape[0] > 0:
-            work -= 2.0 * power_of_holding(body, first, last)
+            work -= 2.0 * _power_of_holding(body, first, last)
         if loaded:
-            work += bear_loads(body, kick, first, last)
+            work += _bear_loads(body, kick, first, last)
         for i in range(3):
-            move_component(body, i, kick, drift, first, last)
+            _move_component(body, i, kick, drift, first, last)
         if loaded:
-            work += power_of_loads(body, first, last)
+            work += _power_of_loads(body, first, last)
         sums[c, 0], sums[c, 1] = 0.5 * kick * work, largest_speed(body.v, first, last)
 
 
 @kernel
-def move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> None:
+def _move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> None:
     """Advance component i of nodes first…last−1 under the forces of the elements."""
     mine = slice(first, last)  # counted from 0, n is never taken for one of Python's negative indices
     x, v, f = body.x.T[i, mine], body.v.T[i, mine], body.f.T[i, mine]
@@ -75,7 +75,7 @@ def move_component(body: Any, i: int, kick: float, drift: float, first: int, las
 
 
 @inlined
-def contact_on(pushes: Any, n: int, i: int) -> float:
+def _contact_on(pushes: Any, n: int, i: int) -> float:
     """Return component i of the contact forces on a node."""
     force = 0.0
     for s in range(pushes.force.shape[0]):
@@ -86,7 +86,7 @@ def contact_on(pushes: Any, n: int, i: int) -> float:
 @inlined
 def force_on(body: Any, n: int, i: int) -> float:
     """Return component i of all forces on a node."""
-    force = body.f[n, i] + contact_on(body.pushes, n, i)
+    force = body.f[n, i] + _contact_on(body.pushes, n, i)
     return float(force + body.loads[n, i] if body.loads.shape[0] > 0 else force)
 
 
@@ -107,7 +107,7 @@ def kinetic_energy_within(body: Any, kick: float) -> float:
 
 
 @kernel
-def power_of_holding(body: Any, first: int, last: int) -> float:
+def _power_of_holding(body: Any, first: int, last: int) -> float:
     """Return the power of all forces on the driven components of nodes first…last−1."""
     total = 0.0
     for n in range(first, last):
@@ -117,7 +117,7 @@ def power_of_holding(body: Any, first: int, last: int) -> float:
 
 
 @kernel
-def power_of_loads(body: Any, first: int, last: int) -> float:
+def _power_of_loads(body: Any, first: int, last: int) -> float:
     """Return the power of the loads on nodes first…last−1."""
     total = 0.0
     for n in range(first, last):
@@ -127,13 +127,13 @@ def power_of_loads(body: Any, first: int, last: int) -> float:
 
 
 @kernel
-def bear_loads(body: Any, kick: float, first: int, last: int) -> float:
+def _bear_loads(body: Any, kick: float, first: int, last: int) -> float:
     """Kick nodes first…last−1 by the loads; returns the power of these before anything has kicked them."""
     before = 0.0
     for n in range(first, last):
         for i in range(3):
             gain = kick * body.inverse_mass[n] * body.free[n, i]
-            before += body.loads[n, i] * (body.v[n, i] - gain * contact_on(body.pushes, n, i))
+            before += body.loads[n, i] * (body.v[n, i] - gain * _contact_on(body.pushes, n, i))
             body.v[n, i] += gain * body.loads[n, i]
     return before
 
@@ -157,7 +157,7 @@ def take_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
     """
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
-        held[s] += 0.5 * kick * power_held(body, s, speed)
+        held[s] += 0.5 * kick * _power_held(body, s, speed)
     for s in range(pushes.force.shape[0]):
         for m in range(pushes.many[s]):
             n = pushes.nodes[s, m]
@@ -166,7 +166,7 @@ def take_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
 
 
 @kernel
-def power_held(body: Any, source: int, speed: Array) -> float:
+def _power_held(body: Any, source: int, speed: Array) -> float:
     """Return f·(V − v) summed over what a source pushes: the power that does not reach the nodes."""
     pushes, power = body.pushes, 0.0
     for m in range(pushes.many[source]):
@@ -182,7 +182,7 @@ def leave_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
     """Forget the contact forces, once what they hold back with the velocities of now is added to `held`."""
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
-        held[s] += 0.5 * kick * power_held(body, s, speed)
+        held[s] += 0.5 * kick * _power_held(body, s, speed)
         for m in range(pushes.many[s]):
             n = pushes.nodes[s, m]
             for i in range(3):

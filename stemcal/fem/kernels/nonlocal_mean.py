@@ -73,7 +73,7 @@ def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
 
 
 @kernel
-def may_have_failed(exchange: Floats, state: Array) -> bool:
+def _may_have_failed(exchange: Floats, state: Array) -> bool:
     """Return whether any mean strain can have reached the failure strain since the means were worked out.
 
     A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most.
@@ -88,7 +88,7 @@ def may_have_failed(exchange: Floats, state: Array) -> bool:
 @kernel
 def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> bool:
     """Mark as failed the elements whose mean strain has reached the failure strain; returns whether there are any."""
-    if not may_have_failed(exchange, state):
+    if not _may_have_failed(exchange, state):
         return False
     spread_strains(exchange, topology, state)
     failed = False

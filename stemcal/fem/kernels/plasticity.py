@@ -37,7 +37,7 @@ def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
 
 
 @inlined
-def shifted_deviator(s: Floats, back: Floats) -> Floats:
+def _shifted_deviator(s: Floats, back: Floats) -> Floats:
     """Return ξ = dev σ − α."""
     mean = like(s[0], 1.0 / 3.0) * (s[0] + s[1] + s[2])
     return (
@@ -51,7 +51,7 @@ def shifted_deviator(s: Floats, back: Floats) -> Floats:
 
 
 @inlined
-def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
+def _add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
     """Return a + factor·b of two symmetric tensors."""
     return (
         a[0] + factor * b[0],
@@ -64,7 +64,7 @@ def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
 
 
 @inlined
-def plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
+def _plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
     """Return Δεp that brings the trial stress q back to the yield surface, 0 where q is inside it; and Δεp/q.
 
     Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   σ₀ = σ_y + β Eₚ εp,   s the rate factor
@@ -82,14 +82,14 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 
     n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   α ← α + ⅔(1−β)Eₚ Δεp n
     """
-    xi = shifted_deviator(trial, back)
+    xi = _shifted_deviator(trial, back)
     q = sqrt(THREE_HALVES * double_dot(xi, xi))
     static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
-    increment, per_q = plastic_increment(q, static_yield, rate_factor, material)
+    increment, per_q = _plastic_increment(q, static_yield, rate_factor, material)
     flow = THREE_HALVES * per_q
-    stress = add_scaled(trial, -TWO * material.shear * flow, xi)
+    stress = _add_scaled(trial, -TWO * material.shear * flow, xi)
     kinematic = TWO * (ONE - material.beta) * material.plastic_modulus / THREE
-    return stress, add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield
+    return stress, _add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield
 
 
 @inlined

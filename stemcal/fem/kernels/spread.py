@@ -94,26 +94,26 @@ def take_hold(
     edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, inverse_mass: Array, tip: float
 ) -> None:
     """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force."""
-    find_surface(edge, faces, crowns, count, x, tip)
+    _find_surface(edge, faces, crowns, count, x, tip)
     for line in range(edge.along.shape[0]):
-        gather_line(edge, line, faces)
+        _gather_line(edge, line, faces)
     for j in range(edge.lines.shape[0]):
         edge.shape[j, : edge.sizes[j]] = 0.0
         edge.normal[j, : edge.sizes[j]] = 0.0
         edge.sizes[j] = 0
         edge.slope[j, :] = 0.0
-        total, height = mean_height(edge, j)
+        total, height = _mean_height(edge, j)
         if height >= tip - _NEAR * edge.spread:  # nothing deeper comes this far before the next look
             for m in range(edge.lines.shape[1]):
                 if edge.lines[j, m] >= 0:
-                    add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
-            edge.offset[j] = height - along_normal(edge, j, x)
+                    _add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
+            edge.offset[j] = height - _along_normal(edge, j, x)
     list_met(edge)
     work_out_compliance(edge, free, inverse_mass)
 
 
 @kernel
-def find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, tip: float) -> None:
+def _find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, tip: float) -> None:
     """Set for each sample the highest face that its vertical meets within the spread of the edge, and where."""
     edge.found[:, :] = -1
     for m in range(count):
@@ -143,7 +143,7 @@ def find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, 
 
 
 @inlined
-def gather_line(edge: Floats, line: int, faces: Any) -> None:
+def _gather_line(edge: Floats, line: int, faces: Any) -> None:
     """Sum up the samples of a line that have met a face: weights, heights, and what falls to each node."""
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
@@ -154,7 +154,7 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
         if face < 0:
             continue
         if face != last:  # several samples in a row lie in one face
-            last, places = face, places_of_face(edge, line, faces[face])
+            last, places = face, _places_of_face(edge, line, faces[face])
         total += weight
         height += weight * (edge.place[line, q, 2] + edge.place[line, q, 3])
         shape = shape_functions(edge.place[line, q, 0], edge.place[line, q, 1])
@@ -169,17 +169,17 @@ def gather_line(edge: Floats, line: int, faces: Any) -> None:
 
 
 @inlined
-def places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
+def _places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
     """Return where a line keeps the nodes that receive the forces on the corners of a face."""
     sizes, nodes, sources = edge.line_sizes, edge.line_nodes, edge.sources
-    first = place_of(sizes, nodes, line, sources[corners[0]])
-    second = place_of(sizes, nodes, line, sources[corners[1]])
-    third = place_of(sizes, nodes, line, sources[corners[2]])
-    return first, second, third, place_of(sizes, nodes, line, sources[corners[3]])
+    first = _place_of(sizes, nodes, line, sources[corners[0]])
+    second = _place_of(sizes, nodes, line, sources[corners[1]])
+    third = _place_of(sizes, nodes, line, sources[corners[2]])
+    return first, second, third, _place_of(sizes, nodes, line, sources[corners[3]])
 
 
 @inlined
-def mean_height(edge: Floats, j: int) -> Floats:
+def _mean_height(edge: Floats, j: int) -> Floats:
     """Return the sum of a row's weights over the samples that have met a face, and their mean height."""
     total, height = 0.0, 0.0
     for m in range(edge.lines.shape[1]):
@@ -191,10 +191,10 @@ def mean_height(edge: Floats, j: int) -> Floats:
 
 
 @inlined
-def add_line(edge: Floats, j: int, line: int, image: float, share: float) -> None:
+def _add_line(edge: Floats, j: int, line: int, image: float, share: float) -> None:
     """Add a share of a line's hold on its nodes to that of a row."""
     for m in range(edge.line_sizes[line]):
-        k = place_of(edge.sizes, edge.nodes, j, edge.line_nodes[line, m])
+        k = _place_of(edge.sizes, edge.nodes, j, edge.line_nodes[line, m])
         if k < 0:
             continue
         held = share * edge.line_hold[line, m, 0]
@@ -210,7 +210,7 @@ def add_line(edge: Floats, j: int, line: int, image: float, share: float) -> Non
 
 
 @inlined
-def place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
+def _place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
     """Return where a row keeps a node, taking it in if it is new; −1 if the row is full."""
     for k in range(sizes[row]):
         if nodes[row, k] == node:
@@ -253,7 +253,7 @@ def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
             for i in range(3):
                 answer[n, i] = edge.normal[j, k, i] * inverse_mass[n] * free[n, i]
         for other in range(j, edge.sizes.shape[0]):
-            edge.compliance[other, j] = edge.compliance[j, other] = along_normal(edge, other, answer)
+            edge.compliance[other, j] = edge.compliance[j, other] = _along_normal(edge, other, answer)
         for k in range(edge.sizes[j]):
             answer[edge.nodes[j, k], :] = 0.0
     for p in range(edge.pairs.shape[0]):
@@ -261,13 +261,13 @@ def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
         edge.own[j] = edge.compliance[j, j] + (edge.compliance[j, across] if across >= 0 else 0.0)
         if across >= 0:
             edge.own[across] = edge.compliance[across, across] + edge.compliance[j, across]
-            common = common_give(edge, j, across, inverse_mass)
+            common = _common_give(edge, j, across, inverse_mass)
             edge.give[j] += common
             edge.give[across] += common
 
 
 @inlined
-def common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float:
+def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float:
     """Return Σ shape·shape/m along z over the nodes that two rows have in common."""
     common, answer = 0.0, edge.velocity
     for k in range(edge.sizes[j]):
@@ -289,22 +289,22 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
         if edge.sizes[j] == 0:
             edge.force[j, :] = 0.0
         elif bears(edge, j):
-            impart(edge, body, j, edge.force[j], kick)
+            _impart(edge, body, j, edge.force[j], kick)
     for j in range(edge.sizes.shape[0]):
         edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
-    solve_rows(edge, kick)
+    _solve_rows(edge, kick)
     for p in range(edge.pairs.shape[0]):
         j, across = edge.pairs[p, 0], edge.pairs[p, 1]
         first = rub(edge, j, speed, kick, friction)
         second = rub(edge, across, speed, kick, friction)
-        impart(edge, body, j, first, kick)
+        _impart(edge, body, j, first, kick)
         if across >= 0:
-            impart(edge, body, across, second, kick)
-    hand_over(edge, tools, body)
+            _impart(edge, body, across, second, kick)
+    _hand_over(edge, tools, body)
 
 
 @inlined
-def hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
+def _hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
     """Add the forces of the rows to `body.pushes` and the opposite to the tool."""
     tool_count = tools.speed.shape[0]
     pressing, rubbing = EDGE * tool_count + edge.tool, FRICTION * tool_count + edge.tool
@@ -321,7 +321,7 @@ def hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
 
 
 @inlined
-def along_normal(edge: Floats, j: int, u: Array) -> float:
+def _along_normal(edge: Floats, j: int, u: Array) -> float:
     """Return Σ normal·u of a row, of velocities the rate of its mean height.
 
     Three sums side by side, for none waits for another.
@@ -353,7 +353,7 @@ def foresee(edge: Floats, body: Floats, kick: float) -> None:
 
 
 @inlined
-def impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
+def _impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
     """Change the velocities of a row's nodes by a force (λ, friction): λ pushes down, against the normal."""
     for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
@@ -371,21 +371,21 @@ def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float
     above the edge, as a surface that a failed element has laid bare, goes along with the edge: pushing it back
     would be work that no one does.
     """
-    above = edge.offset[j] + along_normal(edge, j, body.x) - tip
-    return along_normal(edge, j, edge.velocity) - speed + min(above, 0.0) / dt
+    above = edge.offset[j] + _along_normal(edge, j, body.x) - tip
+    return _along_normal(edge, j, edge.velocity) - speed + min(above, 0.0) / dt
 
 
 @inlined
-def solve_rows(edge: Floats, kick: float) -> None:
+def _solve_rows(edge: Floats, kick: float) -> None:
     """Change the λ of all rows until none rises faster than allowed and none pulls."""
     rows = edge.sizes.shape[0]
     for _ in range(_SWEEPS):
         largest, change = 0.0, 0.0
         for p in range(edge.pairs.shape[0]):
             j, across = edge.pairs[p, 0], edge.pairs[p, 1]
-            here, there = wanted_change(edge, j, kick), wanted_change(edge, across, kick)
-            change_row(edge, j, here, kick)
-            change_row(edge, across, there, kick)
+            here, there = _wanted_change(edge, j, kick), _wanted_change(edge, across, kick)
+            _change_row(edge, j, here, kick)
+            _change_row(edge, across, there, kick)
             change = max(change, max(abs(here), abs(there)))
         for j in range(rows):
             largest = max(largest, edge.force[j, 0])
@@ -394,7 +394,7 @@ def solve_rows(edge: Floats, kick: float) -> None:
 
 
 @inlined
-def wanted_change(edge: Floats, j: int, kick: float) -> float:
+def _wanted_change(edge: Floats, j: int, kick: float) -> float:
     """Return the change of a row's λ that stops its rise, 0 for no row or one without nodes."""
     if j < 0 or edge.sizes[j] == 0:
         return 0.0
@@ -402,7 +402,7 @@ def wanted_change(edge: Floats, j: int, kick: float) -> float:
 
 
 @inlined
-def change_row(edge: Floats, j: int, change: float, kick: float) -> None:
+def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
     """Change a row's λ, and by how much all rows rise too fast."""
     if change != 0.0:
         edge.force[j, 0] += change

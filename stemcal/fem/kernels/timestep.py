@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 @inlined
-def element_coordinates(hexes: Any, e: int, x: Array, i: int) -> Floats:
+def _element_coordinates(hexes: Any, e: int, x: Array, i: int) -> Floats:
     """Return component i of the corners of element e."""
     return (
         x[hexes[e, 0], i], x[hexes[e, 1], i], x[hexes[e, 2], i], x[hexes[e, 3], i],
@@ -41,13 +41,13 @@ def element_coordinates(hexes: Any, e: int, x: Array, i: int) -> Floats:
 
 
 @inlined
-def dot6(a: Floats, b: Floats) -> float:
+def _dot6(a: Floats, b: Floats) -> float:
     """Return Σ aₘ bₘ over six modes."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 
 
 @inlined
-def squared_frequency(
+def _squared_frequency(
     x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, lame: float, shear: float
 ) -> Floats:
     """Return from its modal sums a bound of ω² of the fastest mode of a free element, 1/s², and 64 times its volume.
@@ -58,8 +58,8 @@ def squared_frequency(
     """
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
-    xx, yy, zz = dot6(bx, bx), dot6(by, by), dot6(bz, bz)
-    xy, yz, zx = abs(dot6(bx, by)), abs(dot6(by, bz)), abs(dot6(bz, bx))
+    xx, yy, zz = _dot6(bx, bx), _dot6(by, by), _dot6(bz, bz)
+    xy, yz, zx = abs(_dot6(bx, by)), abs(_dot6(by, bz)), abs(_dot6(bz, bx))
     norm = max(xx + xy + zx, max(yy + xy + yz, zz + yz + zx))
     uniform = (lame * (xx + yy + zz) + TWO * shear * norm) / whole
     hourglass = like(stiffness, 64.0 * (1.0 + 2.0 * DAMPING)) * stiffness
@@ -72,10 +72,10 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
     hexes, slots = topology.hexes, topology.slots
     steps = np.empty(hexes.shape[0])
     for e in range(hexes.shape[0]):
-        omega2, _ = squared_frequency(
-            modal_sums(element_coordinates(hexes, e, x, 0)),
-            modal_sums(element_coordinates(hexes, e, x, 1)),
-            modal_sums(element_coordinates(hexes, e, x, 2)),
+        omega2, _ = _squared_frequency(
+            modal_sums(_element_coordinates(hexes, e, x, 0)),
+            modal_sums(_element_coordinates(hexes, e, x, 1)),
+            modal_sums(_element_coordinates(hexes, e, x, 2)),
             held(state, slots[e], HOURGLASS_STIFFNESS),
             element_mass[e],
             lame,
@@ -86,7 +86,7 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
 
 
 @inlined
-def element_in(slots: Any, slot: int) -> int:
+def _element_in(slots: Any, slot: int) -> int:
     """Return the element that is in a slot, −1 if none does."""
     for e in range(slots.shape[0]):
         if slots[e] == slot:
@@ -95,14 +95,14 @@ def element_in(slots: Any, slot: int) -> int:
 
 
 @kernel
-def find_frequencies(scratch: Array, state: Array, lame: float, shear: float) -> None:
+def _find_frequencies(scratch: Array, state: Array, lame: float, shear: float) -> None:
     """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
     for lane in range(LANES):
         x = modal_sums(load_corners(scratch, COORDINATES, lane))
         y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
         z = modal_sums(load_corners(scratch, COORDINATES + 16, lane))
         stiffness, mass = load(state, HOURGLASS_STIFFNESS, lane), load(state, ELEMENT_MASS, lane)
-        omega2, whole = squared_frequency(x, y, z, stiffness, mass, lame, shear)
+        omega2, whole = _squared_frequency(x, y, z, stiffness, mass, lame, shear)
         write_scratch(scratch, RATES * LANES + lane, omega2)
         write_scratch(scratch, VOLUMES * LANES + lane, whole)
 
@@ -119,13 +119,13 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float) -> Floats:
     fastest, slowest, smallest = ZERO * first, 0, SIXTY_FOUR + ZERO * first
     for b in range(runs.shape[0]):
         fetch(scratch, runs[b], body.seen)
-        find_frequencies(scratch, states[b], like(first, lame), like(first, shear))
+        _find_frequencies(scratch, states[b], like(first, lame), like(first, shear))
         for lane in range(LANES):
             if state[b, ALIVE, lane] == ZERO:
                 continue
             omega2, whole = scratch[RATES * LANES + lane], scratch[VOLUMES * LANES + lane]
             if not whole > ZERO:
-                return 0.0, element_in(slots, b * LANES + lane), whole / 64.0
+                return 0.0, _element_in(slots, b * LANES + lane), whole / 64.0
             if omega2 > fastest:
                 fastest, slowest, smallest = omega2, b * LANES + lane, whole
-    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), element_in(slots, slowest), smallest / 64.0
+    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), _element_in(slots, slowest), smallest / 64.0

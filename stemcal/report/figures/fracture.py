@@ -29,17 +29,17 @@ WHOLE = "#ffffe5"  # where it begins
 
 def fracture(shape: Shape) -> Figure:
     """Return side view and section near the blade; x runs along the stem, z up, the blade comes from above."""
-    scale = strain_scale([shape])
+    scale = _strain_scale([shape])
     with new_figure(width=6.4, height=2.3) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, faces, label in zip(
             panels, (side_faces(shape), section_faces(shape)), ("from the side", "in section"), strict=True
         ):
-            draw_faces(axes, shape, faces, scale, near(shape))
+            _draw_faces(axes, shape, faces, scale, near(shape))
             axes.set_title(label, color=INK)
             axes.set_xlabel("x, mm")
         panels[0].set_ylabel("z, mm")
-        colour_bar(figure, scale, list(panels))
+        _colour_bar(figure, scale, list(panels))
     return figure
 
 
@@ -49,7 +49,7 @@ def near(shape: Shape) -> float:
     return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])
 
 
-def strain_scale(shapes: Sequence[Shape]) -> Any:
+def _strain_scale(shapes: Sequence[Shape]) -> Any:
     """Return the scale of plastic strain over the remaining elements, one for all shapes."""
     from matplotlib.colors import Normalize
 
@@ -57,7 +57,7 @@ def strain_scale(shapes: Sequence[Shape]) -> Any:
     return Normalize(0.0, max(*largest, 1e-6))
 
 
-def colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
+def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
     """Draw the scale next to the panels."""
     import matplotlib
 
@@ -113,7 +113,7 @@ def _normals(points: Array) -> Array:
     return np.asarray(0.5 * np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1]))
 
 
-def draw_faces(
+def _draw_faces(
     axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float | None = None
 ) -> list[Any]:
     """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
@@ -151,18 +151,18 @@ def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
 def fracture_frames(frames: Sequence[Frame]) -> Figure:
     """Return the section at a few moments, all coloured on one scale."""
     chosen = moments(frames)
-    scale = strain_scale([frame.shape for frame in chosen])
+    scale = _strain_scale([frame.shape for frame in chosen])
     rows = (len(chosen) + 1) // 2
     with new_figure(width=6.4, height=1.75 * rows + 0.3) as figure:
         panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, frame in zip(panels, chosen, strict=False):
-            draw_faces(axes, frame.shape, section_faces(frame.shape), scale, near(frame.shape))
+            _draw_faces(axes, frame.shape, section_faces(frame.shape), scale, near(frame.shape))
             axes.set_title(f"{fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", color=INK)
         for axes in panels[len(chosen) :]:
             axes.set_visible(False)
         figure.supxlabel("x, mm", fontsize=9)
         figure.supylabel("z, mm", fontsize=9)
-        colour_bar(figure, scale, list(panels))
+        _colour_bar(figure, scale, list(panels))
     return figure
 
 
@@ -177,10 +177,10 @@ def mesh(shape: Shape) -> Figure:
         plastic_strain=np.zeros(len(shape.hexes)),
         tools=tuple(tool + np.array([0.0, 0.0 if n else up]) for n, tool in enumerate(shape.tools)),
     )
-    scale = strain_scale([whole])
+    scale = _strain_scale([whole])
     with new_figure(width=6.4, height=1.9) as figure:
         side, across = figure.subplots(1, 2, width_ratios=(3.4, 1.0))
-        draw_faces(side, whole, side_faces(whole), scale)
+        _draw_faces(side, whole, side_faces(whole), scale)
         side.set_xlabel("x, mm")
         side.set_ylabel("z, mm")
         _draw_across(across, whole)
@@ -235,8 +235,8 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
 def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     """Lay out the panels and return what shows a frame in them."""
     side, section, curve = figure.subplots(3, 1, height_ratios=(1.0, 1.0, 0.9))
-    scale = strain_scale([frame.shape for frame in frames])
-    colour_bar(figure, scale, [side, section])
+    scale = _strain_scale([frame.shape for frame in frames])
+    _colour_bar(figure, scale, [side, section])
     curve.plot(*along, color=BLUE)
     curve.set_xlabel("blade travel, mm")
     curve.set_ylabel("force, N")
@@ -248,7 +248,7 @@ def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
         while shown:
             shown.pop().remove()
         for axes, faces, label in ((side, side_faces, "side"), (section, section_faces, "section")):
-            shown.extend(draw_faces(axes, frame.shape, faces(frame.shape), scale))
+            shown.extend(_draw_faces(axes, frame.shape, faces(frame.shape), scale))
             axes.set_ylabel(f"{label}: z, mm")
         section.set_xlabel("x, mm")
         side.set_title(f"{fixed(frame.travel)} mm of travel, {fixed(frame.force, 0)} N", color=INK)

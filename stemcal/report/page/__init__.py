@@ -147,9 +147,9 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
-        setting=part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
+        setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
-        runs=part_of(run_tables(study, results, records), _plots_of("runs", plots), shared),
+        runs=_part_of(run_tables(study, results, records), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{part('page.css')}{shared.css}"),
         marks=shared.defs,
@@ -170,7 +170,7 @@ def section(
 ) -> Section:
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
-    part = part_of(
+    part = _part_of(
         visible(tables_of(result, labels, judged=True), verdict.holds),
         pictures,
         shared,
@@ -180,7 +180,7 @@ def section(
     return Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
-def part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> Part:
+def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
     pictures = [(plot.detail, drawn(plot, shared)) for plot in plots]

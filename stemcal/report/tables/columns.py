@@ -168,7 +168,7 @@ class PaperTable:
     @property
     def heads(self) -> tuple[str, ...]:
         """The headings, each over the unit that its numbers are divided by."""
-        return tuple(in_a_line(over_unit(column.name, column.unit)) for column in self.table.columns)
+        return tuple(in_a_line(_over_unit(column.name, column.unit)) for column in self.table.columns)
 
     @property
     def cells(self) -> tuple[tuple[str, ...], ...]:
@@ -200,10 +200,10 @@ def run_heads(study: Study, number: str) -> dict[str, str]:
     return {number: "No.", **place, **dict.fromkeys(study.names, ""), **responses}
 
 
-def over_unit(word: str, unit: str) -> str:
+def _over_unit(word: str, unit: str) -> str:
     """Return a heading over the unit that its numbers are divided by.
 
-    >>> over_unit("Maximum Shear Force", "N"), over_unit("Bulk Density at Rest", "kg/m³"), over_unit("No.", "")
+    >>> _over_unit("Maximum Shear Force", "N"), _over_unit("Bulk Density at Rest", "kg/m³"), _over_unit("No.", "")
     ('Maximum Shear Force/N', 'Bulk Density at Rest/(kg/m³)', 'No.')
     """
     return f"{word}/({unit})" if "/" in unit else f"{word}/{unit}" if unit else word

@@ -55,7 +55,7 @@ _LIBRARIES = ("exec", "extlib/hm_reader/linux64", "extlib/h3d/lib/linux64")
 DEFINITIONS, _DEFINITIONS_FOLDER = "RAD_CFG_PATH", "hm_cfg_files"
 
 
-class Installation(NamedTuple):
+class _Installation(NamedTuple):
     """Full paths of the three programs, and variables to be set for them."""
 
     starter: str
@@ -64,7 +64,7 @@ class Installation(NamedTuple):
     environment: dict[str, str]
 
 
-def installation(options: DeckSolver, folder: Path) -> Installation:
+def installation(options: DeckSolver, folder: Path) -> _Installation:
     """Return the programs that a spec in `folder` means.
 
     Raises
@@ -84,10 +84,10 @@ def installation(options: DeckSolver, folder: Path) -> Installation:
         home = at.parent  # of a starter on PATH
     environment = {**_variables(home), **options.environment}
     _require_definitions(environment)
-    return Installation(**programs, environment=environment)
+    return _Installation(**programs, environment=environment)
 
 
-def program_version(there: Installation) -> str:
+def program_version(there: _Installation) -> str:
     """Return commit and date of build as the starter prints them; empty if it prints neither."""
     try:
         said = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
@@ -160,7 +160,7 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 
 def run_programs(
     folder: Path,
-    there: Installation,
+    there: _Installation,
     options: DeckSolver,
     given: str,
     starter_ran: Callable[[Ended], None],

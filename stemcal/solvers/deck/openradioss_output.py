@@ -32,7 +32,7 @@ _NONLOCAL = re.compile(rf"^[ \t]+NON-LOCAL INTERNAL LENGTH[ \t.]*=[ \t]*({NUMBER
 _CLOSE = 2e-4
 
 
-class Problem(NamedTuple):
+class _Problem(NamedTuple):
     """An error of the starter: its number, what is wrong, and where."""
 
     number: int
@@ -44,13 +44,13 @@ class Problem(NamedTuple):
         return f"ERROR ID {self.number}: {self.title}{': ' if self.description else ''}{self.description}"
 
 
-def problems(text: str) -> list[Problem]:
+def problems(text: str) -> list[_Problem]:
     """Return the errors of a listing or of what was printed."""
     found = []
     for match in _BLOCK.finditer(text.replace("\r\n", "\n")):
         lines = [line.strip() for line in (match[3] or "").splitlines()]
         title = match[2].strip().removeprefix("ERROR:").removeprefix("ERROR").strip()
-        found.append(Problem(int(match[1]), title, "; ".join(lines)[:300]))
+        found.append(_Problem(int(match[1]), title, "; ".join(lines)[:300]))
     return found
 
 

@@ -31,7 +31,7 @@ def blade_mesh(
 
     Above what a stem can touch within the stroke its body is one element high.
     """
-    section = blade_section(blade, size, stroke, samples is not None)
+    section = _blade_section(blade, size, stroke, samples is not None)
     section[..., 1] += lowest
     if samples is None:
         return _drawn_out([section], _even(-0.5 * length, 0.5 * length, size))
@@ -48,7 +48,7 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     return _drawn_out([right, left], _even(-half, half, size))
 
 
-def blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
+def _blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
     """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
 
     The first row is on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose

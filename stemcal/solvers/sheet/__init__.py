@@ -24,7 +24,7 @@ SHEET_VERSION = 1
 
 
 @dataclass(frozen=True)
-class KnownRow:
+class _KnownRow:
     """A row of the file: its cells, its levels as numbers, and its result; None where that is still missing."""
 
     cells: Filled
@@ -48,14 +48,14 @@ class Sheet(Solver):
 
     study: Study
     inputs: Inputs
-    rows: Mapping[str, Sequence[KnownRow]] = field(default_factory=dict)
+    rows: Mapping[str, Sequence[_KnownRow]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, study: Study) -> Sheet:
         """Read what templates and the file hold now."""
         options = study.solver
         assert isinstance(options, SheetSolver)
-        rows = {} if options.file is None else known_rows(study, options.file)
+        rows = {} if options.file is None else _known_rows(study, options.file)
         return cls(study, Inputs.of(options.templates, ()), rows)
 
     @property
@@ -100,10 +100,10 @@ class Sheet(Solver):
             return None
         return [dict(levels) for levels in {row.cells.run: row.levels for row in rows}.values()]
 
-    def _of_stage(self, stage: str) -> list[KnownRow]:
+    def _of_stage(self, stage: str) -> list[_KnownRow]:
         return [row for name, rows in self.rows.items() for row in rows if name.split()[0] == stage]
 
-    def _row(self, request: Request) -> KnownRow | None:
+    def _row(self, request: Request) -> _KnownRow | None:
         rows = self.rows.get(run_name(request), ())
         return next((row for row in rows if other_level(self.study, request, row.cells) is None), None)
 
@@ -119,7 +119,7 @@ class Sheet(Solver):
 # ---- the file
 
 
-def known_rows(study: Study, path: Path) -> dict[str, list[KnownRow]]:
+def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     """Return the rows of a sheet by the names of their runs, those of a stage in the order of their numbers.
 
     Rows that name their stage alone are numbered in their order. Raise `UsageError` with every row that is wrong.
@@ -128,7 +128,7 @@ def known_rows(study: Study, path: Path) -> dict[str, list[KnownRow]]:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"solver.file: {path.name}: {error.strerror}; give the path of a sheet of runs") from None
-    found: dict[str, list[KnownRow]] = {}
+    found: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
     for cells in _numbered(filled(content, path.name, study, partial=True)):
         try:
@@ -158,7 +158,7 @@ def _number(run: str) -> int:
     return int(number) if stage.isalpha() and number.isascii() and number.isdigit() and len(number) < 10 else 0
 
 
-def _known(study: Study, cells: Filled) -> KnownRow:
+def _known(study: Study, cells: Filled) -> _KnownRow:
     if cells.broken:
         raise RowRefused(cells, "broken_row", cells.broken)
     if _number(cells.run) < 1:
@@ -169,7 +169,7 @@ def _known(study: Study, cells: Filled) -> KnownRow:
         _level(cells, at.name, at.unit)
     found = {factor.name: _level(cells, factor.name, factor.unit) for factor in study.factors}
     levels = {name: level for name, level in found.items() if level is not None}
-    return KnownRow(cells, levels, None if cells.is_empty else result_in(study, cells))
+    return _KnownRow(cells, levels, None if cells.is_empty else result_in(study, cells))
 
 
 def _level(cells: Filled, name: str, unit: str) -> float | None:
@@ -182,7 +182,7 @@ def _level(cells: Filled, name: str, unit: str) -> float | None:
         raise RowRefused(cells, "unreadable", f"{cells.run}, {name}: {why}") from None
 
 
-def _gaps(source: str, rows: Mapping[str, Sequence[KnownRow]]) -> list[str]:
+def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
     """Return what is wrong with the designs as wholes: numbers that are missing, levels that only some rows have."""
     wrong = []
     for stage in dict.fromkeys(name.split()[0] for name in rows):

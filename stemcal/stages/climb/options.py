@@ -30,7 +30,7 @@ class ClimbOptions(Frozen):
     cores. The mean of the screening then gives the direction."""
 
 
-def follows_a_slope(draft: Draft) -> Iterator[Finding]:
+def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
     if not is_screened(draft.study) and draft.study.given(ClimbOptions) is not None:
         yield Finding(
@@ -40,7 +40,7 @@ def follows_a_slope(draft: Draft) -> Iterator[Finding]:
         )
 
 
-def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
+def _steps_stay_inside(draft: Draft) -> Iterator[Finding]:
     """`climb.step_sizes` are those of factors, and the first step stays in their ranges."""
     known = {factor.name: factor for factor in draft.factors.values()}
     for name, size in draft.study.of(ClimbOptions).step_sizes.items():
@@ -53,4 +53,4 @@ def steps_stay_inside(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, f"use at most {factor.half_range:g}")
 
 
-RULES = (follows_a_slope, steps_stay_inside)
+RULES = (_follows_a_slope, _steps_stay_inside)

@@ -21,17 +21,17 @@ class ClimbShowing(Showing[ClimbResult]):
         ]
 
     def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
-        return [climb_table(result, names)]
+        return [_climb_table(result, names)]
 
     def printed(self, result: ClimbResult, setting: Setting) -> list[PaperTable]:
         measured = f"measured {setting.labelled.quantity(result.target, '.6g')}"
         note = f"Relative error = 100·(measured − simulated)/measured, {measured}."
         heads = run_heads(setting.study, "step") | {"error_percent": "Relative Error"}
         caption = "Design and results of the steepest ascent."
-        return [printed("ascent", caption, climb_table(result, setting.symbols), heads, note)]
+        return [printed("ascent", caption, _climb_table(result, setting.symbols), heads, note)]
 
 
-def climb_table(stage: ClimbResult, names: Names) -> Table:
+def _climb_table(stage: ClimbResult, names: Names) -> Table:
     """Return every step towards the target with its relative error."""
     columns = [Column("step", "Step", form=format), *levels(stage.names, names), simulated(names.response), ERROR]
     centres = ", ".join(

@@ -55,7 +55,7 @@ _UNTOLD = 1e-4  # of the prior variance of the machine: a smaller reduction is n
 def invert(work: Work, head: Head) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
     study, surface = work.study, work.result(Surfaces)
-    solved = (solve_jointly if study.joint_targets else solve)(study, head, surface)
+    solved = (_solve_jointly if study.joint_targets else solve)(study, head, surface)
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
     return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
@@ -68,7 +68,7 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     ends, rule = (region.low, region.high, region.radius), study.of(InvertOptions).rule
     found = solve_target(surface.fitted, target.response, *ends, rule, unit)
     whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
-    known = certainty_of(study, coding, whole, "single")
+    known = _certainty_of(study, coding, whole, "single")
     point, natural = Point.of(found.point, coding), coding.to_natural(np.array(found.ranges).T).T.tolist()
     return InvertResult.of(
         study,
@@ -86,7 +86,7 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
 # ---- several measured means at once: the parameters that fit them all
 
 
-def solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
+def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means, target = surface.scales, measured_means(study), study.calibration_target
     whole = fit_of_study(study, surface)
@@ -102,13 +102,13 @@ def solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         head,
         surface.radius,
         Point.of(surface.assess(found.best), coding),
-        certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
+        _certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),
-        certainty_alone=certainty_of(study, coding, single, "single"),
+        certainty_alone=_certainty_of(study, coding, single, "single"),
         priors=prior_rows(study, coding),
         notes=(
-            *(words.flat_direction(changes_along(coding, row), units) for row in flat),
+            *(words.flat_direction(_changes_along(coding, row), units) for row in flat),
             *machine_found(study.machine, whole),
         ),
     )
@@ -200,15 +200,15 @@ def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
     )
 
 
-def certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
+def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
     """Return what a fit leaves possible: of all measured means, or of the calibration target alone."""
     profiles, unseen = profiles_of(known), unseen_directions(known)
-    changes = tuple(changes_along(coding, row) for row in unseen)
+    changes = tuple(_changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
     parts = [pair for row in unseen for pair in zip(coding.names, moved_together(row), strict=True)]
     moved = {name for name, part in parts if abs(part) >= _MOVED}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
-    loosest = changes_along(coding, loosest_direction(known)) if not_identified and not changes else {}
+    loosest = _changes_along(coding, loosest_direction(known)) if not_identified and not changes else {}
     return Certainty(
         source=source,
         scatter=known.errors.scatter,
@@ -237,7 +237,7 @@ def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
     return _value(coding, j, low), _value(coding, j, high)
 
 
-def changes_along(coding: Coding, direction: Array) -> dict[str, float]:
+def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
     """Return how much each factor changes along a coded direction, in its unit.
 
     The largest part changes by one half step; parts below a twentieth of it are left out.

@@ -48,7 +48,7 @@ class InvertOptions(Frozen):
     """Fitted responses: only the force, or also travel and work up to the maximum."""
 
 
-def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
+def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     """`invert.diameters` names measured diameters."""
     if (wanted := draft.study.of(InvertOptions).conditions) is None:
         return
@@ -70,7 +70,7 @@ def joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
             yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
 
 
-def responses_measured(draft: Draft) -> Iterator[Finding]:
+def _responses_measured(draft: Draft) -> Iterator[Finding]:
     """What is fitted next to the force is measured, with its scatter as the weight, and simulated."""
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
@@ -100,7 +100,7 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
         yield Finding(("targets", min(given)), message, f"add {sd}")
 
 
-def rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
+def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
@@ -119,7 +119,7 @@ def doubts(study: Study) -> Iterator[Finding]:
         yield Finding(("invert", "responses"), message, "fit only the force, or include this error in their sd")
 
 
-def growth_is_seen(draft: Draft) -> Iterator[Finding]:
+def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
     """A surface that varies an exponent is fitted at another diameter than the one where it changes nothing."""
     if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
         return
@@ -133,7 +133,7 @@ def growth_is_seen(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name, "at"), message, remedy)
 
 
-RULES = (joint_conditions_measured, responses_measured, rule_heeds_priors, growth_is_seen)
+RULES = (_joint_conditions_measured, _responses_measured, _rule_heeds_priors, _growth_is_seen)
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:

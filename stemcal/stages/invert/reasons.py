@@ -75,7 +75,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     coded = list(found.point.coded.values())
     if joint.out_of_reach and _on_edge(evidence, coded):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return to_reconcile(evidence.study, joint)
+    return _to_reconcile(evidence.study, joint)
 
 
 def edge(evidence: Evidence) -> Iterator[Note]:
@@ -99,7 +99,7 @@ def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
     joint, known = found.joint, found.certainty
     if joint is None or known is None or (joint.separated and joint.presses_outwards):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return to_identify(evidence.study, known)
+    return _to_identify(evidence.study, known)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
@@ -123,7 +123,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
-    remedy = _check_prior(found) or to_reconcile(evidence.study, joint)
+    remedy = _check_prior(found) or _to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
 
@@ -144,7 +144,7 @@ def identified(evidence: Evidence) -> Iterator[Note]:
     if known is None or not known.not_identified:
         return
     text = _not_identified(known)
-    yield Note("not_identified", "warning", text, to_identify(evidence.study, known))
+    yield Note("not_identified", "warning", text, _to_identify(evidence.study, known))
 
 
 def _not_identified(known: Certainty) -> str:
@@ -181,7 +181,7 @@ def _refine_more(budget: int | None) -> Remedy:
     return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
-def to_identify(study: Study, known: Certainty) -> Remedy:
+def _to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
     measure = f"measure another response or another kind of test, or give {widest} a prior from the literature."
@@ -193,7 +193,7 @@ def to_identify(study: Study, known: Certainty) -> Remedy:
     return Remedy(measure[:1].upper() + measure[1:])
 
 
-def to_reconcile(study: Study, joint: JointFitted) -> Remedy:
+def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     """Return the remedy for measurements that the model cannot reproduce together."""
     conditions = {row.condition for row in (*joint.rows, *joint.further)}
     apart = joint.contradiction

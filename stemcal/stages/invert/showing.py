@@ -61,10 +61,10 @@ class InvertShowing(Showing[InvertResult]):
         return words.certainty(result, names)
 
     def tables(self, result: InvertResult, names: Names, judged: bool = False) -> list[Table]:
-        return [calibration_table(result, names), *joint_tables(result, names)]
+        return [calibration_table(result, names), *_joint_tables(result, names)]
 
     def findings(self, result: InvertResult, names: Names) -> list[Table]:
-        return joint_tables(result, names) if result.joint is not None else []
+        return _joint_tables(result, names) if result.joint is not None else []
 
     def spoken(self, result: InvertResult, names: Names) -> list[str]:
         each = [(words.known(part, result, names), words.unseen_changes(part, result, names)) for part in result.known]
@@ -143,7 +143,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges[name], "coded": point.coded[name]}
-        | {"solution": (refined or point.solution)[name], "share": known and share_of_range(known, name)}
+        | {"solution": (refined or point.solution)[name], "share": known and _share_of_range(known, name)}
         for name in point.solution
     ]
     columns = [
@@ -181,12 +181,12 @@ def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
     return "95 % range", {name: interval(found, bounded=bounded[name]) for name, found in ranges.items()}
 
 
-def share_of_range(part: Certainty, name: str) -> str:
+def _share_of_range(part: Certainty, name: str) -> str:
     """Return the share of a factor's range that its interval covers, or that it is free."""
     return "free" if name in part.free else f"{100.0 * part.share[name]:.0f} %"
 
 
-def interval_table(stage: InvertResult, names: Names) -> Table:
+def _interval_table(stage: InvertResult, names: Names) -> Table:
     """Return the interval of each parameter from one measured value and from all of them, side by side."""
     columns = [factor(names)]
     for part in stage.known:
@@ -195,7 +195,7 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
     rows = [
         {"factor": name}
         | {part.source: interval(part.intervals[name], bounded=part.bounded[name]) for part in stage.known}
-        | {f"share {part.source}": share_of_range(part, name) for part in stage.known}
+        | {f"share {part.source}": _share_of_range(part, name) for part in stage.known}
         for name in stage.point.solution
     ]
     assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
@@ -203,17 +203,17 @@ def interval_table(stage: InvertResult, names: Names) -> Table:
     return Table.of(columns, rows, "Identifiability of the parameters", (profile, *assumed), claims=True)
 
 
-def joint_tables(stage: InvertResult, names: Names) -> list[Table]:
+def _joint_tables(stage: InvertResult, names: Names) -> list[Table]:
     """Return what was measured next to the surfaces, what it leaves of each parameter; nothing of a single response."""
-    tables = [joint_table(stage.joint, names)] if stage.joint is not None else []
-    tables += [interval_table(stage, names)] if len(stage.known) > 1 else []
+    tables = [_joint_table(stage.joint, names)] if stage.joint is not None else []
+    tables += [_interval_table(stage, names)] if len(stage.known) > 1 else []
     if stage.joint is not None and stage.joint.further:
         predicted = "predicted", "Predicted", significant
         tables.append(further_table(map(to_json, stage.joint.further), predicted, names))
     return tables
 
 
-def joint_table(joint: JointFitted, names: Names) -> Table:
+def _joint_table(joint: JointFitted, names: Names) -> Table:
     """Return the measured values next to those of the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others), values)

@@ -92,7 +92,7 @@ def refined_here(study: Study) -> RefineOptions | None:
     return None if options is None or options.elsewhere else options
 
 
-def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
+def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
     """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
     if (refine := draft.study.given(RefineOptions)) is None:
         return
@@ -112,7 +112,7 @@ def refinement_is_possible(draft: Draft) -> Iterator[Finding]:
         yield Finding(("refine", "in", "kind"), message, "make a separate study for the other program")
 
 
-def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
+def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
     """What is measured besides the force is simulated in the study's own model only."""
     if not draft.study.of(RefineOptions).elsewhere:
         return
@@ -124,7 +124,7 @@ def tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
         yield Finding(("refine", "in"), message, "remove refine.in or the curves", at_key=True)
 
 
-def the_model_is_possible(draft: Draft) -> Iterator[Finding]:
+def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
     """Yield what is wrong with the study in `refine.in`, at the keys of that section.
 
     A factor that does not move may have no effect there.
@@ -146,7 +146,7 @@ def the_model_is_possible(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("refine", "adjust", factor.name))
 
 
-RULES = (refinement_is_possible, tests_and_curves_stay_here, the_model_is_possible)
+RULES = (_refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
 
 
 def doubts(study: Study) -> Iterator[Finding]:

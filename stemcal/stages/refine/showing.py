@@ -41,7 +41,7 @@ class RefineShowing(Showing[RefineResult]):
         return [f"In {program(result.model.kind)} the largest error is {result.max_abs_error_percent:.1f} %{where}."]
 
     def warnings(self, result: RefineResult) -> list[str]:
-        return [] if result.converged else [shortfall(result)]
+        return [] if result.converged else [_shortfall(result)]
 
     def tables(self, result: RefineResult, names: Names, judged: bool = False) -> list[Table]:
         return refine_tables(result, names)
@@ -159,7 +159,7 @@ def _there(stage: RefineResult, names: Names) -> list[str]:
     return [f"For {there}: {values}. These give {names.quantity(row.after)}{before}; {target}."]
 
 
-def shortfall(stage: RefineResult) -> str:
+def _shortfall(stage: RefineResult) -> str:
     """Return how far from the target a refinement ended that did not reach it."""
     return f"refine: {abs(stage.error_percent):.2f} % from the target after {counted(len(stage.made), 'run')}"
 

@@ -134,7 +134,7 @@ class SurfaceSteps:
         if best is not self.trials[-1] or (before and self._missed(best) > SHRINK * min(before)):
             self.reach *= SHRINK
         moved = through(self.fit, self.surfaces, best)
-        return next_joint_point(moved, best.coded, self.reach), "surface"
+        return _next_joint_point(moved, best.coded, self.reach), "surface"
 
 
 # ---- to one response
@@ -149,7 +149,7 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class ApproachStep:
+class _ApproachStep:
     """The next point, how it was found, and the radius it was sought within."""
 
     coded: Array
@@ -162,7 +162,7 @@ def best_of(trials: Sequence[Trial], target: float) -> Trial:
     return min(trials, key=lambda trial: abs(trial.response - target))
 
 
-def next_step(surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float) -> ApproachStep:
+def next_step(surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float) -> _ApproachStep:
     """Return where to simulate next.
 
     Parameters
@@ -179,9 +179,9 @@ def next_step(surface: Surface, target: float, region: Region, trials: Sequence[
     radius = radius if helped else SHRINK * radius
     other = _across(trials, best, target)
     if other is not None and not helped:
-        return ApproachStep(_between(best, other, target), "bracket", radius)
+        return _ApproachStep(_between(best, other, target), "bracket", radius)
     shifted = target - (best.response - float(surface.predict(best.coded)[0]))
-    return ApproachStep(toward(surface, shifted, region, best.coded, radius), "surface", radius)
+    return _ApproachStep(toward(surface, shifted, region, best.coded, radius), "surface", radius)
 
 
 def toward(surface: Surface, level: float, region: Region, start: Array, radius: float) -> Array:
@@ -248,7 +248,7 @@ def through(fit: Fit, surfaces: Sequence[Surface], trial: JointTrial) -> Fit:
     return replace(fit, observations=tuple(moved))
 
 
-def next_joint_point(fit: Fit, start: Array, reach: float) -> Array:
+def _next_joint_point(fit: Fit, start: Array, reach: float) -> Array:
     """Return the point that fits best within `reach` of `start`, factor by factor, and inside the region."""
     region = fit.region
     near = replace(region, low=np.maximum(region.low, start - reach), high=np.minimum(region.high, start + reach))

@@ -66,13 +66,13 @@ def screen(work: Work, head: Head) -> ScreenResult:
             )
             for name in (FIRST, *study.own_further)
         )
-    notes = (*first.notes, *lower_bound_notes(answers), *unexpected_signs(study, first))
+    notes = (*first.notes, *lower_bound_notes(answers), *_unexpected_signs(study, first))
     further = dict(zip(study.own_further, others, strict=True)) or None
     found = fields_of(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
 
 
-def unexpected_signs(study: Study, found: Screening) -> list[Note]:
+def _unexpected_signs(study: Study, found: Screening) -> list[Note]:
     """Return a note on each significant effect whose sign is not the one that the spec expects."""
     expected = {factor.name: factor.expected_sign for factor in study.factors}
     effects = [effect for effect in found.effects if effect.factor in found.significant]
@@ -181,7 +181,7 @@ def analyse_screening(
     tested = mean_square is not None and residual.df >= LEAST_DF
     significant = [stands_out(e, size) if size.me is not None and not tested else _below(e, alpha) for e in effects]
     curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
-    notes = screening_notes(
+    notes = _screening_notes(
         fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
     )
     return Screening(
@@ -213,7 +213,7 @@ def _below(effect: Effect, alpha: float) -> bool:
 # ---- which test decides, where the tests disagree, what hides what
 
 
-def screening_notes(
+def _screening_notes(
     fit: LeastSquares,
     df: int,
     effects: Sequence[Effect],

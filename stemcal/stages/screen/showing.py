@@ -75,17 +75,17 @@ class ScreenShowing(Showing[ScreenResult]):
         return found
 
     def tables(self, result: ScreenResult, names: Names, judged: bool = False) -> list[Table]:
-        return [effects_table(one, names.of(one.naming), judged) for one in result.all_responses]
+        return [_effects_table(one, names.of(one.naming), judged) for one in result.all_responses]
 
     def early(self, result: ScreenResult, names: Names) -> list[Table]:
-        return [effects_table(result, names)]
+        return [_effects_table(result, names)]
 
     def figures(self, result: ScreenResult, setting: Setting) -> list[Plot]:
         return plots(result, setting.labels)
 
     def printed(self, result: ScreenResult, setting: Setting) -> list[PaperTable]:
         design, runs = design_table(result.design, setting.symbols), run_heads(setting.study, "run")
-        effects = effects_table(result, setting.labelled)
+        effects = _effects_table(result, setting.labelled)
         effects = replace(effects, rows=effects.rows[:-1])  # who publishes effects leaves the residual out
         heads = {"symbol": "Parameters", "effect": "Effect", "contribution_percent": "Contribution"}
         heads |= {"sum_of_squares": "", "f": "F-Value", "p": "p-Value"}
@@ -96,7 +96,7 @@ class ScreenShowing(Showing[ScreenResult]):
         ]
 
 
-def effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Table:
+def _effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Table:
     """Return the effects as papers print them, with F test and Lenth's t; a `judged` table has a verdict in words."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
     rows = [{**to_json(e), "p": (e.p, stars(e.p)), "standing": standing(e, stage)} for e in effects]

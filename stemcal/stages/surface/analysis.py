@@ -42,14 +42,14 @@ _KEPT_P = 0.1  # terms with a larger p are removed
 def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
-    before = read_before(study, solver, work.folder)
+    before = _read_before(study, solver, work.folder)
     names, chosen = surface_factors(study, solver, before)
-    design = surface_design(recentred(study, before), solver, names)
+    design = surface_design(_recentred(study, before), solver, names)
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
     runs = runs_of(design, requests, answers, solver).runs
     with reasons_given(requests, answers):
-        fit, reduction = fit_terms(study, design, runs)
+        fit, reduction = _fit_terms(study, design, runs)
     result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
     result = replace(
         result, conditions=Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
@@ -104,7 +104,7 @@ def _result(
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
-        pure_error=pure_error_of(runs, Names(study.naming), study.replicates > 0),
+        pure_error=_pure_error_of(runs, Names(study.naming), study.replicates > 0),
     )
 
 
@@ -113,13 +113,13 @@ def _entry(study: Study, design: Design, j: int) -> FactorCoding:
     return FactorCoding(f.name, coding.centre[j], coding.half_step[j], f.symbol, f.label, f.unit, f.low, f.high)
 
 
-def read_before(study: Study, solver: Solver, folder: StudyFolder) -> Screened | None:
+def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> Screened | None:
     """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
     before = stage_called("rsm").needs(study)
     return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
 
 
-def recentred(study: Study, before: Screened | None) -> Study:
+def _recentred(study: Study, before: Screened | None) -> Study:
     """Return the study with the coding that a climb found; what the spec itself codes stays."""
     if before is None or not before.coding:
         return study
@@ -130,7 +130,7 @@ def recentred(study: Study, before: Screened | None) -> Study:
     return study.model_copy(update={"rsm": rsm.model_copy(update={"coding": {**found, **rsm.coding}})})
 
 
-def fit_terms(
+def _fit_terms(
     study: Study, design: Design, runs: Sequence[DesignRun]
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
@@ -147,7 +147,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return the runs of the design, of an assumed number of factors as long as a screening has to choose."""
     known = _names(study, solver, folder)
     names = known or [factor.name for factor in study.factors[:_USUAL_FACTORS]]
-    design = surface_design(recentred(study, _known_before(study, solver, folder)), solver, names)
+    design = surface_design(_recentred(study, _known_before(study, solver, folder)), solver, names)
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
     text = f"The plan assumes {len(names)} factors for the surface; the screening decides which."
@@ -170,7 +170,7 @@ def _names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str
 def _known_before(study: Study, solver: Solver, folder: StudyFolder | None) -> Screened | None:
     """Return the screening, or the climb that centres the surface, if it is there."""
     with suppress(UsageError):
-        return None if folder is None else read_before(study, solver, folder)
+        return None if folder is None else _read_before(study, solver, folder)
     return None
 
 
@@ -211,7 +211,7 @@ def _summary(
 
 def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
     """Return the design of the spec over the named factors, or the rows the solver has."""
-    coding, rsm = surface_coding(study, names), study.of(RsmOptions)
+    coding, rsm = _surface_coding(study, names), study.of(RsmOptions)
     given = solver.given_design("rsm")
     if given is None:
         coded = catalogue.surface_runs(len(names), rsm.chosen())
@@ -220,7 +220,7 @@ def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design
     return Design("rsm", "given", coding, given_coded(coding, given), given_levels(study, given))
 
 
-def surface_coding(study: Study, names: Sequence[str]) -> Coding:
+def _surface_coding(study: Study, names: Sequence[str]) -> Coding:
     """Return the coding of the spec; factors without one have the outermost runs at low and high."""
     factors, rsm = [study.factor(name) for name in names], study.of(RsmOptions)
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=rsm.reach(len(names)))
@@ -274,7 +274,7 @@ def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
 # ---- what repeated runs show
 
 
-def pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:
+def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:
     """Return what repeated runs show; None if there are none.
 
     A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a

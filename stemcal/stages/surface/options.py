@@ -151,7 +151,7 @@ MOST_CCD_FACTORS = 8
 LATIN_HYPERCUBE = "latin-hypercube"
 
 
-def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
+def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
     """`rsm.factors` names factors of the study, each once."""
     if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
         return
@@ -168,7 +168,7 @@ def surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
 
 
-def factors_are_found(draft: Draft) -> Iterator[Finding]:
+def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     """Without a screening the spec names the surface's factors."""
     chosen = draft.study.of(RsmOptions).factors
     if not is_screened(draft.study) and isinstance(chosen, str):
@@ -177,7 +177,7 @@ def factors_are_found(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm",), message, f"name the factors, as in factors: [{names}], or remove screen.design: none")
 
 
-def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
+def _strongest_are_enough(draft: Draft) -> Iterator[Finding]:
     """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
     rsm = draft.study.of(RsmOptions)
     least, most = factors_taken(rsm.design)
@@ -188,7 +188,7 @@ def strongest_are_enough(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "factors"), message, f"write strongest {least}")
 
 
-def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
+def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     """The design of the surface exists for its factors and has enough runs for a quadratic."""
     rsm = draft.study.of(RsmOptions)
     if isinstance(rsm.factors, str):
@@ -204,7 +204,7 @@ def surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "runs"), message, f"take {2 * least}")
 
 
-def runs_are_used(draft: Draft) -> Iterator[Finding]:
+def _runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
     rsm = draft.study.of(RsmOptions)
     if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
@@ -212,7 +212,7 @@ def runs_are_used(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "runs"), message, f"omit runs or write design: {LATIN_HYPERCUBE}")
 
 
-def coding_fits(draft: Draft) -> Iterator[Finding]:
+def _coding_fits(draft: Draft) -> Iterator[Finding]:
     """`rsm.coding` has keys for factors, is within their ranges and keeps the corners physical."""
     coding = draft.study.of(RsmOptions).coding
     yield from (draft.unknown_factor(("rsm", "coding", name), name) for name in coding if name not in draft.names)
@@ -230,12 +230,12 @@ def coding_fits(draft: Draft) -> Iterator[Finding]:
 
 
 RULES = (
-    surface_factors_exist,
-    factors_are_found,
-    strongest_are_enough,
-    surface_design_takes_factors,
-    runs_are_used,
-    coding_fits,
+    _surface_factors_exist,
+    _factors_are_found,
+    _strongest_are_enough,
+    _surface_design_takes_factors,
+    _runs_are_used,
+    _coding_fits,
 )
 
 

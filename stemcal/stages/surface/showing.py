@@ -67,7 +67,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [explained, _lack_of_fit(result)]
 
     def tables(self, result: SurfaceResult, names: Names, judged: bool = False) -> list[Table]:
-        return [*surface_tables(result, names), *_of_others(result, names)]
+        return [*_surface_tables(result, names), *_of_others(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
@@ -117,9 +117,9 @@ class Surface(SurfaceResult):
         return for_notebook(SurfaceShowing().profiler(self, self._setting))
 
 
-def surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
+def _surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     """Return all tables of a surface."""
-    tables = [anova_table(stage), coefficient_table(stage, names), fit_table(stage)]
+    tables = [anova_table(stage), _coefficient_table(stage, names), _fit_table(stage)]
     tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
     return tables
 
@@ -167,7 +167,7 @@ def anova_table(stage: SurfaceResult) -> Table:
     return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 
 
-def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
+def _coefficient_table(stage: SurfaceResult, names: Names) -> Table:
     """Return the coefficients with their intervals, the equation below."""
     symbols, response = stage.symbols(), names.response
     form = to_decimals(response_decimals(response, [row.value for row in stage.coefficients[1:]], 3))
@@ -186,7 +186,7 @@ def coefficient_table(stage: SurfaceResult, names: Names) -> Table:
     return Table.of(columns, stage.coefficients, "Response surface in coded units", foot, detail=True)
 
 
-def fit_table(stage: SurfaceResult) -> Table:
+def _fit_table(stage: SurfaceResult) -> Table:
     """Return how well the surface fits."""
     response = stage.naming.response
     rows = (
@@ -231,7 +231,7 @@ def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
     tables: list[Table] = []
     for place, name in fitted[:MOST_FITS]:
         seen = stage.seen_by(name, place)
-        for table in surface_tables(seen, names.of(seen.naming)):
+        for table in _surface_tables(seen, names.of(seen.naming)):
             naming = seen.naming
             title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
             tables.append(replace(table, title=title))

@@ -23,7 +23,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
     responses = [naming.response, *(other for other in naming.others if other.name in worst)]
     shown = {naming.response.name, *sorted(worst, key=lambda name: -worst[name])[: MOST_RESPONSES - 1]}
     for response in responses:
-        spread = spread_of(study, response)
+        spread = _spread_of(study, response)
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
             text += "; the parameters are fitted to the circled values" if validate.fitted else ""
@@ -48,7 +48,7 @@ def _largest_errors(validate: ValidateResult) -> dict[str, float]:
     return largest
 
 
-def spread_of(study: Study, response: Named) -> dict[float, float]:
+def _spread_of(study: Study, response: Named) -> dict[float, float]:
     """Return the standard deviation of what was measured of a response, by the condition."""
     name = FIRST if response is study.naming.response else response.name
     measured = ((target.condition, target.mean_of(name)[1]) for target in study.targets.means)

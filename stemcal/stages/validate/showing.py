@@ -55,22 +55,22 @@ class ValidateShowing(Showing[ValidateResult]):
         return [_independent(result, names), *result.beside_formula(names), *tables]
 
     def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
-        return validation_tables(result, names)
+        return _validation_tables(result, names)
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
-        first, *others = validation_tables(result, Names(setting.study.naming))
+        first, *others = _validation_tables(result, Names(setting.study.naming))
         return [replace(first, foot=first.foot[:1]), *(others if setting.study.naming.others else [])]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)
 
     def printed(self, result: ValidateResult, setting: Setting) -> list[PaperTable]:
-        return [printed_table(result)]
+        return [_printed_table(result)]
 
 
-def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
+def _validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     """Return measured against simulated, and further responses."""
-    tables = [validation_table(stage, names)]
+    tables = [_validation_table(stage, names)]
     every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     further = from_means(every, names)
     if further:
@@ -78,7 +78,7 @@ def validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     return tables
 
 
-def validation_table(stage: ValidateResult, names: Names) -> Table:
+def _validation_table(stage: ValidateResult, names: Names) -> Table:
     """Return measured against simulated response over the conditions."""
     unit = names.response.written
     columns = [
@@ -89,12 +89,12 @@ def validation_table(stage: ValidateResult, names: Names) -> Table:
         ERROR,
         *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
     ]
-    worst = [errors_in_short(stage, names)] if names.placed else []
+    worst = [_errors_in_short(stage, names)] if names.placed else []
     title = f"Measured and simulated {names.response.long}"
     return Table.of(columns, stage.rows, title, (*worst, f"{_ERROR}."))
 
 
-def errors_in_short(stage: ValidateResult, names: Names) -> str:
+def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     """Return the largest held-out error next to that of a formula, then the largest and the mean of all."""
     of = "over all responses" if names.naming.others else "absolute"
     every = f"argest error {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
@@ -109,7 +109,7 @@ def errors_in_short(stage: ValidateResult, names: Names) -> str:
     return f"Largest held-out error {fixed(stage.worst_held_out_percent)} %{beside}; l{every}"
 
 
-def printed_table(stage: ValidateResult) -> PaperTable:
+def _printed_table(stage: ValidateResult) -> PaperTable:
     """Return measured against simulated responses; dashes where nothing was measured."""
     naming = stage.naming
     columns = [replace(one, label=titled(naming.condition.label)) for one in condition(naming) if naming.condition]
@@ -129,7 +129,7 @@ def printed_table(stage: ValidateResult) -> PaperTable:
     used = "were used" if len(at) > 1 and naming.condition is not None else "was used"
     note = f"{_ERROR}; {served} {used} for calibration."
     if stage.worst_held_out_percent is not None:
-        note = f"{errors_in_short(stage, Names(naming))} {note}"
+        note = f"{_errors_in_short(stage, Names(naming))} {note}"
     caption = f"Comparison of the measured and simulated {series(responses)}."
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 

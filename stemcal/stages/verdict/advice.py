@@ -176,7 +176,7 @@ def more_runs(study: Study, surface: Surfaces) -> Remedy:
     return Remedy(text, f"rsm: {{design: latin-hypercube, runs: {count}, extra_runs: 0}}")
 
 
-def to_follow(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
+def _to_follow(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
     """Return what makes a quadratic follow the response: more runs, then half the ranges about the solution."""
     few = len(surface.design.runs) < 4 * len(surface.coefficients)
     if few or levels is None:
@@ -202,7 +202,7 @@ def measure_more(study: Study) -> Remedy:
 
 def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
     """Return how a rough response is averaged, or a curved one followed."""
-    found = to_follow(study, surface, levels)
+    found = _to_follow(study, surface, levels)
     by_mesh = study.kind.replicates == "mesh"
     if study.replicates or by_mesh:
         replicates = min(max(5, 2 * study.replicates), _MOST_AVERAGED)

@@ -29,7 +29,7 @@ def load_study(path: str | Path) -> Study:
 
 
 @dataclass(frozen=True)
-class Reread:
+class _Reread:
     """Reads a spec again with further changes laid over it."""
 
     content: bytes
@@ -62,7 +62,7 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
     if problems:
         raise SpecError(problems)
     study = _study(path, document, read.good)
-    study._reread = Reread(content, path, changes)
+    study._reread = _Reread(content, path, changes)
     return study
 
 

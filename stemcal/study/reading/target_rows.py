@@ -31,7 +31,7 @@ _MOST_FILES, _MOST_NAMES = 1000, 10
 _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
 
 
-def summarised(curves: Sequence[Curve], row: Mapping[str, Any]) -> dict[str, Any]:
+def _summarised(curves: Sequence[Curve], row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row of targets with force, standard deviation and number of specimens of its curves."""
     forces = summarise([float(force.max()) for _, force in curves])
     given = row.get("sd")
@@ -41,7 +41,7 @@ def summarised(curves: Sequence[Curve], row: Mapping[str, Any]) -> dict[str, Any
     return {**row, "force": f"{forces.mean:.5g} N", "n": forces.n, **({"sd": sd} if sd else {})}
 
 
-def curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
+def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
     """Return the smoothed curves of all files, and what is wrong with these."""
     read: list[Curve] = []
     wrong: list[Finding] = []
@@ -165,12 +165,12 @@ class Rows:
             return row
         if self.naming.response != FORCE:
             return row
-        read, wrong = curves_in(patterns, self.folder, ("targets", index, "curves"))
+        read, wrong = _curves_in(patterns, self.folder, ("targets", index, "curves"))
         self.findings += wrong
         if wrong:
             return row
         self.curves[index] = read
-        return row if "force" in row else summarised(read, row)
+        return row if "force" in row else _summarised(read, row)
 
     def _find(self, path: NodePath, message: str, remedy: str) -> None:
         self.findings.append(Finding(path, message, remedy))

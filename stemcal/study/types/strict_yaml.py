@@ -48,7 +48,7 @@ class Position(NamedTuple):
     column: int
 
 
-class YamlProblem(NamedTuple):
+class _YamlProblem(NamedTuple):
     """What the reader refuses."""
 
     place: Position
@@ -76,7 +76,7 @@ class Document:
     data: Any = None
     keys: dict[NodePath, Position] = field(default_factory=dict)
     values: dict[NodePath, Position] = field(default_factory=dict)
-    problems: list[YamlProblem] = field(default_factory=list)
+    problems: list[_YamlProblem] = field(default_factory=list)
     complete: bool = False
 
     def place(self, path: NodePath) -> Position:
@@ -121,7 +121,7 @@ def read_yaml(content: bytes) -> Document:
 
 
 def _unread(message: str, remedy: str) -> Document:
-    return Document(problems=[YamlProblem(Position(1, 1), (), message, remedy)])
+    return Document(problems=[_YamlProblem(Position(1, 1), (), message, remedy)])
 
 
 def _feed(builder: _Builder, text: str) -> None:
@@ -177,7 +177,7 @@ class _Builder:
 
     def note(self, place: Position, message: str, remedy: str) -> None:
         """Note a problem at the node being read."""
-        self.document.problems.append(YamlProblem(place, self._path(), message, remedy))
+        self.document.problems.append(_YamlProblem(place, self._path(), message, remedy))
 
     def stop(self, message: str, remedy: str) -> None:
         """Note a problem and read no further."""
