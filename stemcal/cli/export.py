@@ -23,7 +23,6 @@ TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
     typer.Option("--format", "-f", help="CSV (one file per table), Markdown, LaTeX or Word."),
 ]
-PaperNumbers = Annotated[bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13, as in the paper.")]
 Names = Annotated[
     list[str] | None,
     typer.Argument(metavar="NAME", help="Names of figures, or prefixes; list prints all names.", show_default="all"),
@@ -49,9 +48,7 @@ app = typer.Typer(
 
 
 @app.command()
-def tables(
-    spec: Spec, kind: TableFormat = "csv", paper_numbers: PaperNumbers = False, out: Out = None, as_json: AsJson = False
-) -> None:
+def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
     """Write the tables of a study for a publication.
 
     The tables are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
@@ -59,14 +56,14 @@ def tables(
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
-    from stemcal.report.export import export_tables, numbered, paper_tables
+    from stemcal.report.export import export_tables, paper_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.verdict.rules import verdict_of
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
-    printed = numbered(paper_tables(study, results, holds), paper_numbers)
+    printed = paper_tables(study, results, holds)
     plots = gallery(study, results, read_records(results, folder)) if kind == "docx" else []
     plots = [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
     _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)

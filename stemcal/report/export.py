@@ -1,4 +1,4 @@
-"""The tables of a study as papers print them, Tables 5 to 13 of the wild chrysanthemum study, and their files."""
+"""The tables of a study as papers print them, and their files."""
 
 import re
 import textwrap
@@ -14,7 +14,7 @@ from stemcal.numbers import short
 from stemcal.report.docx import write_word
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, showing_of
-from stemcal.report.tables.columns import NUMBERS, PaperTable, starred
+from stemcal.report.tables.columns import PaperTable, starred
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
 
@@ -22,21 +22,14 @@ Tables = Sequence[PaperTable]
 
 
 def paper_tables(study: Study, results: Results, holds: bool = True) -> list[PaperTable]:
-    """Return the tables that the finished stages allow, in the order of the paper.
+    """Return the tables that the finished stages allow, numbered from 1.
 
     Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
     """
     setting = Setting(study, results, holds)
     tables = [table for result in results.done for table in showing_of(result).printed(result, setting)]
-    return [_factors(study, setting.labelled), *tables]
-
-
-def numbered(tables: Sequence[PaperTable], as_published: bool = False) -> list[PaperTable]:
-    """Return tables numbered from 1, or from 5 as in the published study; with its numbers where it has all of them."""
-    if as_published and all(table.number for table in tables):
-        return list(tables)
-    first = tables[0].number if as_published else 1
-    return [replace(table, number=number) for number, table in enumerate(tables, first)]
+    tables.insert(0, _factors(study, setting.labelled))
+    return [replace(table, number=number) for number, table in enumerate(tables, 1)]
 
 
 def _factors(study: Study, names: Names) -> PaperTable:
@@ -48,7 +41,7 @@ def _factors(study: Study, names: Names) -> PaperTable:
         Column("high", "High Level", form=short),
     ]
     table = Table.of(columns, study.factors)
-    return PaperTable(NUMBERS["factors"], "factors", "Screening test parameters.", table)
+    return PaperTable("factors", "Screening test parameters.", table)
 
 
 # ---- files
@@ -84,8 +77,8 @@ def markdown(table: PaperTable) -> str:
 
     >>> from stemcal.files.rows import Column, Table
     >>> columns = Column("a", "A"), Column("b", "B", form=str)
-    >>> print(markdown(PaperTable(5, "a", "Things.", Table(columns, (("x|y", 1),)))), end="")
-    **Table 5.** Things.
+    >>> print(markdown(PaperTable("a", "Things.", Table(columns, (("x|y", 1),)))), end="")
+    **Table 1.** Things.
     <BLANKLINE>
     | A | B |
     |---|--:|
@@ -128,7 +121,7 @@ def document(tables: Sequence[PaperTable]) -> str:
 
 
 def latex(table: PaperTable) -> str:
-    """Return a table as a float that carries the number it has in the published study."""
+    """Return a table as a float with its number."""
     import pandas as pd
 
     # cells with stars are aligned left, so that the digits are below each other

@@ -1,19 +1,19 @@
 """Every figure of a study by name: for the page, the figures folder and `stemcal export figures`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from stemcal.cutting.end_state import Shape
-from stemcal.files.durable import make_folder
+from stemcal.files.durable import make_folder, write_atomic
 from stemcal.numbers import short
 from stemcal.report.figures.curves import energies, force_travel, measured_band
-from stemcal.report.figures.fracture import fracture, fracture_frames, mesh
+from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import Figure, resize, save, write_both
+from stemcal.report.figures.style import Figure, resize, save
 from stemcal.report.records import Details, Records, curves_of
 from stemcal.report.showing import Setting, showing_of
-from stemcal.solvers.film import frames_of
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
 
@@ -25,10 +25,13 @@ def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
     return plots + _run_plots(study, records)
 
 
-def write_figures(plots: list[Plot], folder: Path) -> list[Path]:
-    """Write every figure as SVG and PNG into a folder; returns the files."""
+def write_figures(plots: list[Plot], folder: Path) -> None:
+    """Write every figure as SVG, on white, and as PNG into a folder."""
     make_folder(folder)
-    return [path for plot in plots for path in write_both(plot.document, plot.pixels, folder / plot.name)]
+    for plot in plots:
+        # the lowest layer is drawn first
+        write_atomic(folder / f"{plot.name}.svg", plot.document.replace("fill: none", "fill: #ffffff", 1))
+        write_atomic(folder / f"{plot.name}.png", plot.pixels)
 
 
 def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:
@@ -70,33 +73,22 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
 
 
 def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
-    """Return the pictures of one run: energies, mesh, cut stem, and, where it kept a film, the way there.
-
-    The page shows those of the calibration diameter.
-    """
+    """Return the pictures of one run: energies and cut stem. The page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
         text, draw = f"Energies versus blade travel for the {label} stem.", partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
-    if not details.shape:
-        return plots
-
-    def shape() -> Shape:
-        return Shape.unpacked(details.shape)
-
-    def plot(figure: str, text: str, draw: Callable[[], Figure], detail: bool = True) -> Plot:
-        return Plot(f"{figure}-{name}", "runs", text, draw, on_page, wide=True, detail=detail)
-
-    meshed = f"Mesh of the {label} stem: side view with blade and supports (grey), and cross-section."
-    bore = " (the bore between the walls)" if hollow else ""
-    cut = (
-        f"The {label} stem at the end of the simulation, which stops after the peak force, before complete cutting: "
-        f"side view and section{bore}. Colours: plastic strain; failed elements are removed. Grey: the blade and, "
-        "separated by their clearance, the supports."
-    )
-    plots.append(plot("mesh", meshed, lambda: mesh(shape())))
-    plots.append(plot("fracture", cut, lambda: fracture(shape()), detail=False))
-    if details.film:
-        film = f"Cutting of the {label} stem, in section. Above each picture: blade travel and force."
-        plots.append(plot("frames", film, lambda: fracture_frames(frames_of(shape(), details.film))))
+    if details.shape:
+        bore = " (the bore between the walls)" if hollow else ""
+        text = (
+            f"The {label} stem at the end of the simulation, which stops after the peak force, before complete "
+            f"cutting: side view and section{bore}. Colours: plastic strain; failed elements are removed. Grey: the "
+            "blade and, separated by their clearance, the supports."
+        )
+        cut = partial(_cut_stem, details.shape)
+        plots.append(Plot(f"fracture-{name}", "runs", text, cut, on_page, wide=True))
     return plots
+
+
+def _cut_stem(packed: Mapping[str, Any]) -> Figure:
+    return fracture(Shape.unpacked(packed))

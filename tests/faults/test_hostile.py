@@ -133,7 +133,7 @@ def test_control_characters_are_spelled_out(tmp_path: Path) -> None:
 
 
 def table_of(text: str) -> PaperTable:
-    return PaperTable(5, "a", text, Table((Column("", text), Column("x")), ((text, "1"), ("y", "2"))), text)
+    return PaperTable("a", text, Table((Column("", text), Column("x")), ((text, "1"), ("y", "2"))), text)
 
 
 def printed(text: str) -> str:

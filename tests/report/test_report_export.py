@@ -12,7 +12,7 @@ import pytest
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names
-from stemcal.report.export import export_tables, latex, markdown, numbered, paper_tables
+from stemcal.report.export import export_tables, latex, markdown, paper_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.tables.columns import PaperTable
 from stemcal.stages.invert.result import InvertResult
@@ -20,7 +20,6 @@ from stemcal.stages.invert.showing import calibration_table, cited_ranges
 from stemcal.stages.results import Results
 
 NASTY = PaperTable(
-    5,
     "nasty",
     "Caption with 100 % & $x$_#",
     Table((Column("a", "A_b"), Column("b", "<b>|x|</b>", form=str)), (("{a}~^\\", "−1"), ("=1+1", "屈服应力"))),
@@ -30,7 +29,8 @@ NASTY = PaperTable(
 
 @pytest.fixture
 def tables(replayed: tuple[Any, Any], results: Results) -> dict[int, PaperTable]:
-    return {table.number: table for table in paper_tables(replayed[0], results)}
+    """The tables by their numbers in the paper, which begin with 5."""
+    return {table.number + 4: table for table in paper_tables(replayed[0], results)}
 
 
 def test_all_nine_tables_of_the_paper(tables: dict[int, PaperTable]) -> None:
@@ -62,7 +62,7 @@ def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
     assert tables[11].heads == ("Parameter", "Numerical Calibration", "95 % Range")
     assert tables[11].cells[0] == ("Yield stress (MPa)", "18.37", "15.35 to 19.96")
     assert [row[2] for row in tables[11].cells] == list(ranges.values())
-    doubted = {table.number: table for table in paper_tables(replayed[0], results, holds=False)}
+    doubted = {table.number + 4: table for table in paper_tables(replayed[0], results, holds=False)}
     assert doubted[11].heads == ("Parameter", "Numerical Calibration")
     assert {row[3] for row in doubted[12].cells} == {"calibrated", "fixed"}
 
@@ -72,18 +72,10 @@ def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], res
     assert calibration_table(results.of(InvertResult), Names(replayed[0].naming), refined).cells[0][1] == "18.50"
 
 
-def test_numbers_of_ones_own(tables: dict[int, PaperTable]) -> None:
-    """From 1, or as in the published study as far as that has them."""
-    own = list(tables.values())
-    assert [table.number for table in numbered(own)] == list(range(1, 10))
-    assert [table.number for table in numbered(own, as_published=True)] == list(range(5, 14))
-    assert [table.number for table in numbered([*own, replace(own[0], number=0)], True)] == list(range(5, 15))
-
-
 def test_csv_has_plain_numbers(tables: dict[int, PaperTable], tmp_path: Path) -> None:
     paths = export_tables(list(tables.values()), "csv", tmp_path)
     assert len(paths) == 9
-    with (tmp_path / "table07-screening.csv").open(encoding="utf-8-sig", newline="") as file:
+    with (tmp_path / "table03-screening.csv").open(encoding="utf-8-sig", newline="") as file:
         rows = list(csv.DictReader(file))
     assert float(rows[0]["Effect"]) == -2.95
 
@@ -126,28 +118,26 @@ def test_word_has_tables_and_figures_with_caption_fields(
     import docx
 
     plots = [plot for plot in gallery(replayed[0], results, {}) if plot.on_page and not plot.detail][:2]
-    (path,) = export_tables(numbered(list(tables.values())), "docx", tmp_path, plots)
+    (path,) = export_tables(list(tables.values()), "docx", tmp_path, plots)
     document = docx.Document(str(path))
     assert len(document.tables) == 9 and len(document.inline_shapes) == len(plots) == 2
     captions = [line for line in document.paragraphs if line.style.name == "Caption"]
     assert len(captions) == 9 + len(plots)
     instructions = re.findall(r'w:instr="([^"]*)"', document.element.xml)
-    assert instructions[:2] == [r" SEQ Table \* ARABIC \r 1 ", r" SEQ Table \* ARABIC "]
-    assert instructions[9] == r" SEQ Figure \* ARABIC \r 1 "
+    assert instructions[:2] == [r" SEQ Table \* ARABIC ", r" SEQ Table \* ARABIC "]
+    assert instructions[9] == r" SEQ Figure \* ARABIC "
     assert all(plot.caption in caption.text for plot, caption in zip(plots, captions[9:], strict=True))
     cells = [cell.text for cell in document.tables[2].rows[4].cells]
     assert cells == ["X4", "79.42", "60.19", "18921.02", "444.32", "0.0022 **"]
 
 
-def test_word_tables_fit_the_page_and_repeat_their_heading(tables: dict[int, PaperTable], tmp_path: Path) -> None:
+def test_word_tables_have_three_rules_and_repeat_their_heading(tables: dict[int, PaperTable], tmp_path: Path) -> None:
     import docx
 
     (path,) = export_tables([*tables.values(), NASTY], "docx", tmp_path)
     for grid in docx.Document(str(path)).tables:
-        assert sum(column.width.cm for column in grid.columns) <= 16.1
-        properties = grid.rows[0]._tr.trPr.xml
-        assert "w:tblHeader" in properties and "w:cantSplit" in properties
-        assert grid.rows[-1].cells[0]._tc.tcPr.xml.count("w:bottom") == 1
+        assert grid.style.name == "Light Shading" and 'w:noHBand="1"' in grid._tbl.tblPr.xml
+        assert [("w:tblHeader" in row._tr.xml) for row in grid.rows] == [True, *[False] * (len(grid.rows) - 1)]
 
 
 def latex_program() -> str | None:
@@ -179,10 +169,10 @@ def test_the_word_file_opens_in_a_word_processor(tables: dict[int, PaperTable], 
     command = ["soffice", "--headless", f"-env:UserInstallation={(tmp_path / 'profile').as_uri()}"]
     subprocess.run([*command, "--convert-to", "txt:Text", path.name], cwd=tmp_path, capture_output=True, timeout=200)
     text = path.with_suffix(".txt").read_text("utf-8-sig")
-    for words in ("Table 5.", "Table 13.", "Contribution/%", "0.0022 **", "<0.0001 **"):
+    for words in ("Table 1.", "Table 9.", "Contribution/%", "0.0022 **", "<0.0001 **"):
         assert words in text
 
 
 def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], results: Results) -> None:
     found = paper_tables(replayed[0], Results(results.done[:1]))
-    assert [table.number for table in found] == [5, 6, 7]
+    assert [table.number for table in found] == [1, 2, 3]

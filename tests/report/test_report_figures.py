@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.figures.plot import inline
-from stemcal.report.figures.style import save, save_both, svg
+from stemcal.report.figures.plot import Plot, inline
+from stemcal.report.figures.style import save, svg
+from stemcal.report.gallery import write_figures
 from stemcal.report.records import Curve
 from stemcal.stages.screen.showing import half_normal, pareto
 from stemcal.stages.surface.contour import Solution, contours
@@ -44,10 +45,10 @@ def test_files_lie_on_white(stages: dict[str, Any], tmp_path: Path) -> None:
     """The page's own document has no ground; the file made of it has a white one below everything, as the pixels."""
     from PIL import Image
 
-    figure = pareto(stages["screen"], {})
-    document = svg(figure)
-    vectors, pixels = save_both(figure, tmp_path / "pareto")
-    ground, rest = vectors.read_text("utf-8").split("#ffffff", 1)
+    plot = Plot("pareto", "screen", "", lambda: pareto(stages["screen"], {}))
+    write_figures([plot], tmp_path)
+    document, pixels = plot.document, tmp_path / "pareto.png"
+    ground, rest = (tmp_path / "pareto.svg").read_text("utf-8").split("#ffffff", 1)
     assert "patch_1" in ground and "patch_2" not in ground
     assert ground + "none" + rest == document
     with Image.open(pixels) as image:

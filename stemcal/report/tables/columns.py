@@ -149,21 +149,18 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
 
 
 STARS = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
-NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,
-           "calibration": 11, "parameters": 12, "validation": 13}  # fmt: skip
-"""The numbers that tables have in the published study."""
 _SMALL = ("a", "an", "and", "at", "for", "in", "of", "on", "per", "the", "to")  # words that titles leave small
 
 
 @dataclass(frozen=True)
 class PaperTable:
-    """A table to publish: its number in the published study or 0, a name for files, caption, cells, note below."""
+    """A table to publish: a name for files, caption, cells, note below, and its number."""
 
-    number: int
     name: str
     caption: str
     table: Table
     note: str = ""
+    number: int = 1
 
     @property
     def heads(self) -> tuple[str, ...]:
@@ -189,7 +186,7 @@ def printed(name: str, caption: str, table: Table, heads: Mapping[str, str], not
         )
         for column in picked.columns
     )
-    return PaperTable(NUMBERS.get(name, 0), name, caption, replace(picked, columns=columns), note)
+    return PaperTable(name, caption, replace(picked, columns=columns), note)
 
 
 def run_heads(study: Study, number: str) -> dict[str, str]:

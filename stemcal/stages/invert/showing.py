@@ -29,7 +29,6 @@ from stemcal.report.figures.style import (
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     ERROR,
-    NUMBERS,
     PaperTable,
     factor,
     from_means,
@@ -252,7 +251,7 @@ def _published(
     fixed = any(factor.name not in found for factor in study.factors)
     note = "fixed: not calibrated, set to the middle of its range." if fixed else ""
     of = "Parameters of the finite element simulation." if study.naming.is_cutting else "Parameters of the simulation."
-    return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)
+    return PaperTable("parameters", of, Table.of(columns, study.factors), note)
 
 
 def plots(surface: Surfaces, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:

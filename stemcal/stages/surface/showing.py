@@ -14,7 +14,6 @@ from stemcal.numbers import fixed, short, signed_probability, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
-    NUMBERS,
     STARS,
     PaperTable,
     level,
@@ -247,9 +246,7 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     rows = [{name: stage.coding[name].natural(one) for name in stage.names} | {"": one} for one in coded[::-1]]
     heads = {"": "Factor Level", **stage.symbols()}
     columns = [Column(key, head, form=level) for key, head in heads.items()]
-    return PaperTable(
-        NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
-    )
+    return PaperTable("levels", "Factor coding of the response surface design.", Table.of(columns, rows))
 
 
 def _lack_of_fit(stage: SurfaceResult) -> str:

@@ -13,7 +13,6 @@ from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     ERROR,
-    NUMBERS,
     PaperTable,
     condition,
     from_means,
@@ -131,7 +130,7 @@ def _printed_table(stage: ValidateResult) -> PaperTable:
     if stage.worst_held_out_percent is not None:
         note = f"{_errors_in_short(stage, Names(naming))} {note}"
     caption = f"Comparison of the measured and simulated {series(responses)}."
-    return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
+    return PaperTable("validation", caption, Table.of(columns, stage.rows), note)
 
 
 def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateRow], Any]]:
