@@ -109,11 +109,14 @@ def _machine() -> Iterator[Finding]:
 
 
 def _cache() -> Iterator[Finding]:
-    from stemcal.fem.kernels.compile import own_folder, unusable
+    import tempfile
+    from pathlib import Path
 
-    folder, reason = own_folder(), unusable(own_folder())
-    hint = f"{reason}, so kernels are cached in the temporary folder; set STEMCAL_CACHE_DIR to a private folder"
-    yield Finding("cache", hint if reason else str(folder), None if reason else True)
+    from stemcal.fem.kernels.compile import CACHE
+
+    temporary = CACHE.parent == Path(tempfile.gettempdir())
+    hint = f"{CACHE} is temporary: set STEMCAL_CACHE_DIR to a folder that only you can write"
+    yield Finding("cache", hint if temporary else str(CACHE), None if temporary else True)
 
 
 def _fonts() -> Iterator[Finding]:

@@ -50,13 +50,6 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
         raise typer.Exit(SOME_RUNS_FAILED)
 
 
-def show_known(result: StageResult) -> None:
-    """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
-    from stemcal.report.showing import names_of, showing_of
-
-    say_tables(*showing_of(result).early(result, names_of(result)))
-
-
 def show_run(
     study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
 ) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.files.durable import write_atomic
+from stemcal.report.export import PaperTable
 from stemcal.report.figures.plot import Plot
-from stemcal.report.tables.columns import PaperTable, starred
 
 _WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 
@@ -79,21 +79,19 @@ def _add_table(document: Any, table: PaperTable) -> None:
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
     for name, value in (("firstColumn", "0"), ("noHBand", "1")):
         grid._tbl.tblPr.find(qn("w:tblLook")).set(qn(f"w:{name}"), value)
-    # cells with stars are aligned left, so that the digits are below each other
-    right = [column.form is not None and column.form is not starred for column in table.table.columns]
     for cells in (table.heads, *table.cells):
-        _add_row(grid, cells, right)
+        _add_row(grid, cells, table.left)
     grid.rows[0]._tr.get_or_add_trPr().append(OxmlElement("w:tblHeader"))
     note = document.add_paragraph(f"Note: {table.note}" if table.note else "")
     note.paragraph_format.space_before = Pt(3)
 
 
-def _add_row(grid: Any, cells: Sequence[str], right: list[bool]) -> None:
+def _add_row(grid: Any, cells: Sequence[str], left: Sequence[bool]) -> None:
     from docx.enum.text import WD_ALIGN_PARAGRAPH
     from docx.shared import Pt
 
-    for place, cell, to_the_right in zip(grid.add_row().cells, cells, right, strict=True):
+    for place, cell, at_left in zip(grid.add_row().cells, cells, left, strict=True):
         line = place.paragraphs[0]
         line.add_run(cell)
-        line.alignment = WD_ALIGN_PARAGRAPH.RIGHT if to_the_right else WD_ALIGN_PARAGRAPH.LEFT
+        line.alignment = WD_ALIGN_PARAGRAPH.LEFT if at_left else WD_ALIGN_PARAGRAPH.RIGHT
         line.paragraph_format.space_before = line.paragraph_format.space_after = Pt(1.5)

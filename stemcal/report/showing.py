@@ -13,7 +13,6 @@ from stemcal.note import SEVERITIES, Note
 from stemcal.numbers import unit_written
 from stemcal.registry import Checked
 from stemcal.report.figures.plot import Plot
-from stemcal.report.tables.columns import PaperTable
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import R, stage_called
@@ -73,10 +72,6 @@ class Showing(Checked, Generic[R]):
         """Return its tables; a `judged` one explains each row in words."""
         return []
 
-    def early(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints as soon as the stage is done."""
-        return []
-
     def findings(self, result: R, names: Names) -> list[Table]:
         """Return the tables that `stemcal run` prints before its end."""
         return []
@@ -108,10 +103,6 @@ class Showing(Checked, Generic[R]):
     def in_notebook(self, result: R, setting: Setting) -> R:
         """Return the result as a notebook uses it, which may do more."""
         return result
-
-    def printed(self, result: R, setting: Setting) -> list[PaperTable]:
-        """Return its tables as papers print them."""
-        return []
 
 
 def showing_of(result: StageResult) -> Showing[Any]:

@@ -19,7 +19,7 @@ from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
-from stemcal.report.page import alone, render, shown
+from stemcal.report.page import Shown, render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import joint_surfaces
 from stemcal.stages.invert.result import InvertResult
@@ -27,6 +27,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")
@@ -125,7 +126,9 @@ def test_values_and_intervals_are_those_of_python(browser: Any, tmp_path: Path, 
     assert len(data["surfaces"]) == len(surfaces) == 5 * len(responses.split())
     path, coded = tmp_path / "alone.html", np.random.default_rng(k).uniform(-2.0, 2.0, (1000, k))
     levels = rsm.scales.to_natural(coded)
-    path.write_text(alone(data), "utf-8")
+    results, folder = Results((rsm,)), StudyFolder(tmp_path)
+    page = render(study, folder, Shown(results, {}, [], verdict_of(study, folder, results)))
+    path.write_text(page, "utf-8")
     with opened(browser, path) as view:
         found = view.evaluate("points => points.map(point => predict(point))", levels.tolist())
     coded = rsm.scales.to_coded(levels)

@@ -15,7 +15,7 @@ class Plot:
     """A figure: its name, its section, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
-    that `claims` intervals is shown of a calibrated study only. `early` ones are on the page while a study is running.
+    that `claims` intervals is shown of a calibrated study only.
     """
 
     name: str
@@ -26,7 +26,6 @@ class Plot:
     wide: bool = False
     detail: bool = False
     claims: bool = False
-    early: bool = False
 
     @cached_property
     def figure(self) -> Figure:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
 
@@ -26,9 +26,9 @@ from stemcal.report.gallery import gallery
 from stemcal.report.page.headline import failures, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
-from stemcal.report.tables.of_designs import checks_table, design_table
+from stemcal.report.tables.of_designs import checks_table, design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
-from stemcal.stages.result import DesignRuns, StageResult
+from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
@@ -207,10 +207,7 @@ def run_tables(study: Study, results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and the solver's details of every run."""
     tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
-        if isinstance(design := getattr(result, "design", None), DesignRuns):
-            title = f"Runs of the {small(stage_called(result.name).title)}"
-            table = design_table(design, Names(result.naming), symbols, title)
-            tables.append(table.shortened(f"`{result.name}_runs.csv`"))
+        tables += [table.shortened(f"`{result.name}_runs.csv`") for table in design_tables(result, symbols)]
     checks = checks_table(records)
     return tables if checks is None else [*tables, checks.shortened("The folder `runs`")]
 
@@ -224,7 +221,7 @@ def drawn(plot: Plot, styles: Styles) -> Picture:
     return Picture(inline(plot.document, plot.caption, plot.name, styles), plot.caption, plot.wide)
 
 
-# ---- its templates, and the profiler of the fitted surfaces by itself for a notebook
+# ---- its templates
 
 
 def environment() -> Environment:
@@ -247,20 +244,4 @@ def policy(css: str, script: str) -> str:
     return (
         f"default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
         "form-action 'none'"
-    )
-
-
-def alone(data: Mapping[str, Any]) -> str:
-    """Return a page with nothing but the profiler."""
-    css, script = part("page.css"), part("page.js")
-    page = environment().get_template("notebook.html")
-    return page.render(css=css, script=script, policy=policy(css, script), profiler=data)
-
-
-def for_notebook(data: Mapping[str, Any]) -> str:
-    """Return the profiler for a notebook: a page in a frame, which shares no names, styles or scripts with it."""
-    high = 500 + 270 * len(data["factors"])
-    return (
-        f'<iframe srcdoc="{escape(alone(data))}" title="Profiler" width="100%" height="{high}" '
-        'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
     )

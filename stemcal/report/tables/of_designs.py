@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
-from stemcal.naming import FIRST, Named, Names
+from stemcal.naming import FIRST, Named, Names, small
 from stemcal.numbers import fixed, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import condition, level, levels, simulated, to_decimals
-from stemcal.stages.result import DesignRuns
+from stemcal.stages.result import DesignRuns, StageResult
+from stemcal.stages.stage import stage_called
 
 if TYPE_CHECKING:
     from stemcal.overview.status import Entry
@@ -34,13 +35,21 @@ def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | 
     return Table.of(columns, design.runs, title, foot, detail=True)
 
 
+def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table]:
+    """Return the runs of the design of a stage, nothing where it has none."""
+    if not isinstance(design := getattr(result, "design", None), DesignRuns):
+        return []
+    title = f"Runs of the {small(stage_called(result.name).title)}"
+    return [design_table(design, Names(result.naming), symbols, title)]
+
+
 def _other(named: Named) -> Column:
     return Column(named.name, named.capital, named.written, significant, lambda run: run.outcome.of(named.name))
 
 
 def checks_table(records: Records) -> Table | None:
     """Return the solver's checks of every distinct run, None if no solver reported them."""
-    rows = [vars(one.checks) | {"run": run} for run, one in distinct_of(records).values() if one.checks is not None]
+    rows = [{**one.checks, "run": run} for run, one in distinct_of(records).values() if one.checks]
     columns = (
         Column("run", "Run"),
         Column("peak_force", "Peak", "N", significant),

@@ -18,7 +18,7 @@ _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 
 def setting_tables(study: Study) -> list[Table]:
     """Return the factors, what stood still next to them, and what was measured."""
-    tables = [_factors(study), _measured(study)]
+    tables = [factors_table(study), _measured(study)]
     if (how := study.solver.explicit) is not None:
         tables.append(_values("Part", _virtual_test(study, how), "Virtual shear test"))
     if study.material.given() or study.material.growing():
@@ -50,7 +50,8 @@ def _values(head: str, values: dict[str, str], title: str) -> Table:
     return Table(columns, tuple(values.items()), title, long=True, detail=True)
 
 
-def _factors(study: Study) -> Table:
+def factors_table(study: Study) -> Table:
+    """Return the screened factors with their levels."""
     columns = [
         Column("symbol", ""),
         Column("name", "Factor"),
