@@ -98,7 +98,7 @@ def export_tables(tables: Iterable[Table], kind: str, folder: Path, plots: Seque
 
         write_word(plain, plots, path)
     else:
-        write_atomic(path, document(plain) if kind == "tex" else "\n".join(map(markdown, plain)))
+        write_atomic(path, document(plain) if kind == "tex" else "\n".join(map(_markdown, plain)))
     return [path]
 
 
@@ -114,7 +114,7 @@ def _csv_files(tables: Iterable[PaperTable], folder: Path) -> list[Path]:
     return paths
 
 
-def markdown(table: PaperTable) -> str:
+def _markdown(table: PaperTable) -> str:
     """Return a table in Markdown.
 
     >>> print(markdown(PaperTable(1, "Things.", ("A", "B"), (("x|y", "1"),), (True, False))), end="")
@@ -157,10 +157,10 @@ _LONGEST = 16  # characters of a heading on one line
 
 def document(tables: Sequence[PaperTable]) -> str:
     """Return a complete document with all tables."""
-    return "\n".join([_HEAD, *map(latex, tables), r"\end{document}", ""])
+    return "\n".join([_HEAD, *map(_latex, tables), r"\end{document}", ""])
 
 
-def latex(table: PaperTable) -> str:
+def _latex(table: PaperTable) -> str:
     """Return a table as a float with its number."""
     import pandas as pd
 

@@ -53,15 +53,15 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
-        text = "Force versus blade travel: validation runs in colour, all other runs in grey."
-        text += " Dotted: after failure." if any(curve.broke for curve in curves.values()) else ""
+        text = "Force versus blade travel. Validation runs are in colour, all other runs are grey."
+        text += " Curves are dotted after the stem has broken." if any(curve.broke for curve in curves.values()) else ""
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for condition, modes in study.targets.modes.items():
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
-                "Measured curves and the curve simulated with the calibrated parameters, up to the peak, versus "
-                "relative travel. Below: difference of the forces in standard deviations of the specimens."
+                "Measured force and the force simulated with the calibrated parameters, up to peak force, versus "
+                "relative travel. The lower panel shows their difference in standard deviations of the specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
@@ -76,14 +76,17 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
     """Return the pictures of one run: energies and cut stem. The page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
-        text, draw = f"Energies versus blade travel for the {label} stem.", partial(energies, details.energies)
+        text, draw = (
+            f"Energies in the simulation of the {label} stem versus blade travel.",
+            partial(energies, details.energies),
+        )
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
         bore = " (the bore between the walls)" if hollow else ""
         text = (
-            f"The {label} stem at the end of the simulation, which stops after the peak force, before complete "
-            f"cutting: side view and section{bore}. Colours: plastic strain; failed elements are removed. Grey: the "
-            "blade and, separated by their clearance, the supports."
+            f"The {label} stem at the end of the simulation: side view and section{bore}. The simulation stops after "
+            "peak force, before the stem is cut through. Colours show the plastic strain; failed elements are removed. "
+            "Blade and supports are grey."
         )
         cut = partial(_cut_stem, details.shape)
         plots.append(Plot(f"fracture-{name}", "runs", text, cut, on_page, wide=True))

@@ -25,7 +25,7 @@ def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
     """Return the watcher that suits a console, a silent one without; use it as a context manager."""
     if console is None:
         return Watcher()
-    return Bar(console, naming=naming) if console.is_terminal else Lines(console, naming=naming)
+    return _Bar(console, naming=naming) if console.is_terminal else Lines(console, naming=naming)
 
 
 def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watcher:
@@ -34,7 +34,7 @@ def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watc
 
     console = Console(stderr=True)
     shown = console.is_terminal or console.is_jupyter
-    return Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
+    return _Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
 
 
 def describe(progress: Progress, naming: Naming = CUTTING) -> str:
@@ -98,7 +98,7 @@ class Lines(Watcher):
             self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()
 
 
-class Bar(Watcher):
+class _Bar(Watcher):
     """A bar for each stage: runs done, time, time left, failures, the last response."""
 
     def __init__(self, console: Console, naming: Naming = CUTTING) -> None:

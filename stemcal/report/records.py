@@ -112,7 +112,7 @@ def run_warnings(records: Records) -> list[Note]:
             kinds.setdefault(warning.kind, {}).setdefault(label, warning)
     runs = counted(len(distinct), "run")
     firsts = [(len(found), *next(iter(found.items()))) for found in kinds.values()]
-    return [Note(one.kind, "warning", f"{count} of {runs}, first {label}: {one}") for count, label, one in firsts]
+    return [Note(one.kind, "warning", f"{count} of {runs} (first: {label}): {one}") for count, label, one in firsts]
 
 
 def spec_hash(study: Study) -> str:

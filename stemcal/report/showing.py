@@ -141,7 +141,7 @@ MOST = 5
 """The number of notes that are shown after a run."""
 KNOWN = "known"
 """The kind of the notes on intervals, which are true of a calibrated study only."""
-WITHHELD = "Not calibrated: intervals of the parameters and the agreement are not reported."
+_WITHHELD = "The study is not calibrated: parameter intervals and agreement with the measurements are not reported."
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
@@ -155,7 +155,7 @@ def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | 
     shown = [(showing_of(result), result) for result in results.done]
     each = [showing.certainty(one, names_of(one, labels)) for showing, one in shown if holds or not showing.claims]
     found = [text for texts in each for text in texts]
-    return found if holds else [*found, WITHHELD]
+    return found if holds else [*found, _WITHHELD]
 
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:
@@ -163,7 +163,7 @@ def shown_notes(result: StageResult, holds: bool) -> list[Note]:
     notes = list(result.notes)
     if holds or all(note.kind != KNOWN for note in notes):
         return notes
-    return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", WITHHELD)]
+    return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", _WITHHELD)]
 
 
 def notes_of_all(results: Results, holds: bool) -> list[tuple[str, Note]]:

@@ -90,7 +90,7 @@ def test_a_single_stage_shows_the_intervals_of_a_study_that_is_only_not_finished
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
     assert "95 % range" in said.stdout and "Identifiability" in said.stdout
-    assert "Not calibrated. Not done yet: Validation." in " ".join(said.stderr.split())
+    assert "Not calibrated. Unfinished stages: Validation." in " ".join(said.stderr.split())
 
 
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

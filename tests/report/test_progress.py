@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.console import Console
 
-from stemcal.report.progress import Bar, Lines, Watcher, make_watch
+from stemcal.report.progress import Lines, Watcher, _Bar, make_watch
 from stemcal.runs.answer import Progress
 
 
@@ -19,8 +19,8 @@ def shown(out: io.StringIO) -> str:
     return re.sub(r"\x1b\[[\d?]*[A-Za-z]", "", out.getvalue())
 
 
-def bar(out: io.StringIO) -> Bar:
-    return Bar(Console(file=out, width=100, force_terminal=True, color_system=None))
+def bar(out: io.StringIO) -> _Bar:
+    return _Bar(Console(file=out, width=100, force_terminal=True, color_system=None))
 
 
 def test_lines_are_sparse() -> None:

@@ -7,7 +7,7 @@ import pytest
 from stemcal.naming import Names
 from stemcal.report.records import _CHECKS, Details, RunRecord
 from stemcal.report.showing import tables_of
-from stemcal.report.tables.of_designs import checks_table, design_table
+from stemcal.report.tables.of_designs import _design_table, checks_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.screen.showing import half_normal, pareto
 from stemcal.stages.surface.figures import diagnostics, studentised
@@ -40,9 +40,9 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     symbols = {effect.factor: effect.symbol for effect in stages["screen"].effects}
-    table = design_table(stages["screen"].design, Names(), symbols)
+    table = _design_table(stages["screen"].design, Names(), symbols)
     assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
-    assert design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
+    assert _design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
 
 
 def test_checks_name_each_run_once() -> None:

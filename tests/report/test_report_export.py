@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Column, Table
-from stemcal.report.export import export_tables, latex, markdown, numbered, study_tables
+from stemcal.report.export import _latex, _markdown, export_tables, numbered, study_tables
 from stemcal.report.gallery import gallery
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.showing import cited_ranges
@@ -92,20 +92,20 @@ def test_latex_is_balanced_and_escaped(tables: dict[str, Table], tmp_path: Path)
     assert bare.count("$") % 2 == 0
     assert text.count(r"\begin{") == text.count(r"\end{") == 1 + 2 * (len(tables) + 1)
     for table in numbered([*tables.values(), NASTY]):
-        rows = latex(table).split(r"\toprule")[1].split(r"\bottomrule")[0]
+        rows = _latex(table).split(r"\toprule")[1].split(r"\bottomrule")[0]
         lines = [line for line in rows.splitlines() if line.endswith(r" \\")]
         assert len(lines) == len(table.cells) + 1
         assert all(len(re.findall(r"(?<!\\)&", line)) == len(table.heads) - 1 for line in lines)
     (starred,) = numbered([Table((Column("a"),), (("*a",), ("[b]",)))])
-    assert "\n{*}a \\\\\n{[}b] \\\\\n" in latex(starred)
+    assert "\n{*}a \\\\\n{[}b] \\\\\n" in _latex(starred)
     assert r"\{a\}\textasciitilde{}\textasciicircum{}\textbackslash{}" in text
 
 
 def test_markdown_rows_have_as_many_cells_as_columns(tables: dict[str, Table]) -> None:
     for table in numbered([*tables.values(), NASTY]):
-        lines = [line for line in markdown(table).splitlines() if line.startswith("|")]
+        lines = [line for line in _markdown(table).splitlines() if line.startswith("|")]
         assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {len(table.heads) + 1}
-    assert "<b>" not in markdown(numbered([NASTY])[0]).replace(r"\<b\>", "")
+    assert "<b>" not in _markdown(numbered([NASTY])[0]).replace(r"\<b\>", "")
 
 
 def test_word_has_tables_and_figures_with_caption_fields(

@@ -162,7 +162,7 @@ def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="stemcal run SPEC"):
         render(study, StudyFolder(tmp_path))
     shutil.copy(folder.path / "screen.json", tmp_path)
-    assert "Not done yet: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
+    assert "Unfinished stages: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
 
 
 @BLANK
@@ -184,7 +184,7 @@ def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
     options = study.screen.model_copy(update={"alpha": 0.01})
     text = render(study.model_copy(update={"screen": options}), folder)
     assert "screen.json is out of date" in text
-    assert "Not done yet: Screening." in text
+    assert "Unfinished stages: Screening." in text
     assert "Effects on the maximum force" not in text
     assert "Analysis of variance" in text
 
@@ -216,9 +216,9 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
         "8 mm": record("c"),
     }
     assert [note.text for note in run_warnings(records)] == [
-        "2 of 3 runs, first screen 1: Hourglass energy is 16.3 % of internal energy. Use smaller elements "
+        "2 of 3 runs (first: screen 1): Hourglass energy is 16.3 % of internal energy. Use smaller elements "
         "(solver.element_size).",
-        "1 of 3 runs, first screen 2: The material has no failure criterion: at the failure strain, elements lose "
+        "1 of 3 runs (first: screen 2): The material has no failure criterion: at the failure strain, elements lose "
         "their shear stress but are not deleted.",
     ]
 

@@ -19,7 +19,7 @@ from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
 from stemcal.report.figures.style import svg
 from stemcal.report.gallery import gallery
-from stemcal.report.page import first_pictures, run_tables
+from stemcal.report.page import _first_pictures, _run_tables
 from stemcal.report.page.headline import kind_of, question
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
@@ -100,7 +100,7 @@ def all_tables(told: Told) -> list[Table]:
     stages = [table for stage in results.done for table in tables_of(stage)]
     runs = listed(runs_table(ledger(study, folder), names), names)
     ends = final_tables(study, results, True)
-    return [*stages, *setting_tables(study), *run_tables(study, results, read_records(results, folder)), *ends, runs]
+    return [*stages, *setting_tables(study), *_run_tables(study, results, read_records(results, folder)), *ends, runs]
 
 
 def words_of(table: Table) -> list[str]:
@@ -188,7 +188,7 @@ def test_figures_speak_of_no_stem(moist: Told) -> None:
 def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
     study, folder, results = moist
     plots = gallery(study, results, read_records(results, folder))
-    assert [plot.name for plot in first_pictures(study, plots)] == ["validation", "validation-bulk"]
+    assert [plot.name for plot in _first_pictures(study, plots)] == ["validation", "validation-bulk"]
     (axes,) = next(plot for plot in plots if plot.name == "validation-bulk").figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moisture, %", "bulk density, kg/m³")
     assert list(axes.lines[0].get_ydata()) == [745.0, 741.0]

@@ -25,7 +25,7 @@ from numba import njit, types
 from numba.extending import overload
 
 
-def cache_folder() -> Path:
+def _cache_folder() -> Path:
     """Return the folder for compiled kernels: that of the user, or, where it is not private, one that is temporary.
 
     `STEMCAL_CACHE_DIR` moves it.
@@ -66,7 +66,7 @@ def _name() -> str:
 
 Function = Callable[..., Any]
 
-CACHE = cache_folder()
+CACHE = _cache_folder()
 _config: Any = numba.config
 _config.CACHE_DIR = str(CACHE)
 

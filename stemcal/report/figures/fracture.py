@@ -31,7 +31,7 @@ def fracture(shape: Shape) -> Figure:
     with new_figure(width=6.4, height=2.3) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, faces, label in zip(
-            panels, (side_faces(shape), section_faces(shape)), ("from the side", "in section"), strict=True
+            panels, (_side_faces(shape), _section_faces(shape)), ("side view", "section"), strict=True
         ):
             _draw_faces(axes, shape, faces, scale, near(shape))
             axes.set_title(label, color=INK)
@@ -63,16 +63,16 @@ def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
     figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
 
 
-def side_faces(shape: Shape) -> tuple[Array, Array]:
+def _side_faces(shape: Shape) -> tuple[Array, Array]:
     """Return the faces that show from the side, far ones first, as (F, 4, 2) in x and z, and their strain."""
-    corners, owner = exposed_faces(shape)
+    corners, owner = _exposed_faces(shape)
     points = shape.nodes[corners]
     seen = _normals(points)[:, 1] > 0.0
     order = np.argsort(points[seen][:, :, 1].mean(axis=1))
     return points[seen][order][:, :, (0, 2)], shape.plastic_strain[owner[seen]][order]
 
 
-def section_faces(shape: Shape) -> tuple[Array, Array]:
+def _section_faces(shape: Shape) -> tuple[Array, Array]:
     """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain."""
     behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
     corners, owner = _faces(shape.hexes, behind)
@@ -84,7 +84,7 @@ def section_faces(shape: Shape) -> tuple[Array, Array]:
     return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
 
 
-def exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+def _exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
     """Return the outer faces (F, 4) of the remaining elements, and their elements."""
     return _faces(shape.hexes, shape.standing)
 
@@ -174,11 +174,11 @@ def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     def show(frame: Frame) -> None:
         while shown:
             shown.pop().remove()
-        for axes, faces, label in ((side, side_faces, "side"), (section, section_faces, "section")):
+        for axes, faces, label in ((side, _side_faces, "side"), (section, _section_faces, "section")):
             shown.extend(_draw_faces(axes, frame.shape, faces(frame.shape), scale))
             axes.set_ylabel(f"{label}: z, mm")
         section.set_xlabel("x, mm")
-        side.set_title(f"{fixed(frame.travel)} mm of travel, {fixed(frame.force, 0)} N", color=INK)
+        side.set_title(f"blade travel {fixed(frame.travel)} mm, force {fixed(frame.force, 0)} N", color=INK)
         marker.set_data([frame.travel], [frame.force])
 
     return show

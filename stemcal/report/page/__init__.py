@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 
-Styles = dict[str, str]
+_Styles = dict[str, str]
 """The class of each style of the figures."""
 
 
 @dataclass(frozen=True)
-class Picture:
+class _Picture:
     """An SVG with the caption below it."""
 
     svg: str
@@ -55,13 +55,13 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Part:
+class _Part:
     """Tables and pictures, the main ones and the folded ones."""
 
     tables: tuple[Table, ...] = ()
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[_Picture, ...] = ()
     details: tuple[Table, ...] = ()
-    plates: tuple[Picture, ...] = ()
+    plates: tuple[_Picture, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -73,13 +73,13 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Section:
+class _Section:
     """One stage of the page."""
 
     anchor: str
     title: str
     outcome: str
-    part: Part
+    part: _Part
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         raise UsageError(
             "\n".join(results.stale) or f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
         )
-    first = first_pictures(study, what.plots)
+    first = _first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
     people = Names(study.naming, labels=labels)
@@ -126,7 +126,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
-    styles, script, templates = Styles(), part("page.js"), environment()
+    styles, script, templates = _Styles(), part("page.js"), environment()
     templates.filters["coded"] = coded
     return templates.get_template("page.html").render(
         study=study,
@@ -153,7 +153,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         valid_for=valid,
         setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), styles),
         sections=[section(result, plots, verdict, labels, styles) for result in done],
-        runs=_part_of(run_tables(study, results, records), _plots_of("runs", plots), styles),
+        runs=_part_of(_run_tables(study, results, records), _plots_of("runs", plots), styles),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := "\n".join([part("page.css"), *(f".{name} {{ {style} }}" for style, name in styles.items())])),
         script=script,
@@ -169,8 +169,8 @@ def coded(text: str) -> Markup:
 
 
 def section(
-    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], styles: Styles
-) -> Section:
+    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], styles: _Styles
+) -> _Section:
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = _part_of(
@@ -180,14 +180,14 @@ def section(
         [str(note) for note in shown_notes(result, verdict.holds)],
     )
     came = outcome_of(result, verdict.holds, labels)
-    return Section(result.name, stage_called(result.name).title, " ".join(came), part)
+    return _Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
-def _part_of(tables: Iterable[Table], plots: Iterable[Plot], styles: Styles, notes: Sequence[str] = ()) -> Part:
+def _part_of(tables: Iterable[Table], plots: Iterable[Plot], styles: _Styles, notes: Sequence[str] = ()) -> _Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
     pictures = [(plot.detail, drawn(plot, styles)) for plot in plots]
-    return Part(
+    return _Part(
         tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
         tuple(table for table in tables if table.detail),
@@ -196,14 +196,14 @@ def _part_of(tables: Iterable[Table], plots: Iterable[Plot], styles: Styles, not
     )
 
 
-def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
+def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     """Return what the first screen shows: measured against simulated, and the stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
 
 
-def run_tables(study: Study, results: Results, records: Records) -> list[Table]:
+def _run_tables(study: Study, results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and the solver's details of every run."""
     tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
@@ -216,9 +216,9 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for plot in plots if plot.section == section and plot.on_page]
 
 
-def drawn(plot: Plot, styles: Styles) -> Picture:
+def drawn(plot: Plot, styles: _Styles) -> _Picture:
     """Return a figure as the page shows it."""
-    return Picture(inline(plot.document, plot.caption, plot.name, styles), plot.caption, plot.wide)
+    return _Picture(inline(plot.document, plot.caption, plot.name, styles), plot.caption, plot.wide)
 
 
 # ---- its templates

@@ -345,7 +345,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       const [whole, one] = run ? [span(mean), span(run)] : [];
       choice.checked = i === seen;
       texts[0].textContent = short(y) + unit;
-      texts[1].textContent = !run ? "No interval: saturated fit"
+      texts[1].textContent = !run ? "No interval: the fit is saturated"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
       texts[2].textContent = `Measured ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: error ${
         (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
@@ -354,7 +354,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       at[i] < low - 1e-6 * half || at[i] > high + 1e-6 * half
         ? [`${label} ${short(at[i])}${unit} is outside its range (${span([low, high])}${unit}).`] : []));
     if (far > radius + 1e-6) {
-      said.push(`The setting is ${short(far, 3)} coded units from the centre; the design reaches ${short(radius, 3)}.`);
+      said.push(`The setting is ${short(far, 3)} coded units from the centre; the design extends to ${short(radius, 3)}.`);
     }
     part(".outside").textContent = said.length ? `Extrapolated: ${said.join(" ")}` : "";
     panels.forEach(({ typed, slider }, i) => {

@@ -110,15 +110,17 @@ def further_table(
 ) -> Table:
     """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
-    of_stems = [] if names.naming.others else ["Travel and work of the blade from first contact to the maximum force."]
+    of_stems = (
+        [] if names.naming.others else ["Travel and work are those of the blade from first contact to maximum force."]
+    )
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
 
 
 def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
-        "Score: signed deviation of a curve from the mean measured curve along a mode. Its error is a percentage of "
-        "the maximum force."
+        "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
+        "is a percentage of the maximum force."
     )
     return [text] if any(named.apart for named in names.naming.responses) else []
 

@@ -22,7 +22,7 @@ LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_s
 """What the terminal shows of a run; its CSV file has more."""
 
 
-def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | None = None, title: str = "") -> Table:
+def _design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | None = None, title: str = "") -> Table:
     """Return the runs of a design: the varied levels and the responses, or why there is none."""
     crowded = symbols is not None and len(design.varied) > MANY
     columns = [
@@ -31,7 +31,7 @@ def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | 
         simulated(names.response),
         *map(_other, names.naming.others),
     ]
-    foot = ["Symbols: see the table of factors."] if crowded and any((symbols or {}).values()) else []
+    foot = ["The table of factors explains the symbols."] if crowded and any((symbols or {}).values()) else []
     return Table.of(columns, design.runs, title, foot, detail=True)
 
 
@@ -40,7 +40,7 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
     if not isinstance(design := getattr(result, "design", None), DesignRuns):
         return []
     title = f"Runs of the {small(stage_called(result.name).title)}"
-    return [design_table(design, Names(result.naming), symbols, title)]
+    return [_design_table(design, Names(result.naming), symbols, title)]
 
 
 def _other(named: Named) -> Column:
@@ -63,8 +63,8 @@ def checks_table(records: Records) -> Table | None:
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
     foot = (
-        "Failed: elements deleted up to the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
-        "largest share of the internal energy before the peak; if both are small, the test is quasi-static."
+        "Failed: number of elements deleted before peak force. Drift: largest error of the energy balance. Kinetic and "
+        "hourglass: largest ratio to the internal energy before peak force."
     )
     return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
 

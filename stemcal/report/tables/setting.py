@@ -87,7 +87,7 @@ def _measured(study: Study) -> Table:
         foot = ["The parameters are fitted to all measurements together."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [f"Bold: fitted values ({Names(naming).conditions(fitted)})."]
+        foot = [f"The fit uses the values in bold ({Names(naming).conditions(fitted)})."]
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
