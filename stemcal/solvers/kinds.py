@@ -12,7 +12,6 @@ from stemcal.solvers import rules
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
 from stemcal.study.types.factor import EMBEDDED, PARAMETERS
 from stemcal.study.types.solver_kind import SolverKind
-from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
@@ -53,9 +52,6 @@ class Command(SolverKind):
         from stemcal.solvers.program import Command
 
         return Command(study)
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        return rules.files_are_given(study)
 
 
 class Sheet(SolverKind):

@@ -273,8 +273,7 @@ class DeckSolver(ProgramOptions):
     The response is the peak of the filtered force of the blade's contact.
 
     LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` is replaced by the file name of the deck.
-    OpenRadioss requires starter, engine and ``th_to_csv``: those of `programs`, of its `home` or the environment
-    variable ``OPENRADIOSS_PATH``, or on PATH.
+    OpenRadioss is the installation in the folder `home`, or in that of the environment variable ``OPENRADIOSS_PATH``.
     """
 
     kind: Literal["deck"] = "deck"
@@ -297,9 +296,9 @@ class DeckSolver(ProgramOptions):
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the deck."""
-    programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
-    """OpenRadioss: `home`, the installation folder with `exec` and `hm_cfg_files`, by default the environment variable
-    `OPENRADIOSS_PATH`; `starter`, `engine` and `th_to_csv` if their names differ from the usual ones."""
+    home: Argument | None = None
+    """OpenRadioss: the installation folder with `exec`, `extlib` and `hm_cfg_files`, by default that of the environment
+    variable `OPENRADIOSS_PATH`."""
 
     @property
     def time_step_safety(self) -> float:

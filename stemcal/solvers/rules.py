@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from stemcal.naming import CUTTING, FIRST, FORCE
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
-from stemcal.study.model import Study
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
@@ -119,19 +118,6 @@ def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Find
             yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
 
 
-def files_are_given(study: Study) -> Iterator[Finding]:
-    """Question an argument that is a file next to the spec: a program runs in the folder of its run."""
-    solver = study.solver
-    assert isinstance(solver, CommandSolver)
-    beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-    written = {reader.file for reader in solver.result.values()}
-    lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
-    for index, argument in enumerate(solver.command):
-        if index and argument in lacking:
-            message = f"{argument} is in the folder of the spec, but not in the run folder"
-            yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
-
-
 def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """LS-DYNA has a command that names its deck."""
     if solver.program != "lsdyna":
@@ -149,7 +135,7 @@ def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
 
 def keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
-    key, other = ("programs", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
+    key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
         yield Finding(("solver", key), f"applies only to program: {other}", "remove it")
 

@@ -23,7 +23,7 @@ from stemcal.solvers.deck.openradioss_output import (
     deleted_elements,
     deletes_elements,
     differences,
-    problems,
+    starter_errors,
 )
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import GAP, Study
@@ -41,7 +41,7 @@ material: {{density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, 
 solver:
   kind: deck
   program: openradioss
-  programs: {{home: {home}}}
+  home: {home}
   rate_law: cowper_symonds
   element_size: 2 mm
   environment: {environment}
@@ -125,9 +125,14 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("recorded", "mode", "reason", "said"),
     [
-        ("long_format", "", "starter_error", "ERROR ID 178: IN PART DEFINITION (PROPERTY): -- PART ID: 1"),
-        ("broken_material", "", "starter_error", "PROPERTY ID=0 DOES NOT EXIST (and 2 more)"),
-        ("broken_node", "", "starter_error", "ERROR ID 78: UNDEFINED NODE NUMBER"),
+        (
+            "long_format",
+            "",
+            "starter_error",
+            "ERROR ID : 178 ** ERROR IN PART DEFINITION (PROPERTY)",
+        ),
+        ("broken_material", "", "starter_error", "(and 2 more)"),
+        ("broken_node", "", "starter_error", "ERROR ID : 78 ** ERROR: UNDEFINED NODE NUMBER"),
         ("engine_no_restart", "", "no_restart", "run_0000_0001.rst"),
         ("mat024", "deaf", "not_as_written", "yield stress was read as 60, not 18.07"),
         ("mat024", "mute", "not_as_written", "density 1.1e-09 was not read"),
@@ -174,22 +179,17 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "openradioss" / "exec" / PROGRAMS["engine"]).unlink()
     make_solver(study).prepare()  # takes that of another parallel library
     (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
-    with pytest.raises(UsageError, match=r"openradioss/hm_cfg_files.*Check and set RAD_CFG_PATH variable"):
+    with pytest.raises(UsageError, match=r"openradioss does not contain the folder hm_cfg_files"):
         make_solver(study).prepare()
-    monkeypatch.setenv("RAD_CFG_PATH", str(tmp_path))
-    make_solver(study).prepare()
-    monkeypatch.delenv("RAD_CFG_PATH")
     (tmp_path / "openradioss" / "hm_cfg_files").mkdir()
-    bare = study.model_copy(update={"solver": study.solver.model_copy(update={"programs": {}})})
+    bare = study.model_copy(update={"solver": study.solver.model_copy(update={"home": None})})
     monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
-    with pytest.raises(
-        UsageError, match=r"solver\.programs: no starter was found on PATH, and OPENRADIOSS_PATH is not"
-    ):
+    with pytest.raises(UsageError, match=r"solver\.home: the folder of OpenRadioss is unknown"):
         make_solver(bare).prepare()
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
     make_solver(bare).prepare()
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "elsewhere"))
-    with pytest.raises(UsageError, match=r"the folder .*elsewhere.* does not exist"):
+    with pytest.raises(UsageError, match=r"elsewhere does not contain"):
         make_solver(bare).prepare()
 
 
@@ -222,7 +222,7 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
     (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
     done = command("check", spec)
     assert done.exit_code == 0
-    assert "Check and set RAD_CFG_PATH variable" in " ".join(done.stderr.split())
+    assert "does not contain the folder hm_cfg_files" in " ".join(done.stderr.split())
     assert json.loads(command("check", spec, "--json").stdout)["result"]["warnings"]
     assert command("simulate", spec).exit_code == 2
 
@@ -297,6 +297,6 @@ def test_engine_input_asks_for_titles(tmp_path: Path) -> None:
 
 
 def test_errors_without_a_description() -> None:
-    assert [str(p) for p in problems("ERROR ID :   3046\n** ERROR IN MATERIAL\n .. NEXT\n")] == [
-        "ERROR ID 3046: IN MATERIAL"
+    assert starter_errors("ERROR ID :   3046\n** ERROR IN MATERIAL\n .. NEXT\n") == [
+        "ERROR ID : 3046 ** ERROR IN MATERIAL"
     ]

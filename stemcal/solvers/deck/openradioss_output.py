@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterator, Mapping
 from math import isclose
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +17,7 @@ from stemcal.solvers.program import code_is_zero
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
-_BLOCK = re.compile(
-    r"^ERROR ID :[ \t]*(\d{1,9})[ \t]*\n\*\* (.*)\n(?:DESCRIPTION :.*\n((?:[ \t]+\S.*\n)*))?", re.MULTILINE
-)
+_ERROR = re.compile(r"^ERROR ID :.*(?:\n(?!ERROR ID :|[ \t]*\.\.).*\S.*){0,6}", re.MULTILINE)
 _VALUE = re.compile(rf"^[ \t]+([A-Z][^=\n]*)=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 _MATERIAL = re.compile(r"^[ \t]+MATERIAL NUMBER[ \t.]*=[ \t]*(\d{1,18})[ \t]*$", re.MULTILINE)
 _FAILURE = re.compile(rf"^[ \t]+FIRST[ \t]+FAILURE PARAMETER \(D1\)[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
@@ -30,28 +27,6 @@ _COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
 _NONLOCAL = re.compile(rf"^[ \t]+NON-LOCAL INTERNAL LENGTH[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 # Echoes have 13 digits, or four.
 _CLOSE = 2e-4
-
-
-class _Problem(NamedTuple):
-    """An error of the starter: its number, what is wrong, and where."""
-
-    number: int
-    title: str
-    description: str
-
-    def __str__(self) -> str:
-        """Write it in one line."""
-        return f"ERROR ID {self.number}: {self.title}{': ' if self.description else ''}{self.description}"
-
-
-def problems(text: str) -> list[_Problem]:
-    """Return the errors of a listing or of what was printed."""
-    found = []
-    for match in _BLOCK.finditer(text.replace("\r\n", "\n")):
-        lines = [line.strip() for line in (match[3] or "").splitlines()]
-        title = match[2].strip().removeprefix("ERROR:").removeprefix("ERROR").strip()
-        found.append(_Problem(int(match[1]), title, "; ".join(lines)[:300]))
-    return found
 
 
 def differences(text: str, material: int, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
@@ -191,11 +166,15 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
             yield index, int(match[1])
 
 
+def starter_errors(text: str) -> list[str]:
+    """Return the errors of a listing or of what was printed, each in one line with its description."""
+    return [" ".join(match[0].split())[:300] for match in _ERROR.finditer(text.replace("\r\n", "\n"))]
+
+
 def starter_accepted(folder: Path, ended: Ended) -> str:
     """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
     listing = text_left(folder, STARTER_LISTING)
-    found = problems(listing) or problems(ended.output)
-    if found:
+    if found := starter_errors(listing) or starter_errors(ended.output):
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         raise SimulationFailed("starter_error", f"the starter rejected the deck: {found[0]}{more}")
     code_is_zero(ended)
