@@ -187,7 +187,7 @@ def test_what_is_no_scheduler_is_refused_in_time(greeting: bytes, monkeypatch: p
         kept: list[socket.socket] = []
         answering.start()
         began = time.monotonic()
-        with pytest.raises(UsageError, match=r"no Dask scheduler responds at this address .*default port 8786"):
+        with pytest.raises(UsageError, match=r"no Dask scheduler responds at this address; .*default port 8786"):
             DaskExecutor(f"127.0.0.1:{server.getsockname()[1]}")
         answering.join()
         assert time.monotonic() - began < 5.0

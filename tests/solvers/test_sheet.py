@@ -58,11 +58,6 @@ def test_a_run_that_failed_says_why(tmp_path: Path) -> None:
     assert (answer.ok, answer.reason, answer.message) == (False, "not_run", "the mesh tangled")
 
 
-def test_stages_alone_number_their_rows(tmp_path: Path) -> None:
-    solver = sheet(tmp_path, RSM.replace("rsm 1,", "rsm,").replace("rsm 2,", "RSM,").replace("rsm 3,", " rsm ,"))
-    assert solver.solve(request(solver, 1)).response == 112.0
-
-
 def test_a_design_at_several_diameters_is_one_design(tmp_path: Path) -> None:
     head = "run,yield_stress,failure_strain,diameter,force\n"
     solver = sheet(tmp_path, head + "rsm 1,15,0.03,7 mm,100\nrsm 1,15,0.03,8 mm,122\n")

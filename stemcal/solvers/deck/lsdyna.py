@@ -57,11 +57,7 @@ def contact_force(text: str) -> ContactForce:
     side = mine[0][1].lower()
     series = [(number_of(match[3]), number_of(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
-    if not (good := np.isfinite(time) & np.isfinite(force)).all():
-        raise SimulationFailed("nan", f"the force of the blade is NaN from {time[good].max(initial=0.0):g} s onwards")
-    if len(time) < 2 or not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", f"the times of the blade's contact in {FORCES} do not increase")
-    return ContactForce.turned(time, force)
+    return ContactForce.of(time, force, FORCES)
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:

@@ -12,16 +12,16 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.note import nothing_deleted
 from stemcal.processes import Ended, run_program
-from stemcal.solvers.deck.model import STEM, Deck
+from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.openradioss_output import (
     contact_force,
     deleted_elements,
     deletes_elements,
-    differences,
     engine_ran,
     starter_accepted,
     table_made,
     text_left,
+    values_not_read,
 )
 from stemcal.solvers.deck.writer import (
     DECK,
@@ -144,10 +144,9 @@ def _read(folder: Path, peak: Callable[..., Answer], _ended: Ended) -> Answer:
 
 def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
     """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
-    wrong = differences(starter_accepted(folder, ended), STEM, deck.material, deck.nonlocal_length)
-    if wrong:
+    if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
         raise SimulationFailed(
-            "not_as_written", f"the starter read a material that differs from the deck: {'; '.join(wrong)}"
+            "not_as_written", f"the starter did not read all values of the deck: {', '.join(unread)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
 

@@ -122,7 +122,7 @@ class Sheet(Solver):
 def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     """Return the rows of a sheet by the names of their runs, those of a stage in the order of their numbers.
 
-    Rows that name their stage alone are numbered in their order. Raise `UsageError` with every row that is wrong.
+    Raise `UsageError` with every row that is wrong.
     """
     try:
         content = read_plain(path, MAX_BYTES)
@@ -130,7 +130,8 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
         raise UsageError(f"solver.file: {path.name}: {error.strerror}; give the path of a sheet of runs") from None
     found: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
-    for cells in _numbered(filled(content, path.name, study, partial=True)):
+    for given in filled(content, path.name, study, partial=True):
+        cells = replace(given.with_levels_given(), run=" ".join(given.run.split()).casefold())
         try:
             row = _known(study, cells)
             found.setdefault(cells.run, []).append(row)
@@ -139,18 +140,6 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     if wrong := wrong or _gaps(path.name, found):
         raise UsageError("\n".join(first_of(wrong)))
     return dict(sorted(found.items(), key=lambda item: _number(item[0])))
-
-
-def _numbered(rows: Sequence[Filled]) -> list[Filled]:
-    """Return rows with complete names of their runs, without the levels that they leave open."""
-    counts: dict[str, int] = {}
-    found = []
-    for cells in rows:
-        name = " ".join(cells.run.split()).casefold()
-        counts[name] = counts.get(name, 0) + 1
-        run = f"{name} {counts[name]}" if name.isalpha() else name
-        found.append(replace(cells.with_levels_given(), run=run))
-    return found
 
 
 def _number(run: str) -> int:
