@@ -35,16 +35,23 @@ from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import simulate
-from stemcal.processes import Ended
+from stemcal.processes import run_program
 from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import STEM
-from stemcal.solvers.deck.openradioss import installation, leave_engine_input, run_programs
-from stemcal.solvers.deck.openradioss_output import starter_accepted
-from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, TABLE, engine_over, starter_around, stem_material
+from stemcal.solvers.deck.openradioss import installation
+from stemcal.solvers.deck.writer import (
+    DECK,
+    ENGINE_INPUT,
+    HISTORY,
+    STARTER_INPUT,
+    TABLE,
+    TITLES,
+    starter_around,
+    stem_material,
+)
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_folder
-from stemcal.solvers.protocol import Answer
 
 Array = NDArray[np.float64]
 
@@ -231,15 +238,23 @@ def pulled_there(breadth: float, size: float, share: float) -> Pulled:
     options, folder = DeckSolver(program="openradioss"), run_folder(None, {})
     there = installation(options, Path.cwd())
     (folder / DECK).write_text("\n".join(deck_lines(mesh)) + "\n", "utf-8")
-    starter = starter_around(DECK, length, histories_asked(len(mesh.hexes)))
-    (folder / STARTER_INPUT).write_text(starter, "utf-8")
-
-    def started(ended: Ended) -> None:
-        starter_accepted(folder, ended)
-        leave_engine_input(folder, engine_over("run", DURATION, OUTPUTS, SAFETY))
-
-    answer = run_programs(folder, there, options, STARTER_INPUT, started, lambda _: Answer("ok"))
-    assert answer.ok, f"{answer.message} ({folder})"
+    further = "\n".join([*histories_asked(len(mesh.hexes)), "/END"])
+    (folder / STARTER_INPUT).write_text(starter_around(DECK, length).replace("/END", further), "utf-8")
+    engine = (
+        "/RUN/run/1/",
+        f"{DURATION}",
+        "/TFILE/4",
+        f"{DURATION / OUTPUTS}",
+        "/DT",
+        f"{SAFETY} 0",
+        "/PARITH/OFF",
+        TITLES,
+    )
+    for command in ([there.starter, "-i", STARTER_INPUT, "-np", "1"], [there.engine, "-i", ENGINE_INPUT]):
+        ended = run_program(command, folder, there.environment, 3600.0)
+        assert ended.code == 0, f"{ended.output} ({folder})"
+        (folder / ENGINE_INPUT).write_text("\n".join([*engine, "/PRINT/-1000", ""]), "utf-8")
+    run_program([there.th_to_csv, HISTORY], folder, there.environment, 3600.0)
     table = pd.read_csv(folder / TABLE, skipinitialspace=True)
     shutil.rmtree(folder, ignore_errors=True)
     standing, strain, mean = (history_of(table, name) for name in ("OFF", "PLAS", "NL_PLAS"))

@@ -26,7 +26,7 @@ class Embedded(SolverKind):
     own_responses = False
     replicates = "mesh"
     parameters = EMBEDDED
-    rules = (rules.elements_fit_stem,)
+    rules = rules.OF_EMBEDDED
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.embedded import Embedded
@@ -40,13 +40,7 @@ class Command(SolverKind):
     name, options = "command", CommandSolver
     starts_program = True
     replicates = "seed"
-    rules = (
-        rules.placeholders_are_known,
-        rules.placeholders_are_used,
-        rules.chance_is_said,
-        rules.run_files_differ,
-        rules.every_response_is_read,
-    )
+    rules = rules.OF_COMMAND
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.program import Command
@@ -60,7 +54,7 @@ class Sheet(SolverKind):
     name, options = "sheet", SheetSolver
     answers = "asks_people"
     replicates = "seed"
-    rules = (rules.placeholders_are_known, rules.chance_is_said, rules.run_files_differ)
+    rules = rules.OF_SHEET
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.sheet import Sheet
@@ -75,7 +69,7 @@ class Deck(SolverKind):
     starts_program = writes_decks = True
     own_responses = False
     parameters = PARAMETERS
-    rules = (rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically)
+    rules = rules.OF_DECK
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.deck import DeckProgram

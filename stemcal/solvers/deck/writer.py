@@ -35,10 +35,10 @@ _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
 
 def deck_text(deck: Deck) -> str:
     """Return the whole deck as text."""
-    return "\n".join(deck_lines(deck)) + "\n"
+    return "\n".join(_deck_lines(deck)) + "\n"
 
 
-def deck_lines(deck: Deck) -> Iterator[str]:
+def _deck_lines(deck: Deck) -> Iterator[str]:
     """Yield the lines of the deck."""
     yield from _head(deck)
     yield from _control(deck)

@@ -14,8 +14,9 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import make_folder
 from stemcal.files.reading import read_plain
 from stemcal.solvers.options import SheetSolver
-from stemcal.solvers.program import Inputs, seed_of, values_of
+from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled, run_name
 from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.study.model import Study

@@ -291,7 +291,7 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
         title, unit = _parted(narrow(cell))
         column = wanted.get(title.casefold())
         if column is not None and column in places:
-            raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one")
+            raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one of the columns")
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit

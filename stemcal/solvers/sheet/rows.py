@@ -91,7 +91,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     said = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
     given = {name: text for name, text in row.values.items() if text and text not in said}
     if said and given:
-        message = f"{row.run} has a value and is marked as failed; delete one of the two"
+        message = f"{row.run} has a value and is marked as failed; delete the value or the word `failed`"
         raise RowRefused(row, "failed_with_value", message)
     if said:
         reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
@@ -106,7 +106,7 @@ def result_in(study: Study, row: Filled) -> Answer:
 def _value(row: Filled, response: Named) -> float:
     text = row.values.get(response.name, "")
     if not text:
-        message = f"{row.run} has no {response.name}; write this value too, or `failed: why`"
+        message = f"{row.run} has no {response.name}; add this value, or write `failed: why`"
         raise RowRefused(row, "incomplete", message)
     try:
         return number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
