@@ -29,7 +29,6 @@ from typing import IO, Any
 
 import psutil
 
-from stemcal.files.reading import lenient
 from stemcal.interrupts import next_of, wait_until
 
 GRACE_S = 2.0  # for a process to end by itself
@@ -184,8 +183,10 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
             end_family(process.pid)
             process.wait()
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
-        output = lenient(printed.read(KEPT_BYTES)).replace("\0", "\N{REPLACEMENT CHARACTER}")
-    return Ended(process.returncode, timed_out, output, time.monotonic() - started)
+        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
+    return Ended(
+        process.returncode, timed_out, output.replace("\0", "\N{REPLACEMENT CHARACTER}"), time.monotonic() - started
+    )
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
