@@ -38,6 +38,7 @@ def prose(markdown: str) -> Iterator[str]:
     text = markdown.partition("\n## Sources\n")[0]
     text = re.sub(r"\s*\$\$.*?\$\$\s*([a-z]?)", lambda m: f" $e$ {m[1]}" if m[1] else "\n\n", text, flags=re.DOTALL)
     text = re.sub(r"^---\n.*?\n---\n|<!--.*?-->|^```.*?^```", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"!\[(.*)\]\(.*\)\s+(?=\*\1\*)", "", text)  # the caption repeats the alternative text
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.)\s)|\n(?=\||#)", text):
         if not re.match(r"\s*(\||#)", block):
