@@ -79,12 +79,12 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield (
         "This page compares the embedded solver with known solutions, for readers who assess whether the solver is "
         "correct. "
-        f"{inside} of {count} computed values are within their tolerances. "
+        f"Of {count} computed values, {inside} are within their tolerances. "
         f"[Verification cases]({CASES}) lists all computed values."
     )
     yield _summary(topics)
     yield (
-        "The largest difference of a topic is given as a percentage of its tolerance. Units are mm, tonne, s, N, MPa "
+        "The largest difference of a topic is given in % of the tolerance. Units are mm, tonne, s, N, MPa "
         "and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same problems. The report of "
         "each study compares the model with measured forces."
     )

@@ -67,9 +67,9 @@ def beams() -> Topic:
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
         "A cantilever of length 40 mm and height 4 mm under a suddenly applied load oscillates about its static "
-        "position. The mean of this oscillation gives the deflection, and its period gives the first frequency. "
-        "With an hourglass coefficient of 0.548, even a mesh with one cube over the height reproduces the "
-        "deflection of beam theory; the other cases use 0.15."
+        "position. The mean of the oscillation gives the deflection of the cantilever, and its period gives the "
+        "first frequency. With an hourglass coefficient of 0.548, even a cantilever mesh with one cube over the "
+        "height reproduces the deflection of beam theory. The other cantilever cases use 0.15."
     )
     return Topic("Cantilever", text, tuple(cases))
 
