@@ -1,6 +1,8 @@
-"""Mean number of words per sentence in help, docs and report: python benchmarks/sentence_length.py [ROOT]
+"""Mean number of words per sentence in help, docs and report.
 
-ROOT is another checkout, whose docs are counted too. Sentences longer than 30 words are listed with their file.
+    python benchmarks/sentence_length.py [ROOT]
+
+ROOT is another checkout, whose docs are counted instead. Sentences of more than 30 words are listed with their file.
 """
 
 import html

@@ -1,4 +1,4 @@
-"""The element alone: patch test, rigid rotation, hourglass modes."""
+"""Single elements: patch test, rigid rotation, hourglass modes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The material law in one element: cyclic tension, yield against rate, erosion."""
+"""Material law in one element: cyclic tension, yield stress versus strain rate, erosion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two lengths of cutting: the spread edge against a static solution, and failure in the mean of a neighbourhood."""
+"""The two lengths of cutting: spread edge versus a static solution, and nonlocal failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run every topic and write it down as Markdown, with its figures as PNG."""
+"""Compute every topic and write the page in Markdown, with figures as PNG."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The virtual shear test as a whole: mirror planes, energy balance, determinism."""
+"""The whole virtual shear test: mirror planes, energy balance, determinism."""
 
 from __future__ import annotations
 
