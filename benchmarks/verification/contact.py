@@ -138,13 +138,13 @@ def taylor() -> Topic:
         profiles[label] = profile(history, across, along)
     text = (
         f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
-        f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). Results are compared 80 µs after the impact. The copper "
-        "has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The Taylor bar has no "
-        "closed-form solution. The reference values for the Taylor bar are the mean results of published explicit "
-        "codes (Hallquist; Zhu and Cescotto 1995). The tolerances of the Taylor bar are half the range of the "
-        "published results, with two exceptions. For the foot radius of the Taylor bar on the coarser mesh, the "
-        "tolerance is 0.05 mm wider. The largest plastic strain of the Taylor bar occurs in a single element and "
-        "increases with refinement, so its tolerance is 0.4 wider on the finer mesh."
+        f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). The results for the Taylor bar are compared 80 µs after "
+        "the impact. The copper has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The "
+        "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the mean results of "
+        "published explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances of the Taylor bar are half the "
+        "range of the published results, with two exceptions. For the foot radius of the Taylor bar on the coarser "
+        "mesh, the tolerance is 0.05 mm wider. The largest plastic strain of the Taylor bar occurs in a single "
+        "element and increases with refinement, so its tolerance is 0.4 wider on the finer mesh."
     )
     caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

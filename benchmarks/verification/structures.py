@@ -81,8 +81,8 @@ def cylinder() -> Topic:
     case = Case("deflection at mid-span", 1e3 * found, 1e3 * exact, 0.01, source, "µm")
     text = (
         "A stem with a diameter of 8 mm and a diameter ratio of 0.41 is bent over a span of 48 mm (quarter model, "
-        "elements of 1 mm). Load and supports act on whole cross-sections. Shear contributes a tenth of the "
-        "deflection at mid-span."
+        "elements of 1 mm). The load and the supports of the hollow cylinder act on whole cross-sections. Shear "
+        "contributes a tenth of the deflection at mid-span."
     )
     return Topic("Hollow cylinder in three-point bending", text, (case,))
 
