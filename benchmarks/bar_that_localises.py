@@ -1,18 +1,18 @@
-"""A bar that necks and parts: how wide the zone is and what work it takes, here and in OpenRadioss, on three meshes.
+"""Compare the localisation of a necking bar in the embedded solver and in OpenRadioss, on three meshes.
 
-python benchmarks/bar_that_localises.py                 here: bars of ℓ/8, ℓ/2, ℓ and 2 ℓ square
-python benchmarks/bar_that_localises.py openradioss     the same in the OpenRadioss of OPENRADIOSS_PATH, half an hour
+python benchmarks/bar_that_localises.py                 embedded solver: square bars of breadth ℓ/8, ℓ/2, ℓ and 2 ℓ
+python benchmarks/bar_that_localises.py openradioss     the same with OpenRadioss (OPENRADIOSS_PATH), half an hour
 
-An eighth of a bar, 12 ℓ long and by 0.5 % thinner in its middle, is pulled at its end. It yields at 15 MPa and hardly
-hardens, so it necks at once: over its breadth, or over its elements if these are longer. Both programs see the same
-neck and differ in how they average its plastic strain, which parts the bar at 3 % in the mean. Of a neck that elongates
-by u and is narrow against ℓ and L the mean is
+An eighth of a bar of length 12 ℓ, 0.5 % thinner in its middle, is pulled at its end. The material yields at 15 MPa with
+little hardening, so the bar necks at once: over its breadth, or over one element if the elements are longer. The neck
+is the same in both programs, but the programs average its plastic strain differently. The bar fails at a mean of 3 %.
+For a neck with the elongation u that is narrow compared with ℓ and L, the mean is
 
-    here            weight exp(−r²/ℓ²)         u / (ℓ √π)
-    OpenRadioss     ε̄ − L² ∇²ε̄ = ε             u / (2 L)          alike with L = 0.886 ℓ
+    embedded        weight exp(−r²/ℓ²)         u / (ℓ √π)
+    OpenRadioss     ε̄ − L² ∇²ε̄ = ε             u / (2 L)          equal for L = 0.886 ℓ
 
-and of a wide one alike with L = ℓ/2, by second moments. In between `radioss_length` works L out for the neck that the
-embedded solver has found. OpenRadioss runs with that, and with the length of the decks.
+For a wide neck, the second moments of the two means are equal for L = ℓ/2. For the neck found by the embedded solver,
+`radioss_length` computes L. OpenRadioss is run with this L and with the length of the decks.
 """
 
 from __future__ import annotations
