@@ -66,7 +66,7 @@ def checks_table(records: Records) -> Table | None:
         "Failed: number of elements deleted before peak force. Drift: largest error of the energy balance. Kinetic and "
         "hourglass: largest ratio to the internal energy before peak force."
     )
-    return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
+    return Table.of(columns, rows, "Checks of every run", [foot], detail=True) if rows else None
 
 
 def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = (), title: str = "") -> Table:
