@@ -40,7 +40,7 @@ def test_every_element_has_its_own_stress(tmp_path: Path, monkeypatch: pytest.Mo
     """Drawn out the more the farther along x: the stress grows with x, wherever in the blocks an element lies."""
     written: list[tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]] = []
     monkeypatch.setattr(
-        "stemcal.fem.frames.write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
+        "stemcal.fem.frames._write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
     )
     mesh = hollow_cylinder(1.6, 4.0, np.linspace(0.0, 9.0, 8), (7, 3), (-0.5 * np.pi, 0.5 * np.pi))
     velocity = np.zeros_like(mesh.nodes)
