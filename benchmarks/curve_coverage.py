@@ -32,9 +32,8 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.composite import central_composite
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.measured.channels import PRELOAD
 from stemcal.measured.curve_modes import Curve, Machine, modes_of, smoothed
-from stemcal.measured.shear_curves import contact_begins
+from stemcal.measured.shear_curves import PRELOAD, contact_begins
 
 LABORATORIES, FIRST, POINTS, SMOOTH, WIDTHS = 300, 1000, 250, 0.01, 40  # those before the first were looked at
 MIDDLE, HALF_STEP, NAMES = np.array([400.0, 180.0, 1.0]), np.array([40.0, 15.0, 0.1]), ("a", "b", "c")

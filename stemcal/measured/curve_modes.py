@@ -31,8 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import PRELOAD
-from stemcal.measured.shear_curves import RISE, contact_begins
+from stemcal.measured.shear_curves import PRELOAD, RISE, contact_begins
 
 Array = NDArray[np.float64]
 Curve = tuple[Array, Array]

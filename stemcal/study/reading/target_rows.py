@@ -12,9 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import CurveOptions
 from stemcal.measured.curve_modes import FEWEST, MOST, Curve, Machine, modes_of, smoothed
-from stemcal.measured.shear_curves import read_curves
+from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
