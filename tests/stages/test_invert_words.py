@@ -69,10 +69,3 @@ def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint
     assert words.assumption(joint.certainty) == []
     (said,) = words.assumption(replace(joint.certainty, surface_error_known=False))
     assert "unknown" in said and "10 %" in said
-
-
-def test_what_the_curves_show_of_the_machine() -> None:
-    found = words.machine("stiffness", 1500.0, 60.0, (1474.3, 1638.2), False)
-    assert found.kind == "machine_found" and "1474 to 1638 N/mm (95 %)" in found.text
-    rigid = words.machine("stiffness", 1500.0, 60.0, (None, None), True)
-    assert rigid.kind == "machine_contradicted" and rigid.remedy is not None

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.doe.comparison import FIXED_EXPONENT, NullModel
 from stemcal.naming import Names
-from stemcal.note import Note, Remedy
+from stemcal.note import Note
 from stemcal.numbers import change, fixed, interval, short, signed_probability, significant, tenths, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted, PriorRow
 from stemcal.words import series
@@ -45,8 +45,7 @@ def certainty(stage: InvertResult, names: Names) -> list[str]:
 
 def _prior(prior: PriorRow, names: Names) -> str:
     value = f"{short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)}"
-    kind = "" if prior.kind == "normal" else ", lognormal"
-    return f"Prior of {names.factor(prior.factor)}: {value}{kind} ({prior.source})."
+    return f"Prior of {names.factor(prior.factor)}: {value} ({prior.source})."
 
 
 def _prediction(stage: InvertResult, names: Names) -> str:
@@ -244,26 +243,3 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
         "unchanged. Of all points that fit about equally well, the one nearest to the centre is reported."
     )
     return Note("flat_direction", "warning", text)
-
-
-def machine(of: str, stated: float, sd: float, ends: tuple[float | None, float | None], contradicted: bool) -> Note:
-    """Return what the curves show of the testing machine: its stiffness (N/mm), or where they begin (toe, mm).
-
-    A stiffness without an upper end may be any above the lower one; without both, no machine is stiff enough.
-    """
-    low, high = ends
-    before = f"{stated:.4g} ± {sd:.3g} N/mm" if of == "stiffness" else f"0 ± {sd:.3g} mm"
-    if of == "toe":
-        found = f"contact begins {interval((low or 0.0, high or 0.0), 3)} mm after the preload (95 %)"
-    elif high is not None and low is not None:
-        found = f"the stiffness of the testing machine is {interval((low, high), 3)} N/mm (95 %)"
-    elif low is not None:
-        found = f"the stiffness of the testing machine is {significant(low, 3)} N/mm or more (95 %)"
-    else:
-        found = "the testing machine would have to be stiffer than a rigid one"
-    if contradicted:
-        text = f"According to the curves, {found}; `machine` allows {before}."
-        return Note(
-            "machine_contradicted", "warning", text, Remedy("Check `machine` and the start of the measured curves.")
-        )
-    return Note("machine_found", "info", f"From the fit to the curves, {found}; `machine` alone allows {before}.")
