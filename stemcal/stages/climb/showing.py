@@ -20,7 +20,7 @@ class ClimbShowing(Showing[ClimbResult]):
             f"{reached}; step {result.best_step} is the nearest (error {fixed(abs(result.error_percent), 1)} %).",
         ]
 
-    def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: ClimbResult, names: Names) -> list[Table]:
         return [_climb_table(result, names)]
 
     def printed(self, result: ClimbResult, setting: Setting) -> list[PaperTable]:

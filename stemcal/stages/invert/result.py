@@ -162,8 +162,8 @@ class JointFitted:
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
 
-    `joint` and `certainty_alone` of several measured means. `belongs_to`
-    are the solver's settings that the values hold for, as they are at the calibration diameter.
+    `joint` is the fit to several measured means. `belongs_to` are the settings of the solver at the calibration
+    diameter that the values depend on.
     """
 
     name: ClassVar[str] = "invert"
@@ -183,7 +183,6 @@ class InvertResult(StageResult):
     parameters: dict[str, float]
     belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
-    certainty_alone: Certainty | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
     notes: tuple[Note, ...] = ()
 
@@ -236,11 +235,6 @@ class InvertResult(StageResult):
         return None if self.certainty is None else self.certainty.surface_error_known
 
     @property
-    def known(self) -> list[Certainty]:
-        """What is known of the parameters: from all measured means, and from the force alone next to a joint fit."""
-        return [part for part in (self.certainty, self.certainty_alone) if part is not None]
-
-    @property
     def cited(self) -> dict[str, Interval]:
         """The range of each parameter to cite: its 95 % interval, where there is one, else all exact solutions."""
         return self.ranges if self.certainty is None else self.certainty.intervals
@@ -267,8 +261,7 @@ class InvertResult(StageResult):
             "ranges": self.ranges,
             "coded_ranges": self.coded_ranges,
         }
-        for place, part in (("certainty", self.certainty), ("certainty_alone", self.certainty_alone)):
-            if part is not None:
-                by_factor = "intervals", "coded_intervals", "bounded", "share", "profiles"
-                mappings |= {f"{place}.{key}": getattr(part, key) for key in by_factor}
+        if self.certainty is not None:
+            by_factor = "intervals", "coded_intervals", "bounded", "share", "profiles"
+            mappings |= {f"certainty.{key}": getattr(self.certainty, key) for key in by_factor}
         yield from ((place, mapping, names) for place, mapping in (mappings | {"parameters": self.parameters}).items())

@@ -32,18 +32,10 @@ class RefineShowing(Showing[RefineResult]):
         error = f"{abs(result.error_percent):.2f} %, {'' if result.converged else 'not '}within the tolerance of"
         return [f"{runs}: the error is {error} {result.tolerance_percent:g} %."]
 
-    def certainty(self, result: RefineResult, names: Names) -> list[str]:
-        """Return how large the errors are in another model."""
-        if not result.elsewhere or result.max_abs_error_percent is None:
-            return []
-        at = [row.condition for row in result.rows if row.error_percent is not None]
-        where = f" ({names.conditions(at)})" if names.placed else ""
-        return [f"In {program(result.model.kind)} the largest error is {result.max_abs_error_percent:.1f} %{where}."]
-
     def warnings(self, result: RefineResult) -> list[str]:
         return [] if result.converged else [_shortfall(result)]
 
-    def tables(self, result: RefineResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
 
     def findings(self, result: RefineResult, names: Names) -> list[Table]:

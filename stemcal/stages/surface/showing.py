@@ -10,7 +10,7 @@ from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
-from stemcal.numbers import fixed, short, signed_probability, significant
+from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -56,17 +56,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
             text += f" {copies} of {len(responses)} runs are repeats, which add no information without scatter."
         return [text]
 
-    def certainty(self, result: SurfaceResult, names: Names) -> list[str]:
-        """Return how well the surface explains its runs."""
-        if result.r2 is None:
-            return ["All runs gave the same response, so the surface has no variation to explain."]
-        explained = (
-            f"The surface explains {fixed(100.0 * result.r2, 1)} % of the variation between its runs "
-            f"(R² {fixed(result.r2, 3)}, predicted R² {fixed(result.predicted_r2, 3)})."
-        )
-        return [explained, _lack_of_fit(result)]
-
-    def tables(self, result: SurfaceResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
         return [*_surface_tables(result, names), *_of_others(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
@@ -250,11 +240,3 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     return PaperTable(
         NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
     )
-
-
-def _lack_of_fit(stage: SurfaceResult) -> str:
-    lack = stage.anova_row("Lack of fit")
-    if lack is None or lack.p is None or not stage.lack_of_fit_testable:
-        return "The lack of fit of the surface cannot be tested."
-    significance = "significant" if lack.p < 0.05 else "not significant"
-    return f"The lack of fit of the surface is {significance} (p {signed_probability(lack.p)})."

@@ -49,12 +49,7 @@ class ValidateShowing(Showing[ValidateResult]):
             f"differ by at most {worst} %, on average by {mean} %."
         ]
 
-    def certainty(self, result: ValidateResult, names: Names) -> list[str]:
-        """Return what checks the result independently, and whether a formula does as well."""
-        tables = [note.text for note in result.notes if note.kind == "from_table"]
-        return [_independent(result, names), *result.beside_formula(names), *tables]
-
-    def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         return _validation_tables(result, names)
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
@@ -155,18 +150,3 @@ def _single_outcome(stage: ValidateResult, names: Names) -> str:
     errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
     each = [f"{tenths(None if error is None else abs(error))} % ({response})" for response, error in errors.items()]
     return f"Simulated and measured values differ by {series(each)}."
-
-
-def _independent(stage: ValidateResult, names: Names) -> str:
-    errors = [abs(row.error_percent or 0.0) for row in stage.held_out]
-    if not errors:
-        return "Only fitted values were compared, so there is no independent check."
-    places, within = names.conditions(row.condition for row in stage.held_out), f"{stage.tolerance_percent:g} %"
-    if len(errors) == 1:
-        verdict = "within" if errors[0] <= stage.tolerance_percent else "outside"
-        return f"At {places}, not used for calibration, the error is {tenths(errors[0])} % ({verdict} {within})."
-    good = sum(error <= stage.tolerance_percent for error in errors)
-    return (
-        f"At {places}, which were not used for calibration, the error is at most {tenths(max(errors))} %; {good} of "
-        f"{len(errors)} values are within {within}."
-    )
