@@ -182,15 +182,6 @@ class Naming:
         """The responses next to the first that a study itself has named: travel and work go without saying."""
         return tuple(response for response in self.further if response not in CUTTING.further)
 
-    @property
-    def values(self) -> str:
-        """A measured quantity of any kind.
-
-        >>> CUTTING.values, Naming(None, (Named("a", "angle of repose", "θ", "deg"),)).values
-        ('forces', 'angles of repose')
-        """
-        return "responses" if self.others else self.response.plural
-
     def named(self, name: str) -> Named:
         """Return a response by its name, or the first one for `FIRST`."""
         if name == FIRST:

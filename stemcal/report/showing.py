@@ -61,10 +61,6 @@ class Showing(Checked, Generic[R]):
         """Return the outcome in sentences."""
         return []
 
-    def warnings(self, result: R) -> list[str]:
-        """Return what the stage's command warns of."""
-        return []
-
     def tables(self, result: R, names: Names) -> list[Table]:
         """Return its tables."""
         return []

@@ -100,6 +100,6 @@ def given_coded(coding: Coding, given: Sequence[Mapping[str, float]]) -> Array:
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
         raise UsageError(
-            f"the solver's table does not vary {', '.join(missing)}; list the columns of the table in rsm.factors"
+            f"rsm.factors: the table of the solver does not vary {', '.join(missing)}. List the columns of the table."
         )
     return coding.to_coded([[row[name] for name in coding.names] for row in given])

@@ -135,7 +135,7 @@ class Loop:
         if not done:
             failed = [run.outcome for run in self.runs if not run.outcome.ok]
             why = f"{failed[-1].reason}: {failed[-1].message}" if failed else "the records lack a fitted response"
-            raise RunsFailed(f"refine: each simulated point had a failed run ({len(self.runs)} runs: {why})")
+            raise RunsFailed(f"refine: every simulated point has a failed run ({len(self.runs)} runs; {why}).")
         return done[-1] if self.stopped == "tolerance" else min(done, key=lambda judged: judged.merit)
 
     def responses(self, levels: Mapping[str, float]) -> dict[float, Outcome]:

@@ -153,11 +153,6 @@ class StageResult(Spread):
         """The largest error of what was left out of the fit in turn; None where nothing was."""
         return None
 
-    @property
-    def surface_error_known(self) -> bool | None:
-        """Whether runs are left over to show the error of the surfaces; None where it has no word on it."""
-        return None
-
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
         """Return the sign of a factor's effect on the first response; None where it is not sure."""
         return None
@@ -183,7 +178,7 @@ class StageResult(Spread):
             result = from_json(cls, content)
             result._require_entries()
         except ValueError as error:
-            raise UsageError(f"{cls.name}.json: {error}; run `stemcal {cls.name} SPEC` again") from None
+            raise UsageError(f"{cls.name}.json: {error}. Run `stemcal {cls.name} SPEC` again.") from None
         return result
 
     def _require_entries(self) -> None:
@@ -195,7 +190,7 @@ class StageResult(Spread):
         for label, outcome in self.runs():
             for key in outcome.keys:
                 if key and not is_key(key):
-                    raise ValueError(f"the key of {label} is not the key of a record: {key!r:.60}")
+                    raise ValueError(f"the key of the run {label} is not valid ({key!r:.60})")
 
     def entries(self) -> Iterator[Entries]:
         """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""

@@ -21,8 +21,6 @@ CLIMB: dict[str, Any] = {
     "passed": False,
     "solution": {"a": 1.0},
     "error_percent": 10.0,
-    "effects": [],
-    "significant": [],
 }
 
 

@@ -206,12 +206,12 @@ def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
     assert list(axes.lines[0].get_ydata()) == [745.0, 741.0]
 
 
-def test_without_a_condition_measured_and_simulated_stand_side_by_side(angle: Told) -> None:
+def test_without_a_condition_the_axis_has_no_values(angle: Told) -> None:
     study, folder, results = angle
     plots = gallery(study, results, read_records(results, folder))
     (axes,) = next(plot for plot in plots if plot.name == "validation").figure.axes
     assert axes.get_ylabel() == "angle of repose, °"
-    assert [label.get_text() for label in axes.get_xticklabels()] == ["measured", "simulated"]
+    assert [label.get_text() for label in axes.get_xticklabels()] == [""]
 
 
 def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:

@@ -111,8 +111,6 @@ CLIMB = ClimbResult(
     solution={"a": 1.0},
     error_percent=-1.26,
     coding={},
-    effects=Rows(),
-    significant=(),
 )
 
 

@@ -140,7 +140,7 @@ def test_a_failed_run_at_one_diameter_is_stepped_back_from(tmp_path: Path) -> No
 
 
 def test_only_failures_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RunsFailed, match=r"had a failed run \(6 runs"):
+    with pytest.raises(RunsFailed, match=r"has a failed run \(6 runs"):
         refined(tmp_path, "{budget: 6}", solver=Curved(fails=frozenset(range(9))))
 
 

@@ -53,5 +53,4 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
 def test_the_notes_of_the_published_surface(results: Any) -> None:
     said = {note.kind: note.text for note in results.of(SurfaceResult).notes}
     assert "run 3 (112 N)" in said["verdict_on_one_run"] and "p = 0.0173" in said["verdict_on_one_run"]
-    assert "6 runs" in said["unequal_repeats"] and "112 N to 124 N" in said["unequal_repeats"]
-    assert "saddle" in said["shape"]
+    assert "(5 df)" in said["scatter"]

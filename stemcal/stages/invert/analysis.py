@@ -78,7 +78,6 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         ranges=dict(zip(coding.names, map(tuple, natural), strict=True)),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         rule=found.rule,
-        notes=tuple(words.of_level_set(found.free, found.second)),
     )
 
 

@@ -230,11 +230,6 @@ class InvertResult(StageResult):
         return None if self.joint is None else self.joint.max_abs_left_out_error_percent
 
     @property
-    def surface_error_known(self) -> bool | None:
-        """Whether the surfaces that were fitted show their error."""
-        return None if self.certainty is None else self.certainty.surface_error_known
-
-    @property
     def cited(self) -> dict[str, Interval]:
         """The range of each parameter to cite: its 95 % interval, where there is one, else all exact solutions."""
         return self.ranges if self.certainty is None else self.certainty.intervals

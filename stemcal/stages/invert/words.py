@@ -8,7 +8,7 @@ from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.doe.comparison import FIXED_EXPONENT, NullModel
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
-from stemcal.numbers import change, fixed, interval, significant, tenths, with_unit
+from stemcal.numbers import change, fixed, interval, short, significant, tenths, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.words import series
 
@@ -38,7 +38,12 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
         for factor, (low, high) in part.intervals.items()
         if factor not in part.free
     ]
-    said = [f"The {data} determines {series(kept)}."] if kept else []
+    said = [
+        f"The prior of {names.factor(prior.factor)} is {short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)} "
+        f"({prior.source})."
+        for prior in stage.priors
+    ]
+    said += [f"The {data} determines {series(kept)}."] if kept else []
     if part.free:
         said.append(f"The {data} does not determine {names.factors(part.free)}.")
     for found in part.unseen_changes:
@@ -162,16 +167,6 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     if joint.scatter == "misfit":
         text = "Without standard deviations, all relative weights are equal, and the misfit determines the scatter."
         yield Note("weights", "caution", text)
-
-
-def of_level_set(free: tuple[str, ...], second: bool) -> Iterator[Note]:
-    """Yield the factors that one target does not determine, and whether another solution is as near to the centre."""
-    if free:
-        text = f"The target does not constrain {series(free)} within the range of the design."
-        yield Note("free_factors", "info", text)
-    if second:
-        text = "Two solutions are equally far from the centre; the solution with the higher levels is reported."
-        yield Note("second_solution", "info", text)
 
 
 def prior_unused(factors: tuple[str, ...]) -> Note:

@@ -13,7 +13,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
-from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, StageResult
+from stemcal.stages.result import DesignRuns, Entries, Head, StageResult
 
 LEAST_DF = 3
 """Residual degrees of freedom from which the F test selects the factors."""
@@ -82,11 +82,6 @@ class ScreenResult(StageResult):
         """The factors that move any response, in the order of the factors."""
         moved = {name for one in self.all_responses for name in one.significant}
         return tuple(effect.factor for effect in self.effects if effect.factor in moved)
-
-    @property
-    def coding(self) -> dict[str, CodedScale]:
-        """The coding that it found for the surface: none."""
-        return {}
 
     @property
     def shares(self) -> dict[str, float]:

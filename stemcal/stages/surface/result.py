@@ -110,21 +110,12 @@ class SurfaceResult(Surfaces):
         """Return a term's coefficient."""
         return next((row for row in self.coefficients if row.term == term), None)
 
-    @property
-    def surface_error_known(self) -> bool:
-        """Whether the fit has degrees of freedom left."""
-        return self.fitted.df > 0
-
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
         """Return the sign of the slope at the centre where its 95 % interval excludes 0."""
         slope = self.coefficient(factor)
         if slope is None or slope.low is None or slope.high is None or slope.low * slope.high <= 0.0:
             return None
         return "+" if slope.value > 0.0 else "-"
-
-    def anova_row(self, source: str) -> AnovaRow | None:
-        """Return a line of the analysis of variance."""
-        return next((row for row in self.anova if row.source == source), None)
 
     @property
     def without_scatter(self) -> bool:

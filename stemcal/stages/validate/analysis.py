@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
-from stemcal.note import Note, Severity
+from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import interval, significant
 from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
@@ -86,7 +86,7 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
-        text = f"The simulated {response} is read from a table, so the values may be for other parameters."
+        text = f"The simulated {response} is read from a table, so the values may belong to other parameters."
         yield Note("from_table", "warning", text)
 
 
@@ -138,12 +138,11 @@ def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome
 
 
 def notes_of(stage: ValidateResult) -> list[Note]:
-    """Return what follows from the comparison: its independence, failed runs, growth, travel and a formula."""
+    """Return what follows from the comparison: its independence, growth, travel and a formula."""
     names = Names(stage.naming)
     severity: Severity = "warning" if stage.no_better_than_formula else "info"
     return [
         *_fitted(stage, names),
-        *_failed(stage, names),
         *_growth(stage),
         *_travel(stage, names),
         *(Note("beside_formula", severity, text) for text in stage.beside_formula(names)),
@@ -152,22 +151,15 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
-        where = names.at(*stage.fitted) if names.placed else " to this response"
-        text = f"The parameters were fitted{where}, so the error there is not an independent check."
+        where = names.at(*stage.fitted) if names.placed else " of a fitted response"
+        text = f"The error{where} is not an independent check because the parameters were fitted to this value."
         yield Note("fitted", "info", text)
-
-
-def _failed(stage: ValidateResult, names: Names) -> Iterator[Note]:
-    failed = [row.condition for row in stage.compared if row.simulated is None]
-    if failed:
-        text = f"There is no simulated {names.response.long}{names.at(*failed)}: the run failed."
-        yield Note("failed", "warning", text)
 
 
 def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = f"The measured force grows as d^{lab.value:.2f}, the simulated force as d^{model.value:.2f}."
+        text = f"The measured force grows as d^{lab.value:.2f}, and the simulated force grows as d^{model.value:.2f}."
         yield Note("growth", "info", text)
 
 
@@ -178,11 +170,11 @@ def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
         return
     measured, simulated = _range(one.measured for one in pairs), _range(one.simulated for one in pairs)
     text = (
-        f"The measured force has its maximum at {measured} mm of travel, the simulated force at {simulated} mm. A "
-        "measured travel includes the compliance of the machine's frame and clamps and of the stem between preload "
-        "and cut. Compare the forces; fit the travel only after that compliance is measured and subtracted."
+        f"The measured travel to the maximum force is {measured} mm, the simulated travel is {simulated} mm. The "
+        "measured travel includes the compliance of the testing machine."
     )
-    yield Note("travel_apart", "caution", text)
+    remedy = Remedy("Compare the forces. Fit the travel only after the compliance is measured and subtracted.")
+    yield Note("travel_apart", "caution", text, remedy)
 
 
 def _range(values: Iterable[float]) -> str:

@@ -111,11 +111,10 @@ class ValidateResult(StageResult):
         formula, model = self.formula, self.worst_held_out_percent
         if formula is None or model is None:
             return []
-        only = "" if model < formula.worst_held_out_percent else "only "
         return [
-            f"The empirical formula F = a·d^{formula.exponent:.3g} fitted at {names.conditions(self.fitted)} predicts "
-            f"the force at the other diameters to within {formula.worst_held_out_percent:.1f} %, the model {only}to "
-            f"within {model:.1f} %."
+            f"At the held-out diameters, the model has a largest error of {model:.1f} %. The formula F = "
+            f"a·d^{formula.exponent:.3g} through the forces at {names.conditions(self.fitted)} has a largest error of "
+            f"{formula.worst_held_out_percent:.1f} %."
         ]
 
     @property

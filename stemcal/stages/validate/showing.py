@@ -39,14 +39,14 @@ class ValidateShowing(Showing[ValidateResult]):
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
-            return ["No run of the validation gave a response."]
+            return ["All runs of the validation failed."]
         if len(result.rows) == 1:
             return [_single_outcome(result, names)]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
         return [
-            f"At {len(result.rows)} values of the {names.condition.long}, the simulated and measured {responses} "
-            f"differ by at most {worst} %, on average by {mean} %."
+            f"The largest difference between simulated and measured {responses} is {worst} % at {len(result.rows)} "
+            f"values of the {names.condition.long} (mean difference {mean} %)."
         ]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
@@ -97,7 +97,7 @@ def _errors_in_short(stage: ValidateResult, names: Names) -> str:
         return f"L{every}"
     formula = stage.formula
     beside = (
-        f" (F = a·d^{formula.exponent:.3g} through the fitted forces: {fixed(formula.worst_held_out_percent)} %)"
+        f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)"
         if formula is not None
         else ""
     )
