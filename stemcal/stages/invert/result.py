@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -14,7 +14,7 @@ from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.study.model import Study
 
 
@@ -247,16 +247,3 @@ class InvertResult(StageResult):
             columns = ("condition", "response", "measured", "predicted", "error_percent", "left_out_error_percent")
             tables["invert_responses"] = Table.of(columns, (*self.joint.rows, *self.joint.further))
         return tables
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield the fields with a value for each factor of the solution."""
-        names = self.point.solution
-        mappings: dict[str, Collection[str]] = {
-            "coded": self.point.coded,
-            "ranges": self.ranges,
-            "coded_ranges": self.coded_ranges,
-        }
-        if self.certainty is not None:
-            by_factor = "intervals", "coded_intervals", "bounded", "share", "profiles"
-            mappings |= {f"certainty.{key}": getattr(self.certainty, key) for key in by_factor}
-        yield from ((place, mapping, names) for place, mapping in (mappings | {"parameters": self.parameters}).items())

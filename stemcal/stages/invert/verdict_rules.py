@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
 from stemcal.numbers import change, minus, signed_probability
@@ -211,24 +210,10 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
 def formula(evidence: Evidence) -> Iterator[Note]:
     """Yield that a formula predicts each diameter from the others as well as the fit, where no other check is left."""
     found, first = evidence.of(InvertResult), evidence.study.naming.response.name
-    joint = found.joint if found is not None else None
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)
-    if not compared or held_out or joint is None or joint.null is None:
-        return
-    null, missed = joint.null, joint.max_abs_left_out_error_percent
-    if null.beaten_by(missed) is not False:
-        return
-    laws = [
-        (null.max_abs_left_out_error_percent, null.exponent),
-        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
-    ]
-    error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
-    text = (
-        f"For diameters left out of the fit, the formula F = a·d^{exponent:.3g} has a largest error of {error:.1f} %, "
-        f"and the model has a largest error of {missed or 0.0:.1f} %."
-    )
-    yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
+    if found is not None and compared and not held_out:
+        yield from advice.no_better_than_formula(found)
 
 
 RULES = (trend, conflict, target, edge, misfit, identified, formula)

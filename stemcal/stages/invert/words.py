@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from stemcal.doe.calibration.observations import COARSEST, FINEST
-from stemcal.doe.comparison import FIXED_EXPONENT, NullModel
+from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import change, fixed, interval, short, significant, tenths, with_unit
@@ -98,24 +98,6 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     ]
 
 
-def _without_mechanics(null: NullModel, joint: JointFitted) -> str:
-    """Return the errors of formulas without mechanics, and whether the joint fit predicts left-out values better."""
-    formulas = [(FIXED_EXPONENT, null.fixed_max_abs_error_percent, null.fixed_max_abs_left_out_error_percent)]
-    if null.exponent is not None:
-        formulas.insert(0, (round(null.exponent, 2), null.max_abs_error_percent, null.max_abs_left_out_error_percent))
-    each = [f"F = a·d^{e:g} {fixed(error, 1)} % ({fixed(out, 1)} %)" for e, error, out in formulas]
-    fitted, out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
-    judged = {
-        None: "Predictions cannot be compared because no value was left out.",
-        True: "The joint fit predicts left-out diameters better than a formula.",
-        False: "The joint fit predicts left-out diameters no better than a formula.",
-    }[null.beaten_by(out)]
-    return (
-        f"Largest error for {null.conditions} fitted forces, in parentheses for left-out forces: {series(each)}; joint "
-        f"fit {fixed(fitted, 1)} % ({fixed(out, 1)} %). {judged}"
-    )
-
-
 # ---- notes
 
 
@@ -160,13 +142,28 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
             f"{tenths(joint.max_abs_left_out_error_percent)} %."
         )
         yield Note("left_out", "info", text)
-    if joint.null is not None:
-        beaten = joint.null.beaten_by(joint.max_abs_left_out_error_percent)
-        severity = {None: "caution", True: "info", False: "warning"}
-        yield Note("without_mechanics", severity[beaten], _without_mechanics(joint.null, joint))  # type: ignore[arg-type]
+    yield from _beside_formula(joint)
     if joint.scatter == "misfit":
         text = "Without standard deviations, all relative weights are equal, and the misfit determines the scatter."
         yield Note("weights", "caution", text)
+
+
+def _beside_formula(joint: JointFitted) -> Iterator[Note]:
+    """Compare the errors of left-out forces with those of the better of two formulas without mechanics."""
+    null, model = joint.null, joint.max_abs_left_out_error_percent
+    if null is None or model is None:
+        return
+    each = (
+        (null.max_abs_left_out_error_percent, null.exponent),
+        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
+    )
+    known = [(error, exponent) for error, exponent in each if error is not None and exponent is not None]
+    for error, exponent in sorted(known)[:1]:
+        text = (
+            f"For diameters left out of the fit, the formula F = a·d^{exponent:.3g} has a largest error of {error:.1f} "
+            f"%, and the model has a largest error of {model:.1f} %."
+        )
+        yield Note("beside_formula", "info" if null.beaten_by(model) else "warning", text)
 
 
 def prior_unused(factors: tuple[str, ...]) -> Note:

@@ -160,7 +160,8 @@ def analyse_screening(
     size = lenth(changes, alpha)
     effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
     tested = mean_square is not None and residual.df >= LEAST_DF
-    significant = [stands_out(e, size) if size.me is not None and not tested else _below(e, alpha) for e in effects]
+    by_lenth = size.me is not None and not tested
+    significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
     curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
     notes = _screening_notes(
         fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
@@ -185,10 +186,6 @@ def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tup
             f"screen: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
         )
     return design, y
-
-
-def _below(effect: Effect, alpha: float) -> bool:
-    return effect.p is not None and effect.p < alpha
 
 
 # ---- which test decides, where the tests disagree, what hides what

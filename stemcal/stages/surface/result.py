@@ -21,7 +21,7 @@ from stemcal.files.typed import absent, inline, to_json
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
-from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval
+from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")
@@ -148,16 +148,6 @@ class SurfaceResult(Surfaces):
                 yield f"rsm {answered.run}{self.naming.at(part.condition)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield what every run must have, and how every factor is coded."""
-        yield "design", ["runs"] if self.design.runs else [], ["runs"]
-        yield from self.design.entries(self.names)
-        yield "coding", self.coding, self.names
-        yield "factors", [entry.factor for entry in self.factors], self.names
-        terms = [row.term for row in self.coefficients]
-        yield "coefficients", terms, ("1",)
-        yield "names", term_names(self.names), terms
 
 
 _TOLD = (

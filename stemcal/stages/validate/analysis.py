@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
-from stemcal.note import Note, Remedy, Severity
+from stemcal.note import Note, Remedy
 from stemcal.numbers import interval, significant
 from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
@@ -140,12 +140,11 @@ def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome
 def notes_of(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth, travel and a formula."""
     names = Names(stage.naming)
-    severity: Severity = "warning" if stage.no_better_than_formula else "info"
     return [
         *_fitted(stage, names),
         *_growth(stage),
         *_travel(stage, names),
-        *(Note("beside_formula", severity, text) for text in stage.beside_formula(names)),
+        *_beside_formula(stage, names),
     ]
 
 
@@ -161,6 +160,18 @@ def _growth(stage: ValidateResult) -> Iterator[Note]:
     if lab is not None and model is not None:
         text = f"The measured force grows as d^{lab.value:.2f}, and the simulated force grows as d^{model.value:.2f}."
         yield Note("growth", "info", text)
+
+
+def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
+    """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
+    formula, model = stage.formula, stage.worst_held_out_percent
+    if formula is not None and model is not None:
+        text = (
+            f"At the held-out diameters, the model has a largest error of {model:.1f} %. The formula F = "
+            f"a·d^{formula.exponent:.3g} through the forces at {names.conditions(stage.fitted)} has a largest error of "
+            f"{formula.worst_held_out_percent:.1f} %."
+        )
+        yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 
 
 def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:

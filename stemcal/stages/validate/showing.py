@@ -90,18 +90,14 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
 
 
 def _errors_in_short(stage: ValidateResult, names: Names) -> str:
-    """Return the largest held-out error next to that of a formula, then the largest and the mean of all."""
-    of = "over all responses" if names.naming.others else "absolute"
-    every = f"argest error {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
+    """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
+    of = "all responses" if names.naming.others else "absolute"
+    every = f"Largest error: {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
     if stage.worst_held_out_percent is None:
-        return f"L{every}"
+        return every
     formula = stage.formula
-    beside = (
-        f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)"
-        if formula is not None
-        else ""
-    )
-    return f"Largest held-out error {fixed(stage.worst_held_out_percent)} %{beside}; l{every}"
+    beside = f", formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %" if formula else ""
+    return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{beside}."
 
 
 def _printed_table(stage: ValidateResult) -> PaperTable:

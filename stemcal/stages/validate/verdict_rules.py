@@ -62,15 +62,8 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 def formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted at least as well."""
-    checked = evidence.of(ValidateResult)
-    if checked is None or checked.is_given or checked.formula is None or not checked.no_better_than_formula:
-        return
-    text = (
-        f"For held-out forces, the formula F = a·d^{checked.formula.exponent:.3g} has a largest error of "
-        f"{checked.formula.worst_held_out_percent:.1f} %, and the model has a largest error of "
-        f"{checked.worst_held_out_percent:.1f} %."
-    )
-    yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
+    if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
+        yield from advice.no_better_than_formula(checked)
 
 
 def _predicted_in_turn(evidence: Evidence) -> bool:

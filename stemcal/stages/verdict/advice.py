@@ -1,15 +1,16 @@
 """Remedies with numbers: ranges that contain the target, changes that remove a trend, more runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
 from stemcal.naming import DIAMETER, FIRST
-from stemcal.note import Remedy
+from stemcal.note import Note, Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
+from stemcal.stages.result import StageResult
 from stemcal.stages.verdict.trend import Change, Fitted, remedies_of
 from stemcal.study.model import PARAMETERS, Factor, Study
 from stemcal.words import series
@@ -19,9 +20,16 @@ _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
 _MOST_AVERAGED = 100  # replicates that a spec may ask for
 
-BETWEEN_DIAMETERS = Remedy(
+_BETWEEN_DIAMETERS = Remedy(
     "Use the parameters only between the measured diameters, or add another kind of test (the `tests` section)."
 )
+
+
+def no_better_than_formula(result: StageResult) -> Iterator[Note]:
+    """Yield the note of a result that a formula without mechanics predicts the forces as well as the model."""
+    for note in result.notes:
+        if (note.kind, note.severity) == ("beside_formula", "warning"):
+            yield replace(note, kind="no_better_than_formula", remedy=_BETWEEN_DIAMETERS)
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:
