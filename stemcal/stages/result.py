@@ -131,6 +131,11 @@ class StageResult(Spread):
         return None
 
     @property
+    def recentred(self) -> Mapping[str, CodedScale] | None:
+        """The factors of the surface with a coding around a better centre; None where it finds none."""
+        return None
+
+    @property
     def misses(self) -> tuple[float, ...]:
         """By how many % it misses what it fits."""
         return ()

@@ -41,6 +41,11 @@ class ClimbResult(StageResult):
     coding: dict[str, CodedScale]
     notes: tuple[Note, ...] = ()
 
+    @property
+    def recentred(self) -> dict[str, CodedScale]:
+        """The factors of the surface, coded around the best step."""
+        return self.coding
+
     def _tables(self) -> dict[str, Table]:
         """Return the steps."""
         return {"climb": Table.of(("step", *self.names, "response", "error_percent", "status", "reason"), self.rows)}

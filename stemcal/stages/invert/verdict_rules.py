@@ -77,7 +77,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     return _to_reconcile(evidence.study, joint)
 
 
-def edge(evidence: Evidence) -> Iterator[Note]:
+def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None:
@@ -135,7 +135,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     return Remedy(f"Check source ({worst.source}) and unit of the prior of {worst.factor}, or remove the prior.")
 
 
-def identified(evidence: Evidence) -> Iterator[Note]:
+def not_identified(evidence: Evidence) -> Iterator[Note]:
     """Yield which factors the measurements leave free."""
     found = evidence.of(InvertResult)
     known = None if found is None else found.certainty
@@ -154,7 +154,7 @@ def _not_identified(known: Certainty) -> str:
     return f"The fit does not determine {factors} because the effect on the fitted responses is small."
 
 
-def target(evidence: Evidence) -> Iterator[Note]:
+def target_missed(evidence: Evidence) -> Iterator[Note]:
     """Yield that a simulation misses what was fitted."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
@@ -207,7 +207,7 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     return Remedy("Check the measurements. Then add another factor or fit fewer responses (`invert.responses`).")
 
 
-def formula(evidence: Evidence) -> Iterator[Note]:
+def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield that a formula predicts each diameter from the others as well as the fit, where no other check is left."""
     found, first = evidence.of(InvertResult), evidence.study.naming.response.name
     compared = [row for row in evidence.judged if row.response == first]
@@ -216,4 +216,4 @@ def formula(evidence: Evidence) -> Iterator[Note]:
         yield from advice.no_better_than_formula(found)
 
 
-RULES = (trend, conflict, target, edge, misfit, identified, formula)
+RULES = (trend, conflict, target_missed, on_the_edge, misfit, not_identified, no_better_than_formula)

@@ -7,6 +7,7 @@ otherwise Lenth's method. The residual holds the columns without a factor, repea
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,7 +36,7 @@ from stemcal.numbers import signed_probability
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
+from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
 from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult, fields_of
@@ -89,9 +90,9 @@ def screening_design(study: Study, solver: Solver) -> Design:
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
         return once.repeated(study.replicates)
-    coded = given_coded(coding, given)
-    _require_two_levels(coding, coded, given)
-    return Design("screen", "given", coding, coded.round(), given_levels(study, given), order=1)
+    design = given_design("screen", study, coding, given, order=1)
+    _require_two_levels(coding, design.coded, given)
+    return replace(design, coded=design.coded.round())
 
 
 def foresee(study: Study, solver: Solver) -> Asked:

@@ -24,8 +24,7 @@ from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.climb.result import ClimbResult
-from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
+from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
@@ -109,8 +108,8 @@ def _factors(
     study: Study, solver: Solver, before: Any
 ) -> tuple[Sequence[str], Mapping[str, CodedScale], Sequence[Note]]:
     """Return the factors, the coding that a climb found for them, and notes on how they were chosen."""
-    if isinstance(before, ClimbResult):
-        return before.names, before.coding, ()
+    if before is not None and before.recentred is not None:
+        return tuple(before.recentred), before.recentred, ()
     names, chosen = surface_factors(study, solver, before)
     return names, {}, chosen
 
@@ -187,7 +186,7 @@ def surface_design(
         coded = catalogue.surface_runs(len(names), rsm.chosen())
         once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once.repeated(study.replicates)
-    return Design("rsm", "given", coding, given_coded(coding, given), given_levels(study, given))
+    return given_design("rsm", study, coding, given)
 
 
 def beforehand(study: Study) -> Iterator[Note]:

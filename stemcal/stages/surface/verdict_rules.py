@@ -30,7 +30,7 @@ _MANY = 0.1  # share of failed runs that is a reservation by itself
 _RETRY = "Correct the cause of the failures (`stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
 
 
-def chance(evidence: Evidence) -> Iterator[Note]:
+def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
     if study.replicates or evidence.of(SurfaceResult) is not None:
@@ -49,7 +49,7 @@ def chance(evidence: Evidence) -> Iterator[Note]:
             return
 
 
-def units(evidence: Evidence) -> Iterator[Note]:
+def probable_unit(evidence: Evidence) -> Iterator[Note]:
     """Yield that measured values are out of reach by the ratio of two units."""
     for response, values in _reaches(evidence).items():
         times = [_times(value, low, high) for value, low, high in values]
@@ -201,7 +201,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
         yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 
 
-def signs(evidence: Evidence) -> Iterator[Note]:
+def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     """Yield which sure effects have another sign than the spec expects."""
     against = tuple(
         factor.name
@@ -221,7 +221,7 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
     return next((sign for sign in signs if sign is not None), None)
 
 
-def rough(evidence: Evidence) -> Iterator[Note]:
+def rough_response(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface without scatter misses its own runs."""
     surface = evidence.of(SurfaceResult)
     if surface is None or not surface.without_scatter:
@@ -235,4 +235,12 @@ def rough(evidence: Evidence) -> Iterator[Note]:
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))
 
 
-RULES = (chance, units, failed_runs, few_runs, out_of_reach, signs, rough)
+RULES = (
+    undeclared_scatter,
+    probable_unit,
+    failed_runs,
+    few_runs,
+    out_of_reach,
+    sign_against_expectation,
+    rough_response,
+)

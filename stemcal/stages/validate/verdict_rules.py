@@ -60,7 +60,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     yield from trend_reason(evidence, rows, checked.worst_percent or 0.0, lambda: remedy)
 
 
-def formula(evidence: Evidence) -> Iterator[Note]:
+def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted at least as well."""
     if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
         yield from advice.no_better_than_formula(checked)
@@ -72,4 +72,4 @@ def _predicted_in_turn(evidence: Evidence) -> bool:
     return any(error is not None and error <= evidence.equivalent_percent for error in errors)
 
 
-RULES = (trend, validation, formula)
+RULES = (trend, validation, no_better_than_formula)

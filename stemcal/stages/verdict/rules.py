@@ -1,7 +1,8 @@
-"""The verdict: reasons that every stage gives, and those about all runs, in one order.
+"""The verdict: the reasons of all rules, in one order.
 
 A rule looks at the evidence and yields reasons, as notes with a remedy. One of severity ``error`` means not calibrated,
-one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`.
+one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`. A rule has the name of
+the kind of its reasons. The rules about all runs are here, those of a stage in the file `verdict_rules` of its folder.
 """
 
 from __future__ import annotations
