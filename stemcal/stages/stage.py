@@ -91,10 +91,6 @@ class Stage(Checked, Generic[R]):
         """Yield values that are possible but probably mistakes."""
         yield from ()
 
-    def beforehand(self, study: Study) -> Iterator[Note]:
-        """Yield notes of `check` on the stage; none is a mistake."""
-        yield from ()
-
     def calibrates(self, study: Study) -> bool:
         """Return whether it sets the parameters in the model of the study; the last such stage decides."""
         return False

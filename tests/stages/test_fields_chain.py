@@ -13,7 +13,7 @@ from stemcal.note import Note
 from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import shear_test
-from stemcal.stages.surface.options import surface_factors
+from stemcal.stages.surface.options import doubts, surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -129,21 +129,20 @@ def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
 
 
 def test_box_behnken_requires_three_factors(tmp_path):
-    assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD}"))) == []
     with pytest.raises(SpecError, match="box-behnken requires 3 to 7 factors, not 2"):
         study_of(tmp_path, "rsm: {design: BBD}", "ab")
 
 
 def test_a_factor_that_no_run_varies_is_named(tmp_path):
-    (said,) = beforehand(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
-    assert said.kind == "not_varied" and "the factor c (0.5)" in said.text
-    assert list(beforehand(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
+    (said,) = doubts(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
+    assert said.path == ("rsm", "factors") and "no run varies the factor c" in said.message
+    assert list(doubts(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
 
 
 def test_an_exponent_is_not_screened_where_its_growth_is_one():
     study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml")
     without = study.with_(rsm={"factors": [name for name in study.rsm.factors if name not in study.exponents]})
-    assert "not_varied" not in {note.kind for note in beforehand(study)}
-    unvaried = [note.text for note in beforehand(without) if note.kind == "not_varied"]
+    assert list(doubts(study)) == []
+    unvaried = [finding.message for finding in doubts(without)]
     assert len(unvaried) == len(study.exponents)
-    assert all(f"the factor {name} " in text for name, text in zip(study.exponents, unvaried, strict=True))
+    assert all(f"the factor {name}," in text for name, text in zip(study.exponents, unvaried, strict=True))

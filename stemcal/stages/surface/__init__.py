@@ -44,11 +44,6 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
         return study.of(RsmOptions)
 
-    def beforehand(self, study: Study) -> Iterator[Note]:
-        from stemcal.stages.surface.analysis import beforehand
-
-        return beforehand(study)
-
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         from stemcal.stages.surface.analysis import foresee
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from math import isclose
 from types import MappingProxyType
 from typing import Any
 
@@ -28,12 +27,11 @@ from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
-from stemcal.stages.screen.options import is_screened
 from stemcal.stages.stage import stage_called
 from stemcal.stages.surface.options import RsmOptions, surface_factors
 from stemcal.stages.surface.result import SurfaceResult, told_by
 from stemcal.stages.work import Work, a_stage, repeats_itself
-from stemcal.study.model import Growth, Study, Target
+from stemcal.study.model import Study, Target
 from stemcal.words import series
 
 _USUAL_FACTORS = 3  # that a screening keeps
@@ -187,24 +185,6 @@ def surface_design(
         once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once.repeated(study.replicates)
     return given_design("rsm", study, coding, given)
-
-
-def beforehand(study: Study) -> Iterator[Note]:
-    """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
-    if isinstance(chosen := study.of(RsmOptions).factors, str):
-        return
-    at = study.targets.calibrate_at
-    grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
-    unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
-    for factor in study.factors:
-        screened = is_screened(study) and factor.name not in unseen
-        if not screened and factor.name not in chosen:
-            text = (
-                f"All runs use the mid-level of the factor {factor.name} ({factor.centre:g}) because the factor is "
-                "neither screened nor listed in rsm.factors."
-            )
-            remedy = Remedy("List the factor in rsm.factors, or set a fixed value instead of the range.")
-            yield Note("not_varied", "caution", text, remedy)
 
 
 # ---- what repeated runs show

@@ -238,16 +238,25 @@ RULES = (
 
 
 def doubts(study: Study) -> Iterator[Finding]:
-    """Question a screening at the reference diameter of a growing parameter, where its exponent has no effect."""
-    at = study.targets.calibrate_at
-    if not is_screened(study) or not isinstance(study.of(RsmOptions).factors, str):
-        return
-    for name, growth in study.material.growing().items():
-        exponent, seen_at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
-        if exponent in study.names and math.isclose(seen_at, at):
-            message = f"the screening at {at:g} mm cannot estimate {exponent}, which has no effect at that diameter"
+    """Question factors that no run varies, and exponents that a screening cannot estimate.
+
+    At its reference diameter the exponent of a growing parameter has no effect.
+    """
+    at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
+    exponents = {
+        getattr(growth, "exponent", None): name
+        for name, growth in study.material.growing().items()
+        if math.isclose(getattr(growth, "at", 0.0), at)
+    }
+    for factor in study.factors:
+        screened, unseen = is_screened(study), factor.name in exponents
+        if isinstance(chosen, str) and screened and unseen:
+            message = f"the screening at {at:g} mm cannot estimate {factor.name}, which has no effect at that diameter"
             remedy = "list the factors of the surface under rsm.factors, or write another diameter as `at`"
-            yield Finding(("material", name, "at"), message, remedy)
+            yield Finding(("material", exponents[factor.name], "at"), message, remedy)
+        elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
+            message = f"no run varies the factor {factor.name}, which is neither screened nor listed"
+            yield Finding(("rsm", "factors"), message, "list the factor, or set a fixed value instead of its range")
 
 
 # ---- which factors the surface has
