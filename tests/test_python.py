@@ -108,13 +108,13 @@ def test_opened_again(results: stemcal.StudyResults) -> None:
 
 
 def test_what_is_not_there_says_what_to_do(results: stemcal.StudyResults, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="run `stemcal refine SPEC` first"):
+    with pytest.raises(UsageError, match="Run `stemcal refine SPEC` first"):
         _ = results.refinement
     with pytest.raises(UsageError, match="does not exist"):
         stemcal.open_results(tmp_path / "nowhere")
     with pytest.raises(UsageError, match="the folder contains no spec"):
         stemcal.open_results(tmp_path)
-    with pytest.raises(UsageError, match="kind sheet"):
+    with pytest.raises(UsageError, match="the solver is sheet"):
         stemcal.simulate(results.study)
 
 

@@ -141,7 +141,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
     differing = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
     if not differing and _by_hand(study, stage):  # a result that is corrected has the same key
         result = read_result(folder, stage_called(stage).result())
-        return [] if _runs_stand(result, study, folder) else ["results"]
+        return [] if _runs_stand(result, study, folder, whole=False) else ["results"]
     return differing
 
 
@@ -232,14 +232,18 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
     return result if is_of_study and _runs_stand(result, study, folder) and not changed_tables(result, folder) else None
 
 
-def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
-    """Return whether every run has its record still, with the responses entered by hand unchanged."""
+def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
+    """Return whether the records of all runs have the responses that the stage was made from.
+
+    A record may be missing, or be begun again by the next command, unless the `whole` of them is needed.
+    """
     entered = (FIRST, *study.own_further) if _by_hand(study, result.name) else ()
     for _, outcome in result.runs():
-        records = [folder.peek(key) for key in outcome.keys if key]
-        if not all(record is not None and stands(record, study.runs) for record in records):
+        keys = [key for key in outcome.keys if key]
+        records = [record for key in keys if (record := folder.peek(key)) is not None]
+        if whole and (len(records) < len(keys) or not all(stands(record, study.runs) for record in records)):
             return False
-        answers = [answer for record in records if record and (answer := counted(record)).ok]
+        answers = [answer for record in records if (answer := counted(record)).ok]
         if records and outcome.ok != bool(answers):
             return False
         for name in entered if answers else ():

@@ -30,7 +30,7 @@ from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, joint_surfaces, measured_means, measured_of, priors_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.loop import How, Judged, Point, Predicted, Stopped
+from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
 from stemcal.study.model import Study
 
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded
@@ -109,12 +109,11 @@ class SurfaceSteps:
         (levels,) = self.coding.runs([coded], self.solution.parameters)
         first = [(mean.condition, i) for i, mean in enumerate(self.means) if mean.response == FIRST]
         predicted = {condition: self._predicted(coded, self.surfaces[i]) for condition, i in first}
-        return Point(levels, how, coded, {c: predicted.get(c, Predicted(None)) for c in self.conditions})
+        return Point(levels, how, coded, {c: predicted.get(c, NOTHING) for c in self.conditions})
 
     def _predicted(self, coded: Array, surface: Surface) -> Predicted:
         low, high = map(float, surface.prediction_interval(coded)[0])
-        interval = (low, high) if isfinite(low) and isfinite(high) else None
-        return Predicted(float(surface.predict(coded)[0]), interval)
+        return float(surface.predict(coded)[0]), (low, high) if isfinite(low) and isfinite(high) else None
 
     def _refitted(self) -> list[Surface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -14,7 +14,6 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
-from stemcal.numbers import interval, significant
 from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
@@ -177,18 +176,11 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
 def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
     """Compare the travel to the maximum, where a machine's was measured besides the forces of stems."""
     pairs = [one for row in stage.rows for one in row.further if one.response == "travel"]
-    if not names.naming.is_cutting or all(abs(one.error_percent or 0.0) <= _TRAVEL_APART for one in pairs):
-        return
-    measured, simulated = _range(one.measured for one in pairs), _range(one.simulated for one in pairs)
-    text = (
-        f"The measured travel to the maximum force is {measured} mm, the simulated travel is {simulated} mm. The "
-        "measured travel includes the compliance of the testing machine."
-    )
-    remedy = Remedy("Compare the forces. Fit the travel only after the compliance is measured and subtracted.")
-    yield Note("travel_apart", "caution", text, remedy)
-
-
-def _range(values: Iterable[float]) -> str:
-    values = sorted(values)
-    low, high = values[0], values[-1]
-    return significant(low, 3) if low == high else interval((low, high), 3)
+    worst = max((abs(one.error_percent or 0.0) for one in pairs), default=0.0)
+    if names.naming.is_cutting and worst > _TRAVEL_APART:
+        text = (
+            f"The simulated travel to the maximum force differs from the measured travel by up to {worst:.0f} %. The "
+            "measured travel includes the compliance of the testing machine."
+        )
+        remedy = Remedy("Compare the forces. Fit the travel only after the compliance is measured and subtracted.")
+        yield Note("travel_apart", "caution", text, remedy)

@@ -140,12 +140,6 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
 
 def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, list[str]]:
     """Return a change in words and as YAML, by section."""
-    left = f"predicted largest error: {found.worst_percent:.1f} %"
-    if found.exponent is None:
-        factor, up = study.factor(found.factor), found.value > study.factor(found.factor).centre
-        value, key = outwards(found.value, up), "high" if up else "low"
-        change = f"{'Raise' if up else 'Lower'} `{key}` of {found.factor} to {value:g} {factor.unit}".removesuffix(" 1")
-        return f"{change} ({left})", [f"factors: [{{name: {found.factor}, {key}: {value:g}}}]"]
     at, name = study.calibration_target.condition, f"{found.factor}_growth"
     half = max(0.5, abs(found.exponent))
     low, high = (round(found.exponent + side * half, 2) for side in (-1, 1))
@@ -155,7 +149,8 @@ def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, lis
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
-    return f"Make {found.factor} grow with the diameter with an exponent of {found.exponent:.2f} ({left})", edit
+    text = f"Make {found.factor} grow with the diameter with an exponent of {found.exponent:.2f}"
+    return f"{text} (predicted largest error: {found.worst_percent:.1f} %)", edit
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
