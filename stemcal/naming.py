@@ -325,15 +325,6 @@ class Names:
         listed = f"{listed or series(map(short, values))}{self.condition.unit_suffix}"
         return listed if self.condition == DIAMETER else f"{self.condition.long} {listed}"
 
-    @staticmethod
-    def beside_mean(named: Named, value: float, mean: float) -> str:
-        """Return a value of a response with its unit, as it is counted against its measured mean.
-
-        >>> Names.beside_mean(Named("curve_1", "", "", "N", apart=True), 178.5, 180.0)
-        '−1.5 N'
-        """
-        return f"{short(named.counted(value, mean), 4)}{named.unit_suffix}"
-
     def at(self, *values: float) -> str:
         """Return `` at 8 mm``, or nothing if the study has no condition.
 

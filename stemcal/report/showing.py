@@ -69,10 +69,6 @@ class Showing(Checked, Generic[R]):
         """Return the tables that `stemcal run` prints as soon as the stage is done."""
         return []
 
-    def findings(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints before its end."""
-        return []
-
     def figures(self, result: R, setting: Setting) -> list[Plot]:
         """Return its figures, none of them drawn yet."""
         return []

@@ -37,8 +37,7 @@ def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
     text = " ".join(printed(stages["invert"]).split())
     assert "determines yield_stress between 15.35 and 19.96 MPa (46 % of the factor range)" in text
     assert (
-        "is insensitive, to first order, to this joint change: yield_stress −0.483 MPa and failure_strain +0.01"
-        in text
+        "is insensitive, to first order, to this joint change: yield_stress −0.483 MPa and failure_strain +0.01" in text
     )
 
 

@@ -56,9 +56,6 @@ class InvertShowing(Showing[InvertResult]):
     def tables(self, result: InvertResult, names: Names) -> list[Table]:
         return [calibration_table(result, names), *_joint_tables(result, names)]
 
-    def findings(self, result: InvertResult, names: Names) -> list[Table]:
-        return _joint_tables(result, names) if result.joint is not None else []
-
     def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
         if result.certainty is None:
             return []

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
-from stemcal.numbers import change, minus, signed_probability
+from stemcal.numbers import change, minus, short, signed_probability
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
@@ -53,9 +53,8 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
 def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
     """Return which measured mean the others contradict, and how far it and they are from the joint fit."""
     named = names.naming.named(found.response)
-    measured, low, high = (
-        names.beside_mean(named, value, found.measured) for value in (found.measured, found.low, found.high)
-    )
+    values = (named.counted(value, found.measured) for value in (found.measured, found.low, found.high))
+    measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
     place = found.response, found.condition
     errors = {(row.response, row.condition): row.error_percent for row in (*joint.rows, *joint.further)}
     rest = [error for at, error in errors.items() if at != place]

@@ -32,8 +32,9 @@ class RefineShowing(Showing[RefineResult]):
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
 
-    def findings(self, result: RefineResult, names: Names) -> list[Table]:
-        return [table for table in refine_tables(result, names) if not table.detail] if result.elsewhere else []
+    def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
+        tables = refine_tables(result, Names(setting.study.naming)) if result.elsewhere else []
+        return [table for table in tables if not table.detail]
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
         response = result.naming.response.capital

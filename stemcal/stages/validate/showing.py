@@ -105,7 +105,7 @@ def _printed_table(stage: ValidateResult) -> PaperTable:
     naming = stage.naming
     columns = [replace(one, label=titled(naming.condition.label)) for one in condition(naming) if naming.condition]
     for named in (naming.response, *naming.others):
-        label, of = label_of(named), _field_of(named, naming.response)
+        label, of = label_of(named), partial(_field_of, named, naming.response)
         columns += [
             Column("measured", f"{label} Measured", named.written, short, of("measured")),
             Column("simulated", f"{label} Simulation Value", named.written, significant, of("simulated")),
@@ -125,19 +125,16 @@ def _printed_table(stage: ValidateResult) -> PaperTable:
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 
 
-def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateRow], Any]]:
+def _field_of(named: Named, first: Named, key: str) -> Callable[[ValidateRow], Any]:
     """Return what reads a field of the comparison of a response."""
 
-    def compared(row: ValidateRow) -> object:
-        found = row.compared if named == first else None
-        return found or next((one for one in row.further if one.response == named.name), None)
-
-    def value(key: str, row: ValidateRow) -> Any:
-        found: Any = compared(row)
+    def value(row: ValidateRow) -> Any:
+        further = next((one for one in row.further if one.response == named.name), None)
+        found: Any = row.compared if named == first else further
         told = getattr(found, key, None)
-        return named.counted(told, found.measured) if told is not None and key in ("measured", "simulated") else told
+        return named.counted(told, found.measured) if told is not None and key != "error_percent" else told
 
-    return lambda key: partial(value, key)
+    return value
 
 
 def _single_outcome(stage: ValidateResult, names: Names) -> str:
