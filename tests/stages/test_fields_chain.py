@@ -58,8 +58,10 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
     assert [note.kind for note in said] == ["strongest_factors"]
-    assert said[0].text.endswith("a, b and c. Not significant: b and c.")
-    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith("a, b and c. Significant but not used: d.")
+    assert said[0].text.endswith("a, b and c. b and c are not significant.")
+    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith(
+        "a, b and c. The surface omits the significant factor d."
+    )
 
 
 @pytest.mark.parametrize(

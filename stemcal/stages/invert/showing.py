@@ -196,7 +196,7 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error {fixed(error)} %.", *scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
@@ -225,7 +225,7 @@ def _published(
         Column("known", titled(head), of=known),
     ]
     fixed = any(factor.name not in found for factor in study.factors)
-    note = "fixed: not calibrated, set to the middle of its range." if fixed else ""
+    note = "Fixed parameters are not calibrated and have the mid-level of the range." if fixed else ""
     of = "Parameters of the finite element simulation." if study.naming.is_cutting else "Parameters of the simulation."
     return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)
 

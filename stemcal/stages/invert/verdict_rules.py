@@ -131,7 +131,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
     if worst is None:
         return None
-    return Remedy(f"Check source ({worst.source}) and unit of the prior of {worst.factor}, or remove the prior.")
+    return Remedy(f"Check the source ({worst.source}) and the unit of the prior of {worst.factor}, or remove it.")
 
 
 def not_identified(evidence: Evidence) -> Iterator[Note]:
@@ -149,8 +149,8 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return f"The fit does not determine {factors}: the changes {series(changes)} together have almost no effect."
-    return f"The fit does not determine {factors} because the effect on the fitted responses is small."
+        return f"The fit does not determine {factors}: the joint change {series(changes)} has almost no effect."
+    return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 
 def target_missed(evidence: Evidence) -> Iterator[Note]:
@@ -185,9 +185,9 @@ def _to_identify(study: Study, known: Certainty) -> Remedy:
     measure = f"measure another response or another kind of test, or add a prior of {widest} from the literature."
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
-        return advice.fit_all(study, "responses", f"If that is not enough, {measure}")
+        return advice.fit_all(study, "responses", f"If {widest} is still undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
-        return advice.fit_all(study, "conditions", f"If that is not enough, {measure}")
+        return advice.fit_all(study, "conditions", f"If {widest} is still undetermined, {measure}")
     return Remedy(measure[:1].upper() + measure[1:])
 
 
@@ -198,8 +198,8 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     if len(conditions) > 1 and apart is not None:
         name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
         return Remedy(
-            f"Check unit, specimens and machine of the measured {name}{at}, and repeat the measurement. If the value "
-            "is confirmed, add a factor with an effect under this condition."
+            f"Check the unit, the specimens and the testing machine of the measured {name}{at}, and repeat the "
+            "measurement. If the value is confirmed, add a factor with an effect under this condition."
         )
     if len(conditions) > 1:
         return Remedy("Check the measurements. If the values are confirmed, add a factor to the model.")

@@ -94,7 +94,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     return [
         "Report the 95 % interval, which covers all values that agree with the measurement.",
         *assumption(stage.certainty),
-        f"Exact solutions of the response surface, without the error of the surface: {exact}.",
+        f"The response surface equals the target for {exact} (without the error of the surface).",
     ]
 
 
@@ -160,8 +160,8 @@ def _beside_formula(joint: JointFitted) -> Iterator[Note]:
     known = [(error, exponent) for error, exponent in each if error is not None and exponent is not None]
     for error, exponent in sorted(known)[:1]:
         text = (
-            f"For diameters left out of the fit, the formula F = a·d^{exponent:.3g} has a largest error of {error:.1f} "
-            f"%, and the model has a largest error of {model:.1f} %."
+            f"For diameters left out of the fit, the largest error is {error:.1f} % with the formula "
+            f"F = a·d^{exponent:.3g} and {model:.1f} % with the model."
         )
         yield Note("beside_formula", "info" if null.beaten_by(model) else "warning", text)
 

@@ -202,7 +202,7 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
         "settled": Remedy(f"Adjust other factors than {factors}, or average over mesh positions with `replicates`."),
     }
     settled_here = stage.stopped == "settled" and not stage.elsewhere
-    text += " Neighbouring parameters do not reduce the error." if settled_here else ""
+    text += " Neighbouring parameter values do not reduce the error." if settled_here else ""
     yield Note("not_reached", "warning", text, None if settled_here else remedies[stage.stopped])
 
 

@@ -41,13 +41,10 @@ class ScreenShowing(Showing[ScreenResult]):
         count = f"{len(effects)} factors were screened in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
-            shares = series(
-                f"{names.factor(name)} ({fixed(effects[name].contribution_percent, 1)} %)" for name in chosen
-            )
-            return [
-                count,
-                f"Factors with a significant effect on the {response} (share of the variation): {shares}.",
-            ]
+            shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
+            found = series(f"{names.factor(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
+            verb = "factor is" if len(chosen) == 1 else "factors are"
+            return [count, f"For the {response}, the significant {verb} {found}."]
         if (largest := _largest_untested(result)) is None:
             return [count, f"No factor has a significant effect on the {response}."]
         effect = names.quantity(largest.effect, "+.4g")

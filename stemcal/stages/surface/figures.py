@@ -47,8 +47,9 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
-        "Left: normal plot of the residuals, which follow the line if they are normally distributed. Middle: residuals "
-        "versus the predicted value. Right: influence of each run, which is strong above a Cook's distance of 1."
+        "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
+        "(right). Normally distributed residuals follow the line. A run has a strong influence above a Cook's distance "
+        "of 1."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),

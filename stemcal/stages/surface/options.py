@@ -303,7 +303,7 @@ def surface_factors(study: Study, solver: Solver, screened: Screened | None) -> 
 def _strongest_factors(chosen: Sequence[str], significant: Sequence[str]) -> Note:
     text = f"The response surface uses the factors with the largest contributions: {series(chosen)}."
     if weak := [name for name in chosen if name not in significant]:
-        text += f" Not significant: {series(weak)}."
+        text += f" {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
     if left := [name for name in significant if name not in chosen]:
-        text += f" Significant but not used: {series(left)}."
+        text += f" The surface omits the significant {'factor' if len(left) == 1 else 'factors'} {series(left)}."
     return Note("strongest_factors", "caution", text)

@@ -44,7 +44,7 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = f"The program is stochastic, but the spec has no `replicates`: equal levels resulted in {ends}."
+            text = f"The program is stochastic (equal levels resulted in {ends}), but the spec has no `replicates`."
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 

@@ -166,9 +166,9 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     formula, model = stage.formula, stage.worst_held_out_percent
     if formula is not None and model is not None:
         text = (
-            f"At the held-out diameters, the model has a largest error of {model:.1f} %. The formula F = "
-            f"a·d^{formula.exponent:.3g} through the forces at {names.conditions(stage.fitted)} has a largest error of "
-            f"{formula.worst_held_out_percent:.1f} %."
+            f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
+            f"F = a·d^{formula.exponent:.3g} through the forces at {names.conditions(stage.fitted)} and {model:.1f} % "
+            "with the model."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 

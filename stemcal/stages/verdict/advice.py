@@ -134,7 +134,7 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
-    second = [f"Or {text[:1].lower()}{text[1:]}" for text in texts[1:]]
+    second = [f"Alternatively, {text[:1].lower()}{text[1:]}" for text in texts[1:]]
     return Remedy(" ".join([texts[0], *second]), "\n".join(each[0][1]))
 
 
