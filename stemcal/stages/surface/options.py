@@ -176,28 +176,20 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm",), message, f"list the factors, as in factors: [{names}], or remove screen.design: none")
 
 
-def _strongest_are_enough(draft: Draft) -> Iterator[Finding]:
-    """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
-    rsm = draft.study.of(RsmOptions)
-    least, most = factors_taken(rsm.design)
-    most = min(most, MOST_CCD_FACTORS, len(draft.names))
-    if rsm.strongest and not least <= rsm.strongest <= most:
-        message = f"{rsm.design} requires {least} to {most} of the {len(draft.names)} factors, not {rsm.strongest}"
-        yield Finding(("rsm", "factors"), message, f"write strongest {least}")
-
-
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     """The design of the surface exists for its factors and has enough runs for a quadratic."""
-    rsm = draft.study.of(RsmOptions)
-    fewest, most = factors_taken(rsm.design)
-    k = len(draft.names if isinstance(rsm.factors, str) else rsm.factors)
-    if (fewest > 2 and k < fewest) or (k > most and not isinstance(rsm.factors, str)):
-        message = f"{rsm.design} requires {fewest} to {most} factors, not {k}"
-        yield Finding(("rsm", "design"), message, "write central-composite")
-    if isinstance(rsm.factors, str):
-        return
+    rsm, known = draft.study.of(RsmOptions), len(draft.names)
+    listed, (fewest, most) = not isinstance(rsm.factors, str), factors_taken(rsm.design)
+    k = len(rsm.factors) if listed else rsm.strongest or known
+    if rsm.strongest:
+        most = min(most, MOST_CCD_FACTORS, known)
+    if (k < fewest and (fewest > 2 or rsm.strongest)) or (k > most and (listed or rsm.strongest)):
+        path, remedy = ("rsm", "design"), "write central-composite"
+        if rsm.strongest:
+            path, remedy = ("rsm", "factors"), f"write strongest {fewest}"
+        yield Finding(path, f"{rsm.design} requires {fewest} to {most} factors, not {k}", remedy)
     least = (k + 1) * (k + 2) // 2
-    if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
+    if listed and rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
         message = f"{rsm.runs} runs cannot determine the {least} coefficients of {k} factors"
         yield Finding(("rsm", "runs"), message, f"write {2 * least}")
 
@@ -230,7 +222,6 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
 RULES = (
     _surface_factors_exist,
     _factors_are_found,
-    _strongest_are_enough,
     _surface_design_takes_factors,
     _runs_are_used,
     _coding_fits,

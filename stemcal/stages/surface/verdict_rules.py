@@ -175,13 +175,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     none_left = [at for at in failed if failed[at] == tried[at]]
     text = f"{sum(failed.values())} of {counted(sum(tried.values()), 'run')} failed ({why.most_common(1)[0][0]})"
     text += f", including all runs{evidence.names.at(*none_left)}." if none_left else "."
-    rest = [target.condition for target in evidence.study.joint_targets if target.condition not in none_left]
-    remedy = Remedy(_RETRY)
-    if none_left and rest and evidence.names.placed:
-        unit = evidence.names.condition.unit_suffix
-        edit = f"invert: {{diameters: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
-        remedy = Remedy(f"{_RETRY} In the meantime, fit the other conditions: `{edit}`.", edit)
-    yield Note("failed_runs", "error", text, remedy)
+    yield Note("failed_runs", "error", text, Remedy(_RETRY))
 
 
 # ---- what the surface reaches, and whether it can be believed

@@ -85,7 +85,7 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
-        text = f"The simulated {response} is read from a table, so the values may belong to other parameters."
+        text = f"The simulated {response} is read from a table, so the values may be those of other parameters."
         yield Note("from_table", "warning", text)
 
 
