@@ -14,8 +14,9 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
-from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
+from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.solvers.protocol import Request, Solver
+from stemcal.solvers.replicates import repeated
 from stemcal.stages.design import Asked
 from stemcal.stages.fitting import measured_of
 from stemcal.stages.fresh import calibrated_parameters
