@@ -7,6 +7,6 @@ words          its sentences, where there are many
 showing        its sentences, tables and figures in report and terminal (`figures` where there are many)
 verdict_rules  its rules of the verdict; those about all runs are in `verdict.rules`
 
-The modules beside the folders are shared: `design` has the runs of a design, `fitting` the surfaces and their fit,
+The other modules are shared: `design` has the runs of a design, `fitting` the surfaces and their fit,
 `loop` the search of the refinement, `fresh` what a stage was made of, `results` the results of a study so far.
 """
