@@ -28,7 +28,7 @@ from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, fit_over, measured_means, measured_of
+from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import (
@@ -75,7 +75,6 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         ranges=dict(zip(coding.names, map(tuple, natural), strict=True)),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         rule=found.rule,
-        notes=tuple(words.of_level_set(found.free, found.second)),
     )
 
 
@@ -84,14 +83,9 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
 
 def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
-    coding, means, target = surface.scales, measured_means(study), study.calibration_target
+    coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
     found, flat = settled(whole)
-    first = measured_of(target, [FIRST], study.naming)
-    if first[0] in means:
-        single = whole.only([means.index(first[0])])
-    else:  # a joint fit may leave the force at the calibration diameter out
-        single = fit_over(first, [surface.fitted], whole.region, whole.priors)
     units = {name: study.factor(name).unit for name in coding.names}
     return InvertResult.of(
         study,
@@ -101,7 +95,6 @@ def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         _certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),
-        certainty_alone=_certainty_of(study, coding, single, "single"),
         priors=prior_rows(study, coding),
         notes=tuple(words.flat_direction(_changes_along(coding, row), units) for row in flat),
     )
