@@ -137,7 +137,6 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
         quiet: Quiet = False,
     ) -> None:
         from stemcal.cli.show import show_stage
-        from stemcal.report.showing import showing_of
         from stemcal.stages.fresh import make
         from stemcal.stages.verdict.rules import verdict_of
 
@@ -146,8 +145,6 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
                 work.foresee(stage.name)
             result = make(stage, work.study, work.folder, work.executor, work.watch)
             verdict = verdict_of(work.study, work.folder)
-        for sentence in showing_of(result).warnings(result):
-            warn(sentence)
         show_stage(result, verdict, work.folder, as_json, quiet)
 
     command.__name__ = stage.name
@@ -208,16 +205,16 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.manual_sheet import Correction, enter, user_name
+    from stemcal.manual_sheet import enter, user_name
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     try:
         content = read_plain(sheet, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
-    how = Correction(replace.strip(), who or user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
-        found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
+        rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
+        found = enter(work.study, work.folder, rows, replace_because=reason, who=who or user_name())
         if as_json:
             refused = [
                 {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused

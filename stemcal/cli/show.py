@@ -84,8 +84,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     from stemcal.report.terminal import spoken
 
     for result in results.done:
-        tables = showing_of(result).findings(result, names_of(result))
-        say_tables(*(shortened(result, table) for table in tables))
+        say_tables(*(shortened(result, table) for table in showing_of(result).findings(result, names_of(result))))
         say(*spoken(result, verdict.holds))
     if quiet:
         return

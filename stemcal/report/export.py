@@ -117,7 +117,7 @@ def _csv_files(tables: Iterable[PaperTable], folder: Path) -> list[Path]:
 def _markdown(table: PaperTable) -> str:
     """Return a table in Markdown.
 
-    >>> print(markdown(PaperTable(1, "Things.", ("A", "B"), (("x|y", "1"),), (True, False))), end="")
+    >>> print(_markdown(PaperTable(1, "Things.", ("A", "B"), (("x|y", "1"),), (True, False))), end="")
     **Table 1.** Things.
     <BLANKLINE>
     | A | B |

@@ -3,7 +3,7 @@
 At a condition (a diameter) each response (force, travel and work to the maximum force) has its own surface.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -22,14 +22,13 @@ from stemcal.doe.calibration.confidence_intervals import (
     unseen_directions,
 )
 from stemcal.doe.calibration.level_set import solve_target
-from stemcal.doe.calibration.likelihood import LEVEL, Fit
+from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.comparison import null_model
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.note import Note
-from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, fit_over, measured_means, measured_of
+from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import (
@@ -45,10 +44,7 @@ from stemcal.stages.invert.result import (
 )
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import MachineSection, Study
-
-_NORMAL = 1.96  # 95 % of a normal distribution are within this number of standard deviations
-_UNTOLD = 1e-4  # of the prior variance of the machine: a smaller reduction is no information
+from stemcal.study.model import Study
 
 
 @a_stage(InvertResult)
@@ -79,7 +75,6 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         ranges=dict(zip(coding.names, map(tuple, natural), strict=True)),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         rule=found.rule,
-        notes=tuple(words.of_level_set(found.free, found.second)),
     )
 
 
@@ -88,14 +83,9 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
 
 def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
-    coding, means, target = surface.scales, measured_means(study), study.calibration_target
+    coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
     found, flat = settled(whole)
-    first = measured_of(target, [FIRST], study.naming)
-    if first[0] in means:
-        single = whole.only([means.index(first[0])])
-    else:  # a joint fit may leave the force at the calibration diameter out
-        single = fit_over(first, [surface.fitted], whole.region, whole.priors)
     units = {name: study.factor(name).unit for name in coding.names}
     return InvertResult.of(
         study,
@@ -105,36 +95,9 @@ def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         _certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),
-        certainty_alone=_certainty_of(study, coding, single, "single"),
         priors=prior_rows(study, coding),
-        notes=(
-            *(words.flat_direction(_changes_along(coding, row), units) for row in flat),
-            *machine_found(study.machine, whole),
-        ),
+        notes=tuple(words.flat_direction(_changes_along(coding, row), units) for row in flat),
     )
-
-
-def machine_found(machine: MachineSection, known: Fit) -> Iterator[Note]:
-    """Yield what the fit shows of the machine: z deviations of its compliance or of the toe."""
-    from scipy.special import chdtrc
-
-    stated = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
-    for of, value, sd in stated:
-        if told := known.told_of(of):
-            z, spread = told
-            scatter = max(1.0 - spread**2, _UNTOLD)
-            contradicted = chdtrc(1.0, z**2 / scatter) < LEVEL
-            if contradicted:  # then by the curves alone
-                z, spread = z / scatter, spread / scatter**0.5
-            ends = [z - _NORMAL * spread, z + _NORMAL * spread]
-            low, high = (_stiffness(value, sd, end) if value else sd * end for end in ends)
-            yield words.machine(of, value, sd, (low, high), contradicted)
-
-
-def _stiffness(stated: float, sd: float, z: float) -> float | None:
-    """Return k of the compliance 1/k₀ − z·sd/k₀²; None where that is not above 0, as a rigid machine's."""
-    compliance = (1.0 - z * sd / stated) / stated
-    return 1.0 / compliance if compliance > 0.0 else None
 
 
 def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> JointFitted:
@@ -194,7 +157,7 @@ def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
     """Return the priors of the factors of a surface, in their units."""
     known = [(name, study.factor(name)) for name in coding.names]
     return Rows(
-        PriorRow(name, factor.prior.kind, factor.prior.mean, factor.prior.sd, factor.unit, factor.prior.source)
+        PriorRow(name, factor.prior.mean, factor.prior.sd, factor.unit, factor.prior.source)
         for name, factor in known
         if factor.prior is not None
     )
