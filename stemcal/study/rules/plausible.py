@@ -45,7 +45,7 @@ FALL = "with elements two thirds as long, they are up to 10 % smaller"
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _tests, _speed, _mesh), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement)
+    found = (*virtual, *measured, _materials, _growth, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     told += [finding for stage in stages().with_(study.further) for finding in stage.doubts(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
@@ -187,14 +187,6 @@ def _outliers(study: Study) -> Iterator[Finding]:
                 f"{median(expected):.3g} N"
             )
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
-
-
-def _machine(study: Study) -> Iterator[Finding]:
-    """Question a stiffness so badly known that the machine might as well be rigid: 1/k ± sd/k² would reach 0."""
-    machine = study.machine
-    if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
-        message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is too uncertain: the machine may be rigid"
-        yield Finding(("machine", "stiffness_sd"), message, "measure the stiffness without a stem")
 
 
 def _materials(study: Study) -> Iterator[Finding]:

@@ -150,9 +150,6 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     if machine.model_fields_set and not curved:
         message = "without curves the `machine` section has no effect"
         yield Finding(("machine",), message, "remove the section, or name curves in targets", at_key=True)
-    if machine.stiffness_sd and machine.stiffness is None:
-        message = "the stiffness is missing"
-        yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove the section")
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
