@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.files.durable import write_atomic
-from stemcal.report.export import PaperTable
 from stemcal.report.figures.plot import Plot
+from stemcal.report.tables.columns import PaperTable
 
 _WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 

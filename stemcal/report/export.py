@@ -3,7 +3,6 @@
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from stemcal.files.durable import make_folder, write_atomic
@@ -12,23 +11,11 @@ from stemcal.files.rows import Column, Table, visible
 from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, names_of, showing_of
-from stemcal.report.tables.columns import starred
+from stemcal.report.tables.columns import PaperTable, starred
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import factors_table
 from stemcal.stages.results import Results
 from stemcal.study.model import Factor, Study
-
-
-@dataclass(frozen=True)
-class PaperTable:
-    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
-
-    number: int
-    caption: str
-    heads: tuple[str, ...]
-    cells: tuple[tuple[str, ...], ...]
-    left: tuple[bool, ...]
-    note: str = ""
 
 
 def study_tables(study: Study, results: Results, holds: bool = True) -> list[Table]:

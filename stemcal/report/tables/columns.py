@@ -1,6 +1,7 @@
 """Columns and tables that several stages share, and how their values are written."""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from stemcal.files.rows import Column, Table
@@ -142,3 +143,15 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
+
+    number: int
+    caption: str
+    heads: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    left: tuple[bool, ...]
+    note: str = ""
