@@ -31,7 +31,6 @@ Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
     typer.Option("--for", help="Program for which the deck is written.", show_default="from study or file name"),
 ]
-NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the force expected from the deck.")]
 
 
 def export_deck(
@@ -40,7 +39,6 @@ def export_deck(
     program: Program = None,
     diameter: Diameter = None,
     settings: Settings = None,
-    no_force: NoForce = False,
     out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -69,7 +67,7 @@ def export_deck(
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
         write_atomic(file, text)
-    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
+    forces = None if quiet else _forces(deck, quiet)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(file) for file in texts]

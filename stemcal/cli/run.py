@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import webbrowser
 from collections.abc import Callable
 from inspect import cleandoc
 from pathlib import Path
@@ -166,7 +165,6 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
 def report(
     spec: Spec,
     out: Out = None,
-    show: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -183,8 +181,6 @@ def report(
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
-    if show and not webbrowser.open(page.resolve().as_uri()):
-        warn(f"No browser was found; open {page} yourself.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
@@ -195,9 +191,6 @@ Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, 
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
 ]
-Who = Annotated[
-    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name no operator.", show_default="you")
-]
 
 
 def enter(
@@ -205,7 +198,6 @@ def enter(
     sheet: Sheet,
     out: Out = None,
     replace: Replace = "",
-    who: Who = "",
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -223,7 +215,7 @@ def enter(
         content = read_plain(sheet, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
-    how = Correction(replace.strip(), who or user_name())
+    how = Correction(replace.strip(), user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
         if as_json:

@@ -15,16 +15,9 @@ from stemcal.errors import UsageError, Waiting
 from stemcal.files.reading import read_plain
 from stemcal.words import counted
 
-
-def _spec_meant(given: Path) -> Path:
-    """Return the file of a spec whose ending was left out."""
-    beside = [given.with_name(f"{given.name}{ending}") for ending in (".yaml", ".yml")]
-    return next((path for path in beside if path.is_file()), given) if given.name and not given.exists() else given
-
-
 Spec = Annotated[
     Path,
-    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False, callback=_spec_meant),
+    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False),
 ]
 
 Out = Annotated[

@@ -224,18 +224,12 @@ class _ByHand:
         return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
 
     def tell(
-        self,
-        study: Study,
-        rows: Sequence[Mapping[str, Any]],
-        out: str | Path | None,
-        *,
-        replace: str = "",
-        who: str = "",
+        self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
     ) -> int:
         """Record results; return how many were accepted."""
         require_sheet(study)
         with _folder(study, out) as folder:
-            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, who or user_name()))
+            found = enter(study, folder, told(rows, study.by_hand), Correction(replace, user_name()))
         found.require_all()
         return len(found.taken) + len(found.replaced)
 

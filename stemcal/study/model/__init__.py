@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.registry import stages
-from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
+from stemcal.study.model.growth import MOST_EXPONENT, Growth, exponents_in
 from stemcal.study.model.laboratory_kind import (
     TESTS,
     AnyTest,
@@ -170,9 +170,7 @@ class Study(StudyForm):
         runs: list[dict[str, Any]] = self._theirs().ask(self, out)
         return runs
 
-    def tell(
-        self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "", who: str = ""
-    ) -> int:
+    def tell(self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "") -> int:
         """Record results; return how many were accepted.
 
         Parameters
@@ -183,15 +181,13 @@ class Study(StudyForm):
             The study folder.
         replace : str
             Why results replace earlier ones; without it they are refused.
-        who : str
-            Who enters the results.
 
         Raises
         ------
         UsageError
             With every row that is not taken; the others are.
         """
-        return int(self._theirs().tell(self, rows, out, replace=replace, who=who))
+        return int(self._theirs().tell(self, rows, out, replace=replace))
 
     def _theirs(self) -> Any:
         if self._hands is None:

@@ -5,7 +5,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field
 
 from stemcal.measured.curve_modes import Machine
-from stemcal.study.model.growth import Grades, Growth, MayGrow
+from stemcal.study.model.growth import Growth, MayGrow
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import (
     Frozen,
@@ -20,10 +20,10 @@ from stemcal.study.types.field_types import (
     Time,
 )
 
-Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
+Stress = Annotated[float | Growth, MayGrow(Annotated[float, Quantity("stress")])]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
 DAMPING: Final = 0.5  # of the contact, as a share of the critical one
-Ratio = Annotated[float | Growth | Grades, MayGrow(Number)]
+Ratio = Annotated[float | Growth, MayGrow(Number)]
 
 
 class SpecimenSection(Frozen):
@@ -127,11 +127,11 @@ class ContactSection(Frozen):
 class MaterialSection(Frozen):
     """Fixed values of the material parameters that are not factors.
 
-    Each except `internal_length` may depend on the diameter: as a power, `{value: 15 MPa, at: 8 mm, exponent: 0.5}`,
-    without `value` for a factor; or by grade, `{7 mm: 17 MPa, 9 mm: 19 MPa}`, linear between the grades.
+    Each of them except `internal_length` may be a power of the stem diameter, for example
+    `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
     """
 
-    density: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("density")])] | None = None
+    density: Annotated[float | Growth, MayGrow(Annotated[float, Quantity("density")])] | None = None
     """Mass density."""
     elastic_modulus: Stress | None = None
     """Young's modulus E."""
@@ -143,7 +143,7 @@ class MaterialSection(Frozen):
     """Slope Et of the stress–strain curve beyond yield."""
     hardening_parameter: Ratio | None = None
     """0 for kinematic, 1 for isotropic, values in between for mixed hardening."""
-    strain_rate_c: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("rate")])] | None = None
+    strain_rate_c: Annotated[float | Growth, MayGrow(Annotated[float, Quantity("rate")])] | None = None
     """C of the strain-rate law; a larger value reduces the effect of speed. `solver.rate_law: none` disables it."""
     strain_rate_p: Ratio | None = None
     """P of the strain-rate law."""
@@ -157,6 +157,6 @@ class MaterialSection(Frozen):
         """Return the parameters that have one value for all stems."""
         return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), int | float)}
 
-    def growing(self) -> dict[str, Growth | Grades]:
+    def growing(self) -> dict[str, Growth]:
         """Return what the parameters are that follow the diameter."""
-        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth | Grades)}
+        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth)}

@@ -172,11 +172,11 @@ def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
 # ---- what must hold between the values of a spec
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    factors.names_differ, target_rules.names_are_free, target_rules.forces_are_newtons, factors.ranges_rise,
+    factors.names_differ, target_rules.names_are_free, factors.ranges_rise,
     factors.priors_fit, factors.factors_are_known, factors.factors_are_physical, factors.material_is_physical,
     factors.material_is_given_once, factors.sections_are_given_once, factors.wall_fits_stem,
     factors.rate_parameters_are_used, factors.material_is_complete, factors.growth_has_one_value,
-    factors.exponents_are_factors, factors.grades_reach, factors.growth_is_physical,
+    factors.exponents_are_factors, factors.growth_is_physical,
     factors.tangent_stays_below_elastic, target_rules.conditions_differ, target_rules.stem_reaches_over_supports,
     target_rules.edge_fits_blade, target_rules.friction_falls, target_rules.tests_are_simulated,
     target_rules.curves_are_simulated, target_rules.tests_differ, target_rules.tests_have_what_they_need,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Grades, Growth, Study, exponents_in
+from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Study, exponents_in
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
@@ -227,15 +227,14 @@ def reached(draft: Draft, name: str, diameter: float | None = None) -> list[floa
         return []
     levels = [at[name].internal(end) for end in (at[name].low, at[name].high)] if name in at else [None]
     exponents: list[dict[str, float]] = [{}]
-    if isinstance(growth, Growth) and isinstance(growth.exponent, str):
+    if isinstance(growth.exponent, str):
         factor = at.get(growth.exponent)
         if factor is None or max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
             return []
         exponents = [{factor.name: factor.internal(end)} for end in (factor.low, factor.high)]
     if name not in at and growth.value is None:
         return []
-    low, high = growth.known_between
-    diameters = [d for d in ([diameter] if diameter else draft.diameters.values()) if low <= d <= high]
+    diameters = [diameter] if diameter else draft.diameters.values()
     return [growth.given_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
 
 
@@ -253,12 +252,11 @@ def _unit_fits(factor: Factor) -> bool:
 
 
 def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
-    """The value at `at` is given, or that of a factor; a table by grade leaves nothing to a factor."""
+    """The value at `at` is given, or that of a factor."""
     for name, growth in draft.growing.items() if draft.kind.parameters else ():
         path = ("material", name)
         if name in draft.names and growth.value is not None:
-            remedy = "remove the value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
-            yield Finding(path, f"{name} is a factor too", remedy, at_key=True)
+            yield Finding(path, f"{name} is a factor too", "remove the value here, or the factor", at_key=True)
         elif name not in draft.names and growth.value is None:
             remedy = f"add value: … ({PARAMETERS[name].usual}), or make {name} a factor"
             yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
@@ -268,7 +266,7 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
     """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
-        path, exponent = ("material", name, "exponent"), getattr(growth, "exponent", None)
+        path, exponent = ("material", name, "exponent"), growth.exponent
         if not isinstance(exponent, str):
             continue
         if exponent in EMBEDDED:
@@ -279,18 +277,6 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, f"add the exponent to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
         elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
             yield Finding(("factors", known[exponent]), *wrong)
-
-
-def grades_reach(draft: Draft) -> Iterator[Finding]:
-    """A table by grade holds all diameters of the study."""
-    for name, growth in draft.growing.items():
-        low, high = growth.known_between
-        outside = sorted({d for d in draft.diameters.values() if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9)})
-        if isinstance(growth, Grades) and outside:
-            message = (
-                f"the grades, {low:g} to {high:g} mm, do not include {', '.join(f'{d:g}' for d in outside[:5])} mm"
-            )
-            yield Finding(("material", name), message, f"add a grade at {outside[0]:g} mm")
 
 
 def growth_is_physical(draft: Draft) -> Iterator[Finding]:

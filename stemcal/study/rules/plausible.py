@@ -6,7 +6,7 @@ from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
 from stemcal.registry import stages
-from stemcal.study.model import EMBEDDED, PARAMETERS, Growth, Mesh, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
@@ -45,7 +45,7 @@ FALL = "with elements two thirds as long, they are up to 10 % smaller"
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _tests, _speed, _mesh), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement)
+    found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     told += study.kind.doubts(study)
     told += [finding for stage in stages().with_(study.further) for finding in stage.doubts(study)]
@@ -190,14 +190,6 @@ def _outliers(study: Study) -> Iterator[Finding]:
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
 
 
-def _machine(study: Study) -> Iterator[Finding]:
-    """Question a stiffness so badly known that the machine might as well be rigid: 1/k ± sd/k² would reach 0."""
-    machine = study.machine
-    if machine.stiffness is not None and machine.stiffness_sd > machine.stiffness / 3.0:
-        message = f"{machine.stiffness:g} ± {machine.stiffness_sd:g} N/mm is too uncertain: the machine may be rigid"
-        yield Finding(("machine", "stiffness_sd"), message, "measure the stiffness without a stem")
-
-
 def _materials(study: Study) -> Iterator[Finding]:
     for name, value in study.material.given().items():
         parameter = PARAMETERS[name]
@@ -208,13 +200,6 @@ def _materials(study: Study) -> Iterator[Finding]:
         values = [units.from_internal(study.parameters({}, d)[name], parameter.unit) for d in diameters]
         for value in {min(values), max(values)}:
             yield from doubt(("material", name), value, *parameter.plausible, parameter.unit)
-
-
-def _growth(study: Study) -> Iterator[Finding]:
-    """Question reference diameters."""
-    for name, growth in study.material.growing().items():
-        if isinstance(growth, Growth):
-            yield from doubt(("material", name, "at"), growth.at, *_RANGES["specimen", "outer_diameter"])
 
 
 def _factors(study: Study) -> Iterator[Finding]:

@@ -1,19 +1,13 @@
 """Rules on what was measured, and on laboratory tests besides cutting."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from math import isclose
 
 from stemcal.naming import CUTTING, DIAMETER, FORCE
 from stemcal.study.rules import Draft
-from stemcal.study.rules.factors import reached
-from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.named import declared_once
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.study.types.units import UnitError, convert
-
-_TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
 
 
 def names_are_free(draft: Draft) -> Iterator[Finding]:
@@ -40,41 +34,6 @@ def conditions_differ(draft: Draft) -> Iterator[Finding]:
             remedy = f"keep one row with the mean {named.response.noun}, sd and n"
             at: NodePath = ("targets", target.row)
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
-
-
-def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
-    """Not all forces are a thousand times what the stem can bear, or a thousandth: N written as kN, or as mN."""
-    strengths = _yield_stresses(draft)
-    if not strengths:
-        return
-    low, high = PARAMETERS["yield_stress"].plausible
-    if not draft.kind.parameters or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
-        return  # a yield stress that no plant has is reported elsewhere
-    hollow = 1.0 - draft.study.specimen.diameter_ratio**2
-    areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.study.targets.means]
-    # two cross-sections in shear bear 2 A σy/√3
-    shares = [target.response / (1.155 * area) for target, area in zip(draft.study.targets.means, areas, strict=True)]
-    path = ("targets",)
-    if min(shares) > _TOO_MUCH * max(strengths):
-        message = f"every force is more than {_TOO_MUCH:g} times the strength of the whole cross-section"
-        yield Finding(path, message, "was the force measured in N and written in kN?")
-    elif max(shares) < min(strengths) / _TOO_LITTLE:
-        message = f"every force is less than 1/{_TOO_LITTLE:g} of the strength of the whole cross-section"
-        yield Finding(path, message, "was the force measured in kN and written in N, or in N and written in mN?")
-
-
-def _yield_stresses(draft: Draft) -> list[float]:
-    """Return the yield stresses that the study can take, MPa."""
-    if fixed := draft.study.material.given().get("yield_stress"):
-        return [fixed]
-    if "yield_stress" in draft.growing:
-        return reached(draft, "yield_stress")
-    varied = [factor for factor in draft.factors.values() if factor.name == "yield_stress"]
-    levels = [(level, factor.unit) for factor in varied for level in (factor.low, factor.high)]
-    try:
-        return [convert(level, unit, "stress") for level, unit in levels]
-    except UnitError:  # reported elsewhere
-        return []
 
 
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
