@@ -16,7 +16,7 @@ from stemcal.stages.stage import STAGES
 from stemcal.version import __version__
 
 
-class Commands(TyperGroup):
+class _Commands(TyperGroup):
     """The subcommands; errors of any of them become messages and exit codes."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -39,7 +39,7 @@ class Commands(TyperGroup):
 
 app = typer.Typer(
     name="stemcal",
-    cls=Commands,
+    cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",

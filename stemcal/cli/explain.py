@@ -99,15 +99,9 @@ def _plain(text: str) -> str:
 # ---- the command
 
 
-def _beginning(typed: str) -> list[str]:
-    """Return the terms that begin with the typed text, for shell completion."""
-    names = {name for entry in glossary() for name in entry.names}
-    return sorted(name for name in names if name.lower().startswith(typed.lower()))
-
-
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec.", autocompletion=_beginning),
+    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec."),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 

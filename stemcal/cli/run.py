@@ -13,7 +13,7 @@ from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
-from stemcal.stages.stage import STAGES, Stage
+from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
     from stemcal.stages.result import StageResult
@@ -27,7 +27,6 @@ Until = Annotated[
         metavar="STAGE",
         help="Stop after this stage.",
         show_default="all stages",
-        autocompletion=lambda: [stage.name for stage in STAGES.built_in],
     ),
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat failed runs first.")]

@@ -56,7 +56,6 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress an
 if TYPE_CHECKING:
     from stemcal.executors import RunExecutor
     from stemcal.folder import StudyFolder
-    from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
     from stemcal.stages.results import Results
     from stemcal.study.model import Study
@@ -82,12 +81,13 @@ class Session:
         if finished(self.study, self.folder, stage):
             return
         from stemcal.executors.local import LocalExecutor
-        from stemcal.overview.foresight import demand_of, left_to_run
+        from stemcal.overview.foresight import demand_of, left_to_run, warnings_before
 
         here = isinstance(self.executor, LocalExecutor)
         solver = make_solver(self.study if stage is None else stage_called(stage).seen(self.study))
         left = left_to_run(self.study, self.folder, solver, stage)
-        require_sense(demand_of(left, solver), self.executor.workers, here)
+        for sentence in warnings_before(demand_of(left, solver), self.executor.workers, here):
+            warn(sentence)
 
 
 def read_study(spec: Path) -> Study:
@@ -173,15 +173,6 @@ def _enter_own(work: Session, other: Path | None) -> None:
     if path.is_file() and not (other and other.exists() and path.samefile(other)):
         rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
         enter(work.study, work.folder, rows, Correction(who=user_name())).require_all()
-
-
-def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
-    """Refuse what needs more than this machine's memory (if it is computed `here`); warn of what takes days."""
-    from stemcal.executors import machine_memory
-    from stemcal.overview.foresight import warnings_before
-
-    for sentence in warnings_before(demand, workers, machine_memory() if here else None):
-        warn(sentence)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.session import AsJson, Quiet, Spec, read_study, require_sense
+from stemcal.cli.session import AsJson, Quiet, Spec, read_study
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.reading import csv_text
@@ -77,13 +77,14 @@ def simulate(
     section = _test_called(study, test)
 
     from stemcal.fem.warm import is_compiled
-    from stemcal.overview.foresight import demand_of_one
+    from stemcal.overview.foresight import demand_of_one, warnings_before
     from stemcal.report.progress import COMPILING
     from stemcal.solvers.embedded import simulate as simulated
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
-    require_sense(demand_of_one(alone, [at]), 1)
+    for sentence in warnings_before(demand_of_one(alone, [at]), 1):
+        warn(sentence)
     if not is_compiled() and not quiet:
         note(COMPILING)
     with waiting("one virtual shear test" if section is None else f"virtual test {test}", quiet):
@@ -110,7 +111,7 @@ def simulate(
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
     """Return every factor's value: those to start from, with the settings laid over them."""
-    from stemcal.study.reading.messages import typed_level
+    from stemcal.study.reading.messages import level_of
 
     levels = dict(start)
     for setting in settings:
@@ -120,7 +121,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
             raise UsageError(f"--set {setting}: write factor=value")
         if name not in levels:
             raise UsageError(f"--set {setting}: no factor {name!r}; {did_you_mean(name, levels)}")
-        levels[name] = typed_level(study.factor(name), text.strip())
+        levels[name] = level_of(study.factor(name), text.strip())
     return levels
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import ceil, floor, log10
 
 from stemcal.errors import UsageError
+from stemcal.executors import machine_memory
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
@@ -69,9 +70,9 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
     return found
 
 
-def warnings_before(demand: Demand, workers: int, memory: float | None) -> list[str]:
-    """Return warnings of what takes days; raise `UsageError` for more memory than there is."""
-    found = excess(demand, workers, memory)
+def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
+    """Return warnings of what takes days; raise `UsageError` for more memory than this machine has, if it computes."""
+    found = excess(demand, workers, machine_memory() if here else None)
     if impossible := [str(note) for note in found if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
     return [str(note) for note in found]

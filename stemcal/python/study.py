@@ -12,7 +12,6 @@ from pydantic import Field
 
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
-from stemcal.executors import machine_memory
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder import StudyFolder, default_place
@@ -96,7 +95,7 @@ def _study(given: Study | str | Path) -> Study:
 
 def _warn_before(demand: Demand, workers: int) -> None:
     """Warn of what takes days; refuse what needs more than this machine has."""
-    for said in warnings_before(demand, workers, machine_memory()):
+    for said in warnings_before(demand, workers):
         warnings.warn(said, stacklevel=3)
 
 

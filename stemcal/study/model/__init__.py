@@ -7,7 +7,7 @@ designs, tables and results show levels in that unit, and `Factor.internal` conv
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
@@ -130,7 +130,7 @@ class Study(StudyForm):
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """The sections of stages from other packages, by the names of the stages."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
-    _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
+    _read: tuple[Any, ...] = PrivateAttr(default=())  # the function that read its spec, and what was read
 
     def with_(self, **changes: object) -> Study:
         """Return the study that its spec gives with some changes, checked as a spec is.
@@ -150,9 +150,10 @@ class Study(StudyForm):
         --------
         ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
         """
-        if self._reread is None:
+        if not self._read:
             raise TypeError("only a study that was read from a spec can be changed this way")
-        changed = self._reread(changes)
+        read, *given = self._read
+        changed: Study = read(*given, changes)
         changed._hands = self._hands
         return changed
 

@@ -163,7 +163,7 @@ class LaboratoryKind(Checked):
         raise NotImplementedError
 
 
-class FurtherCut(LaboratoryKind):
+class _FurtherCut(LaboratoryKind):
     """The maximum force of a further cut."""
 
     name, options = "cutting", FurtherCutSection
@@ -173,7 +173,7 @@ TESTS: Registry[LaboratoryKind] = Registry(
     LaboratoryKind,
     "stemcal.tests",
     (
-        "stemcal.study.model.laboratory_kind:FurtherCut",
+        "stemcal.study.model.laboratory_kind:_FurtherCut",
         "stemcal.laboratory.three_point_bending:Bending",
         "stemcal.laboratory.radial_compression:Radial",
         "stemcal.laboratory.axial:Compression",

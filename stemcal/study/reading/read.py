@@ -5,7 +5,6 @@ A section that is wrong does not hide what is wrong in another.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +47,7 @@ def read_study(content: bytes, path: Path, *changes: Mapping[str, object]) -> St
     if problems:
         raise SpecError(problems)
     study = _study(path, document, read.good)
-    study._reread = partial(read_study, content, path, *changes)
+    study._read = (read_study, content, path, *changes)
     return study
 
 

@@ -48,22 +48,7 @@ def doubts(study: Study) -> list[Finding]:
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     told += study.kind.doubts(study)
-    told += [finding for stage in stages().with_(study.further) for finding in stage.doubts(study)]
-    return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
-
-
-def _of_further_cuts(study: Study) -> Iterator[Finding]:
-    """Question a further cut as the first, at its own keys."""
-    keys: dict[NodePath, NodePath] = {("loading", "speed"): ("speed",), ("loading", "duration"): ("stroke",)}
-    for index, test in enumerate(study.tests):
-        if not test.is_further_cut:
-            continue
-        cut = study.cut_as(test, study.targets.calibrate_at)
-        for finding in (*_sizes(cut), *_speed(cut)):
-            own = finding.path[0] in ("loading", "blade", "supports")
-            yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
-        if late := sorted({"travel", "work"} & set(test.measured)):
-            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
+    return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -76,8 +61,10 @@ def _sizes(study: Study) -> Iterator[Finding]:
 
 
 def _tests(study: Study) -> Iterator[Finding]:
-    """Question the sizes of laboratory tests that are simulated here."""
+    """Question the sizes of laboratory tests, and responses of a further cut that depend on the elements."""
     for index, test in enumerate(study.tests):
+        if test.is_further_cut and (late := sorted({"travel", "work"} & set(test.measured))):
+            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
         for key, (low, high) in test.plausible.items():
             length = getattr(test, key)
             mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length

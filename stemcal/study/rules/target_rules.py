@@ -4,22 +4,28 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import CUTTING, DIAMETER, FORCE
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE
 from stemcal.study.rules import Draft
-from stemcal.study.types.named import declared_once
+from stemcal.study.types.named import CHANCE
 from stemcal.study.types.strict_yaml import Finding, NodePath
+
+_OF_ROWS = ("test", "sd", "n", "curves")
 
 
 def names_are_free(draft: Draft) -> Iterator[Finding]:
     """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
-    clashes = dict(declared_once(draft.naming, draft.names))
+    taken = {**dict.fromkeys(_OF_ROWS, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
+    taken |= dict.fromkeys(draft.names, "a factor")
     for section in ("responses", "conditions"):
         for index, one in enumerate(getattr(draft.study, section) or ()):
-            if one.name in clashes:
-                message = f"{one.name!r} is already {clashes[one.name]}"
+            if one.name in taken:
+                message = f"{one.name!r} is already {taken[one.name]}"
                 yield Finding((section, index, "name"), message, "choose another name")
+            taken[one.name] = "another response or condition"
+            if index == 0:
+                taken.setdefault(FIRST, "the key of the first response")
 
 
 def conditions_differ(draft: Draft) -> Iterator[Finding]:

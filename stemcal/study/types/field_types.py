@@ -192,18 +192,8 @@ _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt
 
 
 def _study_name(name: str) -> str:
-    remedy = "use up to 64 letters, digits, - and _"
-    if not name.strip():
-        raise complain("the name is empty", remedy)
-    if len(name) > 64 or len(name.encode("utf-8", "replace")) > 200:
-        raise complain(f"the name has {len(name)} characters, too many for a folder", remedy)
-    bad = next((letter for letter in name if letter in '<>:"/\\|?*' or not letter.isprintable()), None)
-    if bad:
-        raise complain(f"{bad!r} is not allowed in a folder name", remedy)
-    if name != name.strip():
-        raise complain(f"{name!r} begins or ends with a space", remedy)
-    if name.startswith(".") or name.endswith("."):
-        raise complain(f"{name!r} begins or ends with a dot", remedy)
+    if not re.fullmatch(r"[\w-]([\w. -]{0,62}[\w-])?", name) or len(name.encode()) > 200:
+        raise complain(f"{name[:80]!r} is not allowed as a folder name", "use up to 64 letters, digits, - and _")
     if name.split(".")[0].rstrip().lower() in _DEVICES:
         raise complain(f"{name!r} is a device on Windows, not a folder", "choose another name")
     return name

@@ -16,8 +16,6 @@ from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Nami
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST, Quantity, complain
 
-_OF_ROWS = ("test", "sd", "n", "curves")
-
 
 def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Naming:
     """Return what a study calls what it calibrates to; no condition is meant where only responses are declared.
@@ -112,18 +110,6 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
 def _naming(info: core_schema.ValidationInfo) -> Naming:
     naming: Naming = (info.context or {}).get("naming", CUTTING)
     return naming
-
-
-def declared_once(naming: Naming, factors: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield names that represent two things, with what they clash with."""
-    taken = {**dict.fromkeys(_OF_ROWS, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
-    taken |= dict.fromkeys(factors, "a factor")
-    condition = [] if naming.condition is None else [naming.condition]
-    for named in (*naming.responses, *condition):
-        if named.name in taken:
-            yield named.name, taken[named.name]
-        first = {FIRST: "the key of the first response"} if named == naming.response else {}
-        taken |= {named.name: "another response or condition", **first}
 
 
 # ---- {{factor}} in text files: the one thing that templates can do
