@@ -76,10 +76,9 @@ def stemcal(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Calibrate FE models of plant stems against measured cutting force.
+    """Calibrate finite-element models of plant stems against measured forces.
 
-    A study is one YAML file. [bold]stemcal init[/bold] writes a template, [bold]stemcal run[/bold] performs screening,
-    response surface, inversion and validation.
+    A study is one YAML file. [bold]stemcal init[/bold] writes a template, and [bold]stemcal run[/bold] runs all stages.
     """
 
 

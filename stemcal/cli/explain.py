@@ -109,8 +109,8 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
     """Explain a term or a key of the spec. Without a term, list all terms.
 
-    Terms can be English or Chinese. Editors complete and check a spec if you save the schema and start the spec
-    with [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold].
+    Terms can be English or Chinese. An editor completes the keys of a spec that begins with
+    [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] if the schema is saved under this name.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

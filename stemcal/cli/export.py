@@ -25,7 +25,7 @@ TableFormat = Annotated[
 ]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Names of figures, or prefixes; list prints all names.", show_default="all"),
+    typer.Argument(metavar="NAME", help="Name of figures or its beginning; list prints all names.", show_default="all"),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
@@ -80,9 +80,9 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    The figures are saved in figures/ inside the study folder. NAME selects every figure whose name starts with it:
-    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm one
-    at 7 mm.
+    The figures are saved in figures/ inside the study folder. NAME selects all figures whose names start with NAME:
+    contour draws all contour plots. The name animation writes a GIF of the cut at the calibration diameter, and
+    animation-7mm writes a GIF at 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """

@@ -25,7 +25,7 @@ RADIOSS = ".rad"
 _NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="Deck file: .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
+    Path, typer.Argument(metavar="PATH", help="Deck file, .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
@@ -45,9 +45,9 @@ def export_deck(
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values if the study is not calibrated. The study's
-    averaging lengths are written as cards of the program. A name ending in .rad also writes OpenRadioss starter and
-    engine files. Units are mm, tonne, s, N and MPa.
+    Factors have their calibrated values, or mid-range values if the study is not calibrated. The averaging lengths of
+    the study are written as cards of the program. If PATH ends in .rad, the starter and engine files of OpenRadioss
+    are written too. The units of the deck are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -61,7 +61,7 @@ def export_deck(
     at = _diameter(study, diameter)
     require_material(study, levels, at)
     if not path.absolute().parent.is_dir():
-        raise UsageError(f"{path}: the folder {path.parent} does not exist")
+        raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
     form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
     deck = Deck.of(study, levels, at, form)
     texts = _files(deck, path, deck_text(deck))
@@ -125,7 +125,9 @@ def _diameter(study: Study, given: str | None) -> float:
     mesh = study.solver.mesh
     size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
-        raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
+        raise UsageError(
+            f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm; use a larger diameter"
+        )
     return chosen
 
 
@@ -173,7 +175,10 @@ def _told(of_deck: float, of_study: float | None) -> list[str]:
     told = [f"{computed}, {significant(of_study)} N in the study (both computed with the embedded solver)."]
     off = 100.0 * (of_deck / of_study - 1.0)
     if abs(off) > _NEAR_PERCENT:
-        told.append(f"The deck differs by {off:+.0f} %. Correct the parameters in the program: docs/howto/transfer.md.")
+        told.append(
+            f"The force of the deck differs by {off:+.0f} %. Correct the parameters in the program; see "
+            "docs/howto/transfer.md."
+        )
     return told
 
 
@@ -205,8 +210,8 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails independently, the force depends on the element size and on the mesh position. The failure
-    strain is adjusted until the mean force over several positions equals the calibrated force. Run `stemcal run SPEC`
-    first.
+    strain is adjusted until the mean force over several mesh positions equals the calibrated force. The study must be
+    calibrated first with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

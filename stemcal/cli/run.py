@@ -44,8 +44,8 @@ def run(
 ) -> None:
     """Run all stages of a study and write the report.
 
-    The stages are screen, rsm, invert and validate, plus climb and refine if the spec has those sections. Interrupt
-    the study at any time: the same command resumes it and keeps the finished runs.
+    The stages are screen, rsm, invert and validate; a study with the sections climb and refine has these stages too.
+    You can interrupt a study at any time: the same command resumes the study and keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -66,7 +66,7 @@ def _require_stage(study: Study, name: str | None) -> None:
 
     names = [stage.name for stage in stages_of(study)]
     if name is not None and name not in names:
-        raise UsageError(f"--until {name[:40]}: this study has no such stage; use one of {', '.join(names)}")
+        raise UsageError(f"--until {name[:40]}: this study has no stage of that name; use one of {', '.join(names)}")
 
 
 def _compute_again(work: Session) -> None:
@@ -75,7 +75,7 @@ def _compute_again(work: Session) -> None:
 
     entries = retry(work.study, work.folder, work.executor, work.watch)
     failed = sum(entry.status == "failed" for entry in entries)
-    note(f"{len(entries)} failed runs repeated")
+    note(f"{len(entries)} failed runs were repeated")
     if failed:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
@@ -167,7 +167,7 @@ def report(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the finished stages to the report, a single self-contained page.
+    """Write a report of the finished stages as one self-contained page.
 
     You can also write the report while the study is running.
 
@@ -188,7 +188,7 @@ def report(
 
 Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
 Replace = Annotated[
-    str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
+    str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
 
 
@@ -202,8 +202,8 @@ def enter(
 ) -> None:
     """Enter the results of runs done by hand, then continue the study.
 
-    Correct rows are recorded; the others are listed with their errors. If a run was not possible, write
-    [bold]failed: why[/bold]; with --replace this also removes an earlier result.
+    Correct rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
+    [bold]failed: reason[/bold] in its row. With --replace, such a row removes an earlier result of the run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """

@@ -48,7 +48,7 @@ def _name_envelope(ctx: typer.Context, value: bool) -> bool:
     return value
 
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print only one JSON object.", callback=_name_envelope)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.", callback=_name_envelope)]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress and notes.")]
 
@@ -116,11 +116,13 @@ def _executor_called(name: str, workers: int | None) -> Callable[[float | None],
         return lambda time_limit: LocalExecutor(workers, time_limit)
     host, _, port = name.removeprefix(DASK).rpartition(":")
     if not name.startswith(DASK):
-        raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
+        raise UsageError(f"--executor {name}: unknown executor; use local or dask://HOST:PORT")
     if not host or not port.isdigit():
         raise UsageError(f"--executor {name}: write the address of your scheduler as dask://HOST:PORT")
     if workers is not None:
-        raise UsageError("--workers applies only to --executor local; start the workers of a cluster yourself")
+        raise UsageError(
+            "--workers applies only to --executor local; omit the option, and start the workers on the cluster"
+        )
     from stemcal.executors.cluster import DaskExecutor
 
     return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)

@@ -56,7 +56,7 @@ def simulate(
 ) -> None:
     """Simulate one virtual shear test, or another test defined in the spec.
 
-    If the spec uses another program, that program is run once. Factors without --set have mid-range values.
+    If the spec names another program, this program runs once. Factors without --set have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -137,10 +137,10 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
     if given and not study.kind.force_history:
-        raise UsageError(f"{', '.join(given)}: requires `solver: {{kind: embedded}}`; omit it")
+        raise UsageError(f"{', '.join(given)}: only `solver: {{kind: embedded}}` has this output; omit the option")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
-            raise UsageError(f"{path}: the folder {path.parent} does not exist")
+            raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
@@ -226,7 +226,7 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     values = {naming.response.name: answer.response, **details.get(RESPONSES, {})}
     lines = [f"{naming.named(name).label}: {naming.named(name).text(value, '.4g')}" for name, value in values.items()]
     if "peak_travel" in details:
-        lines.append(f"at {details['peak_travel']:.3f} mm of travel")
+        lines.append(f"travel at the peak: {details['peak_travel']:.3f} mm")
     if "deleted_in_all" in details:
         lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
     return lines

@@ -24,7 +24,7 @@ _MOST_NAMES = 20
 
 Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if any was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if a file was changed.")]
 
 
 def status(

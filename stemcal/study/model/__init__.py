@@ -64,18 +64,18 @@ class OwnSections(Frozen):
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
 
     name: StudyName
-    """Name of the study, and of its folder below `runs`."""
+    """Name of the study and of its folder in `runs`."""
     title: Title = ""
-    """Title of the report and of its tables; the name by default."""
+    """Title of the report and of its tables; by default the name of the study."""
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
-    """Unknown parameters to calibrate, with the symbols X1, X2, … in this order."""
+    """Unknown parameters to calibrate; by default their symbols are X1, X2, … in this order."""
     responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
-    """Measured and simulated responses, if not the maximum force; a program may return several."""
+    """Measured and simulated responses if they are not the maximum force; a program can return several responses."""
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
-    """Condition of the measurements, if not the stem diameter: one, or `[]` for none. A study with `responses`
-    has none by default."""
+    """Condition of the measurements if it is not the stem diameter; `[]` means no condition. A study with `responses`
+    has no condition by default."""
     specimen: SpecimenSection = SpecimenSection()
-    """The piece of stem."""
+    """The specimen: a piece of stem."""
     blade: BladeSection = BladeSection()
     """The rigid blade."""
     supports: SupportsSection = SupportsSection()
@@ -85,11 +85,11 @@ class OwnSections(Frozen):
     contact: ContactSection = ContactSection()
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
-    """Fixed values of the parameters that are not factors, and the internal length."""
+    """Fixed values of the material parameters that are not factors, and the internal length."""
     solver: AnySolver = Field(default_factory=usual_solver)
-    """The solver, which computes the response at given levels."""
+    """The solver that simulates the response at given levels of the factors."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
-    """Laboratory tests of pieces of the same stems, in addition to cutting."""
+    """Laboratory tests other than cutting, on pieces of the same stems."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets

@@ -17,7 +17,7 @@ def _exponent(given: Any) -> Any:
     if isinstance(given, str) and given.isidentifier():
         return given
     if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= MOST_EXPONENT:
-        raise complain("should be a number or the name of a factor", "write exponent: 0.5, or the name of a factor")
+        raise complain("is neither a number nor the name of a factor", "write exponent: 0.5, or the name of a factor")
     return float(given)
 
 
@@ -25,15 +25,15 @@ class Growth(Frozen):
     """A material parameter that is a power of the diameter: value at `at` times (diameter / at)^exponent."""
 
     at: Size
-    """Diameter at which the parameter has its value, or the level of the factor with its name."""
+    """Reference diameter: there the parameter equals `value`, or the level of the factor with its name."""
     exponent: Annotated[
         float | str,
         BeforeValidator(_exponent),
         WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "description": "the name of a factor"}]}),
     ]
-    """Exponent: a number, or the name of a factor, which is then calibrated with the others."""
+    """Exponent of the diameter: a number, or the name of a factor to calibrate."""
     value: Any = None
-    """Value at that diameter; omit it if the parameter is a factor."""
+    """Value of the parameter at the reference diameter; omit `value` if the parameter is a factor."""
 
     def given_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
         """Return value·(d/at)^exponent; `level` is the value of a parameter that is a factor."""

@@ -86,9 +86,9 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     elif near:
         remedy = f"did you mean {near}?"
     elif section:
-        remedy = f"move it to {section}"
+        remedy = f"move the key to the `{section}` section"
     else:
-        remedy = f"remove it, or use {listed(known)}"
+        remedy = f"remove the key, or use {listed(known)}"
     return Finding(path, f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
@@ -115,9 +115,11 @@ def _kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Fin
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     if error["type"] in ("too_short", "string_too_short"):
         given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
-        return Finding(path, f"{_show(given)} is too short" if given else "is empty", "fill it in")
+        if not given:
+            return Finding(path, "is empty", "write a value")
+        return Finding(path, f"{_show(given)} is too short", "write a longer value")
     most = error["ctx"].get("max_length")
-    return Finding(path, f"is too long ({len(error['input'])})", f"keep at most {most}")
+    return Finding(path, f"has a length of {len(error['input'])}", f"reduce the length to at most {most}")
 
 
 _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {
@@ -179,7 +181,7 @@ def checked_path(given: object, name: str) -> Path:
     if not isinstance(text, str):
         raise UsageError(f"{name}: {type(given).__name__} is not a path; pass a string or a pathlib.Path")
     if not text.strip() or "\0" in text:
-        raise UsageError(f"{name}: {text!r} is not a path; give a file or a folder")
+        raise UsageError(f"{name}: {text!r} is not a path; pass the path of a file or a folder")
     return Path(text)
 
 

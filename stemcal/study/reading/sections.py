@@ -39,8 +39,8 @@ def read_sections(data: Any, folder: Path) -> Sections:
     """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
-        message = "the file is empty" if data is None else "a spec must be a mapping: lines of key: value"
-        sections.findings.append(Finding((), message, "start from `stemcal init`"))
+        message = "the file is empty" if data is None else "a spec must consist of lines `key: value`"
+        sections.findings.append(Finding((), message, "write a new spec with `stemcal init`"))
         return sections
     _learn_kinds(data)
     sections.read_further()
@@ -138,7 +138,7 @@ class Sections:
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
         if isinstance(given, list) and len(given) > MOST_FACTORS:
-            remedy = "screen the important factors, and set the other parameters under material"
+            remedy = "keep the important factors, and set the other parameters in the `material` section"
             message = f"there are {len(given)} factors, but at most {MOST_FACTORS} are possible"
             self.findings.append(Finding((name,), message, remedy))
             return
@@ -200,9 +200,9 @@ def spelled(name: str) -> str:
 
 def _unknown_section(key: str, known: Collection[str]) -> Finding:
     near, section = nearest(key, known), section_with(key)
-    remedy = f"remove it; the sections are {listed(known)}"
+    remedy = f"remove the key; the sections are {listed(known)}"
     if near or section:
-        remedy = f"did you mean {near}?" if near else f"move it to {section}"
+        remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
     if (broken := stages().broken.get(key)) is not None:
         remedy = f"its stage cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)

@@ -76,7 +76,7 @@ def _speed(study: Study) -> Iterator[Finding]:
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
         message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check the unit: testing machines are set in mm/min")
+        yield Finding(("loading", "speed"), message, "check the unit: testing machines usually show mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
@@ -93,8 +93,8 @@ def _mesh(study: Study) -> Iterator[Finding]:
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
-            message = "without this length the force depends on the mesh"
-            yield Finding(path, message, "write d/9.5 for blade.edge_spread, d/4.5 for material.internal_length")
+            message = f"without {path[1]} the force depends on the mesh"
+            yield Finding(path, message, "write d/9.5 for blade.edge_spread and d/4.5 for material.internal_length")
             continue
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
@@ -118,10 +118,10 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"{count} elements through a wall of {wall:.3g} mm: its bending, and therefore the force, depends on "
-                "their number"
+                f"the wall of {wall:.3g} mm has {count} elements through its thickness: the bending of the wall, and "
+                "therefore the force, depends on the number of elements"
             )
-            remedy = f"write elements_through_wall: {_THROUGH_THIN} under solver"
+            remedy = f"write elements_through_wall: {_THROUGH_THIN} in the `solver` section"
             yield Finding(("solver", "element_size"), message, remedy)
             return
 
@@ -153,8 +153,8 @@ def _scatters(study: Study) -> Iterator[Finding]:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
             if mean and sd and not named.apart and not _LEAST_SCATTER <= sd / mean <= 1.0:
-                message = f"a scatter of {named.text(sd)} is not plausible for the mean, {named.text(mean)}"
-                yield Finding(("targets", target.row, named.name), message, "check both numbers and their units")
+                message = f"a standard deviation of {named.text(sd)} is not plausible for a mean of {named.text(mean)}"
+                yield Finding(("targets", target.row, named.name), message, "check the two values and their units")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
@@ -210,8 +210,9 @@ def _agreement(study: Study) -> Iterator[Finding]:
     at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
-        message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "add a row for this diameter to targets, or omit it")
+        message = f"the parameters are calibrated at {at:g} mm, not at {stem:g} mm"
+        remedy = "add a row for this diameter to `targets`, or omit `outer_diameter`"
+        yield Finding(("specimen", "outer_diameter"), message, remedy)
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

@@ -53,7 +53,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
         if is_own:
             title = draft.study.solver.title
             message = f"the {title} solver returns only the maximum force of a stem"
-            yield Finding((section,), message, "remove the response, or use solver: {kind: command}", at_key=True)
+            yield Finding((section,), message, "remove the response, or use `solver: {kind: command}`", at_key=True)
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
@@ -69,8 +69,8 @@ def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     """The rounding of the edge is smaller than half the thickness."""
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
-        message = f"{draft.study.blade.edge_radius:g} mm is more than half the blade's thickness"
-        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.study.blade.thickness / 2:g} mm")
+        message = f"{draft.study.blade.edge_radius:g} mm is more than half the thickness of the blade"
+        yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
 
 
 def friction_falls(draft: Draft) -> Iterator[Finding]:
@@ -78,7 +78,7 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
         message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
-        yield Finding(("contact", "dynamic_friction"), message, "swap them")
+        yield Finding(("contact", "dynamic_friction"), message, "swap the two values")
 
 
 _CUTTING = "cutting"
@@ -95,9 +95,9 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
             message = (
-                f"section {section} for an external program cannot be combined with tests run by the embedded solver"
+                f"the `{section}` section for an external program cannot be combined with tests of the embedded solver"
             )
-            yield Finding((section,), message, "remove one of them", at_key=True)
+            yield Finding((section,), message, f"remove {section} or tests", at_key=True)
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -114,7 +114,8 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the `machine` section has no effect"
-        yield Finding(("machine",), message, "remove the section, or name curves in targets", at_key=True)
+        remedy = "remove the section, or name files under `curves` in `targets`"
+        yield Finding(("machine",), message, remedy, at_key=True)
     if machine.stiffness_sd and machine.stiffness is None:
         message = "the stiffness is missing"
         yield Finding(("machine", "stiffness_sd"), message, "add stiffness: …, or remove the section")
@@ -144,10 +145,10 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             if test.is_further_cut and "slope" in means.means:
                 message = "the slope of a cut contains the compliance of the contact, which depends on the mesh"
-                yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
+                yield Finding(("targets", means.row, "slope"), message, "use the maximum force instead")
             for response, mean in means.means.items():
                 if mean.sd is None:
-                    message = f"{response} has no sd: its weight is unknown"
+                    message = f"the weight of {response} in the fit is unknown without `sd`"
                     yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
 
 
@@ -180,9 +181,8 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
-                yield Finding(
-                    place, f"{means.diameter:g} mm is given twice for {test.name}", "keep one row with the mean and n"
-                )
+                message = f"the test {test.name} has two rows for {means.diameter:g} mm"
+                yield Finding(place, message, "keep one row with the mean and n")
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
                 message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"

@@ -85,7 +85,7 @@ class Quantity:
                 raise complain(error.message, error.remedy) from None
         given = given.item() if hasattr(given, "item") else given  # a number of numpy's
         if isinstance(given, bool) or not isinstance(given, int | float):
-            raise complain("should be a number with a unit", f'write it like "1 {unit}"')
+            raise complain("is not a number with a unit", f'write it like "1 {unit}"')
         if from_yaml:
             raise complain(f"{given:g} has no unit", f'write "{given:g} {units.usual_unit(self.dimension)}"')
         return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
@@ -95,7 +95,7 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
     if info.context is None:
         return given
     if not isinstance(given, str) or not given.strip():
-        raise complain("should be the name of a file", "write a path relative to the spec")
+        raise complain("is not the name of a file", "write a path relative to the spec")
     folder: Path = info.context["spec"]
     if "\0" in given or len(given) > 1000:
         raise complain("is not a usable file name", "write a path relative to the spec")

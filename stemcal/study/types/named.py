@@ -50,7 +50,7 @@ def quantity(given: Any, named: Named) -> float:
     if isinstance(given, str):
         return _written(given, named)
     if isinstance(given, bool) or not isinstance(given, int | float):
-        raise complain("should be a number", f"write it like {named.text(1.0)!r}")
+        raise complain("is not a number", f"write it like {named.text(1.0)!r}")
     return float(given)
 
 
@@ -80,7 +80,7 @@ def _condition(given: Any, naming: Naming) -> float:
         return quantity(given, naming.condition)
     if given == NOWHERE:
         return NOWHERE
-    raise complain("the study has no conditions", "declare a condition under conditions, or remove this key")
+    raise complain("the study has no condition", "declare a condition in the `conditions` section, or remove this key")
 
 
 class OwnCondition(Quantity):
@@ -103,7 +103,7 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
     if given == "all":
         given = known
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
-        raise complain("should be 'all' or a list of responses", f"choose among {', '.join(known)}")
+        raise complain("is neither 'all' nor a list of responses", f"choose among {', '.join(known)}")
     return tuple(FIRST if name == naming.response.name else name for name in given)
 
 

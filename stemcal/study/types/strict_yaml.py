@@ -101,7 +101,7 @@ def read_yaml(content: bytes) -> Document:
     document = Document()
     text = decode(content)
     if len(content) > MAX_BYTES:
-        document.note(_TOP, "the file is larger than 1 MiB", "is this the right file?")
+        document.note(_TOP, "the file is larger than 1 MiB", "check whether this file is a spec")
     elif text is None:
         document.note(_TOP, "the file is neither UTF-8 nor UTF-16 nor GBK text", "save it as UTF-8")
     else:
@@ -153,12 +153,12 @@ class _Loader(yaml.SafeLoader):
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         self._count += 1
         if self._count > MAX_NODES:
-            self.stop(event, f"the file has more than {MAX_NODES} elements", "is this the right file?")
+            self.stop(event, f"the file has more than {MAX_NODES} elements", "check whether this file is a spec")
         if self._depth >= MAX_DEPTH and isinstance(event, yaml.CollectionStartEvent):
             remedy = "a spec needs at most four levels; check the brackets"
             self.stop(event, f"nested more than {MAX_DEPTH} deep", remedy)
         if isinstance(event, yaml.AliasEvent):
-            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value out")
+            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value instead")
             self.get_event()  # type: ignore[no-untyped-call]
             marks: tuple[Any, Any] = event.start_mark, event.end_mark
             return yaml.ScalarNode("", "", *marks)

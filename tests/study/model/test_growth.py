@@ -76,6 +76,6 @@ def test_what_no_exponent_can_be_is_refused(study: Study) -> None:
     assert list(wrong_levels(study, {**study.midlevels(), "growth": 1e9}, 8.0)) == [
         "growth = 1e+09 is not an exponent; use at most 20"
     ]
-    for change, said in (({"unit": "MPa"}, "an exponent has no unit"), ({"high": 30}, "stay within ±20")):
+    for change, said in (({"unit": "MPa"}, "an exponent has no unit"), ({"high": 30}, "use values from -20 to 20")):
         with pytest.raises(SpecError, match=said):
             study.with_(growth=change)
