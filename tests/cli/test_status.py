@@ -225,5 +225,5 @@ def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:
     assert found["stale"] == {"screen.json": ["stemcal"]}
     (failed.out / "screen.json").write_bytes(b"{")
     assert failed.json("status", "--verify")["verify"]["damaged"] == {
-        "screen.json": "is damaged: it contains no JSON object; run `stemcal screen SPEC` again"
+        "screen.json": "is damaged: the file contains no JSON object; run `stemcal screen SPEC` again"
     }
