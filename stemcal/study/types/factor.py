@@ -154,5 +154,5 @@ class OwnQuantity(Frozen):
     label: Label | None = None
     """Label of the response or condition in the report and in figures; by default derived from `name`."""
     unit: UnitText = "1"
-    """Unit of the response or condition in all results. A target can have another unit of the same dimension. A unit
-    that stemcal does not know is shown unchanged."""
+    """Unit of the response or condition in all results. A target can have another unit of the same dimension. An
+    unknown unit is shown unchanged."""
