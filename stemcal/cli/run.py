@@ -204,16 +204,16 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.manual_sheet import Correction, enter, user_name
+    from stemcal.manual_sheet import enter, user_name
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     try:
         content = read_plain(sheet, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
-    how = Correction(replace.strip(), user_name())
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
-        found = enter(work.study, work.folder, filled(content, sheet.name, work.study.by_hand), how)
+        rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
+        found = enter(work.study, work.folder, rows, replace_because=reason, who=user_name())
         if as_json:
             refused = [
                 {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused

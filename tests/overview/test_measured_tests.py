@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.measured.channels import CurveOptions
+from stemcal.measured.shear_curves import CurveOptions
 from stemcal.overview.measured_tests import break_at, measure_tests
 from stemcal.study.reading import load_study
 from stemcal.study.reading.read import with_rows

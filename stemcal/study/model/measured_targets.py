@@ -53,14 +53,12 @@ class TargetRow(Frozen):
 class Mean(Frozen):
     """The measured mean of a further response, with its standard deviation, in its own unit.
 
-    `n` are the specimens where they are not those of the first response; `systematic` has by how much
-    one standard deviation of what moves them all alike moves the mean.
+    `n` are the specimens where they are not those of the first response.
     """
 
     value: float
     sd: float | None = None
     n: int | None = None
-    systematic: dict[str, float] = {}
 
 
 class Target(Frozen):
@@ -83,10 +81,6 @@ class Target(Frozen):
         """Return over how many specimens a response was measured."""
         own = self.further[response].n if response in self.further else None
         return self.n if own is None else own
-
-    def systematic_of(self, response: str) -> dict[str, float]:
-        """Return by how much a standard deviation of what moves all specimens alike moves a response."""
-        return self.further[response].systematic if response in self.further else {}
 
     def specimens_of(self, response: str) -> str:
         """Return a name for the specimens of a response if their curves give it, otherwise nothing."""
@@ -132,13 +126,8 @@ class Targets(Frozen):
         means = list(self.means)
         for index, found in modes.items():
             scores = {
-                named.name: Mean(
-                    value=found.force,
-                    sd=sd,
-                    n=found.specimens,
-                    systematic={by: alike[j] for by, alike in found.systematic.items()},
-                )
-                for j, (named, sd) in enumerate(zip(named_modes([found]), found.scatter, strict=True))
+                named.name: Mean(value=found.force, sd=sd, n=found.specimens)
+                for named, sd in zip(named_modes([found]), found.scatter, strict=True)
             }
             further = {**means[index].further, **scores}
             means[index] = means[index].model_copy(update={"modes": found, "further": further})

@@ -4,7 +4,6 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field
 
-from stemcal.measured.curve_modes import Machine
 from stemcal.study.model.growth import Growth, MayGrow
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import (
@@ -97,19 +96,10 @@ class LoadingSection(Frozen):
 
 
 class MachineSection(Frozen):
-    """Stiffness and errors of the testing machine, for `curves`."""
+    """The testing machine, for `curves`."""
 
     stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
     """Stiffness of the machine without a specimen; by default the travel is used as measured."""
-    stiffness_sd: Annotated[float, Quantity("force per length", at_least=0)] = 0.0
-    """Standard deviation of the stiffness."""
-    toe_sd: SizeOrZero = 0.0
-    """Standard deviation of the start of all curves, for example from play in the grips."""
-
-    @property
-    def known(self) -> Machine:
-        """The same for those who read the curves."""
-        return Machine(self.stiffness, self.stiffness_sd, self.toe_sd)
 
 
 class ContactSection(Frozen):

@@ -10,7 +10,6 @@ from typing import Any, TypeGuard, get_type_hints
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from stemcal.measured.curve_modes import Machine
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.registry import stages
 from stemcal.study.model import (
@@ -20,7 +19,6 @@ from stemcal.study.model import (
     TESTS,
     Factor,
     LaboratorySection,
-    MachineSection,
     StudyForm,
     Targets,
 )
@@ -118,9 +116,7 @@ class Sections:
             self.good["tests"] = tuple(self.tests.values())
         specimen, chosen = self.good.get("specimen"), self.chosen("diameters")
         calibrate_at = rows.calibrated_at(chosen, getattr(specimen, "outer_diameter", None))
-        is_read = isinstance(machine, MachineSection) and machine.__dict__.keys() == MachineSection.model_fields.keys()
-        known = machine.known if is_read and machine is not None else Machine()
-        if (targets := rows.targets(calibrate_at, known)) is not None:
+        if (targets := rows.targets(calibrate_at, getattr(machine, "stiffness", None))) is not None:
             self.good[name] = targets
             self.take_in_tests(targets)
 

@@ -12,9 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import CurveOptions
-from stemcal.measured.curve_modes import FEWEST, MOST, Curve, Machine, modes_of, smoothed
-from stemcal.measured.shear_curves import read_curves
+from stemcal.measured.curve_modes import FEWEST, MOST, Curve, modes_of, smoothed
+from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
@@ -175,14 +174,14 @@ class Rows:
     def _find(self, path: NodePath, message: str, remedy: str) -> None:
         self.findings.append(Finding(path, message, remedy))
 
-    def targets(self, calibrate_at: float | None, machine: Machine) -> Targets | None:
+    def targets(self, calibrate_at: float | None, stiffness: float | None) -> Targets | None:
         """Return the targets, with the modes of their curves; None where nothing can be made of the rows."""
         if not self.means or calibrate_at is None:
             return None
         targets = Targets(calibrate_at=calibrate_at, means=tuple(self.means))
         complete = {"condition", "response"}
         if self.curves and all(complete <= target.__dict__.keys() for target in self.means):
-            return _scored(targets, self.curves, machine)
+            return _scored(targets, self.curves, stiffness)
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
@@ -318,12 +317,12 @@ def _example(naming: Naming) -> str:
     return f"{at}{naming.response.name}: …, sd: …, n: …"
 
 
-def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], machine: Machine) -> Targets:
+def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], stiffness: float | None) -> Targets:
     """Return targets with the modes of their curves, at other conditions no more than where is calibrated."""
     places = {target.row: place for place, target in enumerate(targets.means)}
     at = [row for row in curves if isclose(targets.means[places[row]].condition, targets.calibrate_at)]
     most, found = MOST, {}
     for row in [*at, *(row for row in curves if row not in at)]:
-        found[places[row]] = modes_of(curves[row], machine, most)
+        found[places[row]] = modes_of(curves[row], stiffness, most)
         most = len(found[places[row]].weights) if row in at else most
     return targets.with_modes(found)

@@ -40,18 +40,12 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
 
 
 def priors_fit(draft: Draft) -> Iterator[Finding]:
-    """A lognormal prior is of what is above 0, a prior leaves something of the range, and the rule heeds priors."""
+    """A prior leaves something of the range."""
     for index, factor in draft.factors.items():
         if (prior := factor.prior) is None:
             continue
         path: NodePath = ("factors", index, "prior", "mean")
-        if prior.kind == "lognormal" and prior.mean <= 0:
-            message = f"a lognormal mean of {prior.mean:g} is not above 0"
-            yield Finding(path, message, "correct the mean, or write kind: normal")
-        elif prior.kind == "lognormal" and factor.low <= 0:
-            message = f"low {factor.low:g} is not possible with a lognormal prior"
-            yield Finding(("factors", index, "low"), message, "raise low above 0, or write kind: normal")
-        elif not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
+        if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             given = f"{prior.mean:g} ± {prior.sd:g}"
             message = f"the prior {given} excludes the whole range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")

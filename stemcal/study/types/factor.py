@@ -93,10 +93,8 @@ UnitText = Annotated[
 
 
 class PriorKnowledge(Frozen):
-    """Knowledge of a factor from other sources; the calibration uses it as one more measurement."""
+    """Knowledge of a factor from other sources, normally distributed; the calibration uses it as a measurement."""
 
-    kind: Literal["normal", "lognormal"] = "normal"
-    """`normal`, or `lognormal` for a positive value with a relative scatter."""
     mean: Number
     """Mean of the prior distribution, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]

@@ -111,12 +111,6 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
             "machine: {stiffness: 900 N/mm}\n",
             "machine: without curves the `machine` section has no effect",
         ),
-        (
-            "curves: lab/8mm-*.csv",
-            "force: 140 N",
-            "machine: {stiffness_sd: 100 N/mm}\n",
-            "machine.stiffness_sd: the stiffness is missing",
-        ),
     ],
 )
 def test_what_cannot_be_compared_is_refused(tmp_path: Path, eight: str, seven: str, more: str, message: str) -> None:
@@ -156,16 +150,6 @@ def test_of_several_wrong_files_each_is_told(tmp_path: Path) -> None:
     first, second = told.value.problems
     assert "8毫米-1.csv: no force column" in first.message
     assert "8毫米-3.csv: only 1 point" in second.message
-
-
-def test_a_machine_that_is_not_known_widens_the_scores(tmp_path: Path) -> None:
-    known = study_in(tmp_path, more="machine: {stiffness: 2000 N/mm}\n").targets.modes[8.0]
-    unsure = study_in(tmp_path, more="machine: {stiffness: 2000 N/mm, stiffness_sd: 400 N/mm, toe_sd: 0.05 mm}\n")
-    assert not any(known.systematic)
-    moved = unsure.targets.modes[8.0].systematic
-    assert np.hypot(*moved.values()).max() > 0.02 * known.force
-    means = [mean.systematic for mean in unsure.targets.means[1].further.values()]
-    assert means == [{"stiffness": give, "toe": toe} for give, toe in zip(*moved.values(), strict=True)]
 
 
 def test_each_diameter_has_modes_of_its_own(tmp_path: Path) -> None:
