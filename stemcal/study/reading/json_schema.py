@@ -148,8 +148,8 @@ def meaning_of(path: NodePath) -> str:
 def meanings() -> dict[str, str]:
     """Return what each key of a spec means, by its place.
 
-    >>> meanings()["screen.alpha"], meanings()["solver.threads, kind: embedded"].partition(";")[0]
-    ('Significance level; factors with a smaller p are significant.', 'Threads of one simulation, for large models')
+    >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
+    ('Significance level. Factors with a smaller p-value are significant.', 'Files copied into the folder of each run.')
     """
     found = {key: node["description"] for key, node in form()["properties"].items()}
     for name, place in section_places().items():
