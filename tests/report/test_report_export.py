@@ -11,10 +11,11 @@ from typing import Any
 import pytest
 
 from stemcal.files.rows import Column, Table
+from stemcal.naming import Names
 from stemcal.report.export import _latex, _markdown, export_tables, numbered, study_tables
 from stemcal.report.gallery import gallery
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.showing import cited_ranges
+from stemcal.stages.invert.showing import calibration_table, cited_ranges
 from stemcal.stages.results import Results
 
 NASTY = Table(
@@ -66,6 +67,11 @@ def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
     doubted = {table.title: table for table in study_tables(replayed[0], results, holds=False)}
     assert {row[3] for row in doubted["Parameters of the simulation"].cells} == {"calibrated", "fixed"}
     assert "range" not in [column.key for column in doubted["Calibrated parameters"].columns]
+
+
+def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], results: Results) -> None:
+    refined = {**results.of(InvertResult).parameters, "yield_stress": 18.5}
+    assert calibration_table(results.of(InvertResult), Names(replayed[0].naming), refined).cells[0][1] == "18.50"
 
 
 def test_csv_has_plain_numbers(tables: dict[str, Table], tmp_path: Path) -> None:
