@@ -4,6 +4,7 @@ Needs `pip install stemcal[test-browser]` and a Chromium, found on the PATH or n
 needs axe.min.js of the npm package axe-core, named in STEMCAL_AXE, and is not checked without it.
 """
 
+import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -250,6 +251,17 @@ def test_tables_are_sorted_and_copied(fresh: Any) -> None:
     assert len(lines) == len(column) + 1 and f"{values[0]:g}" in lines[1]
     fresh.get_by_role("button", name="Copy parameters").click()
     assert fresh.evaluate("copied").startswith("Yield stress = 18.37 MPa (95 % range: 15.35 to 19.96 MPa)")
+
+
+def test_figures_tell_the_value_under_the_pointer(fresh: Any) -> None:
+    figure = fresh.locator(".seen svg").first
+    figure.scroll_into_view_if_needed()
+    axes = json.loads(figure.get_attribute("data-read"))[0]
+    box, view = figure.bounding_box(), [float(side) for side in figure.get_attribute("viewBox").split()[2:]]
+    place = [a["ends"][0] + (a["ends"][1] - a["ends"][0]) * (v - a["from"]) / (a["to"] - a["from"])
+             for a, v in ((axes["x"], 10.0), (axes["y"], 300.0))]  # fmt: skip
+    fresh.mouse.move(box["x"] + place[0] * box["width"] / view[0], box["y"] + place[1] * box["height"] / view[1])
+    assert fresh.locator(".tip").inner_text() == "measured, stem diameter 10 mm, maximum force 300 N"
 
 
 def test_nothing_sticks_out_and_axe_finds_nothing(fresh: Any) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
@@ -21,7 +21,7 @@ from stemcal.files.rows import Table, visible
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names, small
 from stemcal.numbers import short
-from stemcal.report.figures.plot import Plot, inline
+from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery
 from stemcal.report.page.headline import failures, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
@@ -39,10 +39,6 @@ from stemcal.words import counted, series
 
 if TYPE_CHECKING:
     from jinja2 import Environment
-
-
-_Styles = dict[str, str]
-"""The class of each style of the figures."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +122,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
-    styles, script, templates = _Styles(), part("page.js"), environment()
+    shared, script, templates = Shared(), part("page.js"), environment()
     templates.filters["coded"] = coded
     return templates.get_template("page.html").render(
         study=study,
@@ -146,16 +142,17 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         use=use if verdict.reasons else "",
         next=next_step(verdict),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
-        first=[drawn(plot, styles) for plot in first],
+        first=[drawn(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds),
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
-        setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), styles),
-        sections=[section(result, plots, verdict, labels, styles) for result in done],
-        runs=_part_of(_run_tables(study, results, records), _plots_of("runs", plots), styles),
+        setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
+        sections=[section(result, plots, verdict, labels, shared) for result in done],
+        runs=_part_of(_run_tables(study, results, records), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
-        css=(css := "\n".join([part("page.css"), *(f".{name} {{ {style} }}" for style, name in styles.items())])),
+        css=(css := f"{part('page.css')}{shared.css}"),
+        marks=shared.defs,
         script=script,
         policy=policy(css, script),
         profiler=next(filter(None, profilers), None),
@@ -169,24 +166,24 @@ def coded(text: str) -> Markup:
 
 
 def section(
-    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], styles: _Styles
+    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
 ) -> _Section:
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = _part_of(
         visible(tables_of(result, labels), verdict.holds),
         pictures,
-        styles,
+        shared,
         [str(note) for note in shown_notes(result, verdict.holds)],
     )
     came = outcome_of(result, verdict.holds, labels)
     return _Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
-def _part_of(tables: Iterable[Table], plots: Iterable[Plot], styles: _Styles, notes: Sequence[str] = ()) -> _Part:
+def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> _Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
-    pictures = [(plot.detail, drawn(plot, styles)) for plot in plots]
+    pictures = [(plot.detail, drawn(plot, shared)) for plot in plots]
     return _Part(
         tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
@@ -216,12 +213,12 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for plot in plots if plot.section == section and plot.on_page]
 
 
-def drawn(plot: Plot, styles: _Styles) -> _Picture:
+def drawn(plot: Plot, shared: Shared) -> _Picture:
     """Return a figure as the page shows it."""
-    return _Picture(inline(plot.document, plot.caption, plot.name, styles), plot.caption, plot.wide)
+    return _Picture(inline(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
 
 
-# ---- its templates
+# ---- its templates, and the profiler of the fitted surfaces alone, for a notebook
 
 
 def environment() -> Environment:
@@ -244,4 +241,20 @@ def policy(css: str, script: str) -> str:
     return (
         f"default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
         "form-action 'none'"
+    )
+
+
+def alone(data: Mapping[str, Any]) -> str:
+    """Return a page with nothing but the profiler."""
+    css, script = part("page.css"), part("page.js")
+    page = environment().get_template("notebook.html")
+    return page.render(css=css, script=script, policy=policy(css, script), profiler=data)
+
+
+def for_notebook(data: Mapping[str, Any]) -> str:
+    """Return the profiler for a notebook: a page in a frame, separate from the notebook's names, styles and scripts."""
+    high = 500 + 270 * len(data["factors"])
+    return (
+        f'<iframe srcdoc="{escape(alone(data))}" title="Profiler" width="100%" height="{high}" '
+        'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
     )

@@ -64,12 +64,14 @@ class SurfaceShowing(Showing[SurfaceResult]):
 
     def in_notebook(self, result: SurfaceResult, setting: Setting) -> SurfaceResult:
         surface = object.__new__(Surface)
-        surface.__dict__.update(vars(result))
+        surface.__dict__.update(vars(result), _setting=setting)
         return surface
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels of a prediction."""
+    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
+
+    _setting: Setting
 
     def predict(self, levels: Mapping[str, float]) -> Assessment:
         """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
@@ -79,6 +81,11 @@ class Surface(SurfaceResult):
                 f"predict: the level of {', '.join(missing)} is missing. Pass levels by name: {{{missing[0]!r}: …}}."
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
+
+    def _repr_html_(self) -> str:
+        from stemcal.report.page import for_notebook
+
+        return for_notebook(SurfaceShowing().profiler(self, self._setting))
 
 
 def _surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
