@@ -1,8 +1,8 @@
-"""Print the embedded solver's forces beside the paper's LS-DYNA forces, for both strain-rate laws, and plot them.
+"""Compare the forces of the embedded solver with the LS-DYNA forces of the paper, for both strain-rate laws.
 
     python benchmarks/against_paper.py [PICTURE]
 
-The parity plot goes to docs/images/parity.png unless another file is named.
+The parity plot is written to docs/images/parity.png unless another file is given.
 """
 
 from __future__ import annotations

@@ -1,18 +1,18 @@
-"""A bar that necks and parts: how wide the zone is and what work it takes, here and in OpenRadioss, on three meshes.
+"""Compare the localisation of a necking bar in the embedded solver and in OpenRadioss, on three meshes.
 
-python benchmarks/bar_that_localises.py                 here: bars of ℓ/8, ℓ/2, ℓ and 2 ℓ square
-python benchmarks/bar_that_localises.py openradioss     the same in the OpenRadioss of OPENRADIOSS_PATH, half an hour
+python benchmarks/bar_that_localises.py                 embedded solver: square bars of breadth ℓ/8, ℓ/2, ℓ and 2 ℓ
+python benchmarks/bar_that_localises.py openradioss     the same with OpenRadioss (OPENRADIOSS_PATH), half an hour
 
-An eighth of a bar, 12 ℓ long and by 0.5 % thinner in its middle, is pulled at its end. It yields at 15 MPa and hardly
-hardens, so it necks at once: over its breadth, or over its elements if these are longer. Both programs see the same
-neck and differ in how they average its plastic strain, which parts the bar at 3 % in the mean. Of a neck that elongates
-by u and is narrow against ℓ and L the mean is
+An eighth of a bar of length 12 ℓ, 0.5 % thinner in its middle, is pulled at its end. The material yields at 15 MPa with
+little hardening, so the bar necks at once: over its breadth, or over one element if the elements are longer. The neck
+is the same in both programs, but the programs average its plastic strain differently. The bar fails at a mean of 3 %.
+For a neck with the elongation u that is narrow compared with ℓ and L, the mean is
 
-    here            weight exp(−r²/ℓ²)         u / (ℓ √π)
-    OpenRadioss     ε̄ − L² ∇²ε̄ = ε             u / (2 L)          alike with L = 0.886 ℓ
+    embedded        weight exp(−r²/ℓ²)         u / (ℓ √π)
+    OpenRadioss     ε̄ − L² ∇²ε̄ = ε             u / (2 L)          equal for L = 0.886 ℓ
 
-and of a wide one alike with L = ℓ/2, by second moments. In between `radioss_length` works L out for the neck that the
-embedded solver has found. OpenRadioss runs with that, and with the length of the decks.
+For a wide neck, the second moments of the two means are equal for L = ℓ/2. For the neck found by the embedded solver,
+`radioss_length` computes L. OpenRadioss is run with this L and with the length of the decks.
 """
 
 from __future__ import annotations
@@ -35,16 +35,23 @@ from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import simulate
-from stemcal.processes import Ended
+from stemcal.processes import run_program
 from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import STEM
-from stemcal.solvers.deck.openradioss import installation, leave_engine_input, run_programs
-from stemcal.solvers.deck.openradioss_output import starter_accepted
-from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, TABLE, engine_over, starter_around, stem_material
+from stemcal.solvers.deck.openradioss import installation
+from stemcal.solvers.deck.writer import (
+    DECK,
+    ENGINE_INPUT,
+    HISTORY,
+    STARTER_INPUT,
+    TABLE,
+    TITLES,
+    starter_around,
+    stem_material,
+)
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_folder
-from stemcal.solvers.protocol import Answer
 
 Array = NDArray[np.float64]
 
@@ -231,15 +238,23 @@ def pulled_there(breadth: float, size: float, share: float) -> Pulled:
     options, folder = DeckSolver(program="openradioss"), run_folder(None, {})
     there = installation(options, Path.cwd())
     (folder / DECK).write_text("\n".join(deck_lines(mesh)) + "\n", "utf-8")
-    starter = starter_around(DECK, length, histories_asked(len(mesh.hexes)))
-    (folder / STARTER_INPUT).write_text(starter, "utf-8")
-
-    def started(ended: Ended) -> None:
-        starter_accepted(folder, ended)
-        leave_engine_input(folder, engine_over("run", DURATION, OUTPUTS, SAFETY))
-
-    answer = run_programs(folder, there, options, STARTER_INPUT, started, lambda _: Answer("ok"))
-    assert answer.ok, f"{answer.message} ({folder})"
+    further = "\n".join([*histories_asked(len(mesh.hexes)), "/END"])
+    (folder / STARTER_INPUT).write_text(starter_around(DECK, length).replace("/END", further), "utf-8")
+    engine = (
+        "/RUN/run/1/",
+        f"{DURATION}",
+        "/TFILE/4",
+        f"{DURATION / OUTPUTS}",
+        "/DT",
+        f"{SAFETY} 0",
+        "/PARITH/OFF",
+        TITLES,
+    )
+    for command in ([there.starter, "-i", STARTER_INPUT, "-np", "1"], [there.engine, "-i", ENGINE_INPUT]):
+        ended = run_program(command, folder, there.environment, 3600.0)
+        assert ended.code == 0, f"{ended.output} ({folder})"
+        (folder / ENGINE_INPUT).write_text("\n".join([*engine, "/PRINT/-1000", ""]), "utf-8")
+    run_program([there.th_to_csv, HISTORY], folder, there.environment, 3600.0)
     table = pd.read_csv(folder / TABLE, skipinitialspace=True)
     shutil.rmtree(folder, ignore_errors=True)
     standing, strain, mean = (history_of(table, name) for name in ("OFF", "PLAS", "NL_PLAS"))

@@ -1,11 +1,11 @@
-"""Where the time goes, of a study and of a step, as tables.
+"""Print tables of the time spent in the parts of a study or of a time step.
 
-python benchmarks/breakdown.py study [SPEC]    a study from the first import to the page, smoke.yaml unless said
-python benchmarks/breakdown.py step            a step of the paper's 8 mm case by what it does
+python benchmarks/breakdown.py study [SPEC]    a study from the first import to the report, smoke.yaml by default
+python benchmarks/breakdown.py step            the parts of a time step of the paper's 8 mm case
 
-A part of an element's physics is timed by what the loop takes less without it: the loop is compiled again with that
-part switched off. The rest of a step is timed piece by piece, each repeated from within compiled code, in the middle of
-the cut. Times are medians of CPU time.
+The time of a part of the element loop is the difference between the loop with and without this part, which is compiled
+separately. The other parts of a step are timed one by one, each repeated from compiled code in the middle of the cut.
+All times are medians of CPU time.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The 32 different cases the wild chrysanthemum paper simulated with LS-DYNA, and how to run them here.
+"""The 32 distinct cases that the wild chrysanthemum paper simulated with LS-DYNA, and functions that run them.
 
-Table 6 has 12 (screening), Table 9 has 15 (its centre runs averaged), Table 13 has 5 (the diameters).
+Table 6 has 12 cases (screening), Table 9 has 15 (centre runs averaged), Table 13 has 5 (diameters).
 """
 
 from __future__ import annotations

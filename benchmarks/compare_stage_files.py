@@ -1,9 +1,9 @@
-"""Compare every number in the stage files of two study folders, old and new, to a part in 10¹².
+"""Compare all numbers in the stage files of two study folders, old and new, to a relative error of 1e-12.
 
     python benchmarks/compare_stage_files.py OLD NEW [OLD NEW ...]
 
-Texts, hashes and versions are not compared; numbers that only the new folder has are counted. Ends with 1 if an old
-number differs or is gone.
+Texts, hashes and versions are not compared. Numbers that only the new folder contains are counted. The exit code is 1
+if an old number differs or is missing.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Whether contact creates energy: the smallest share of the blade's work that it holds back until the stem breaks.
+"""Check whether contact creates energy: print the smallest contact energy, relative to the work of the blade.
 
 python benchmarks/contact_energy.py            hard, soft and fine cases, and six crops
-python benchmarks/contact_energy.py sizes      centre, yield stress 60, chickpea over d/12 to d/32
+python benchmarks/contact_energy.py sizes      centre, yield stress 60, chickpea with elements of d/12 to d/32
 
-Friction and damping only take: a negative share is energy that the numbers have made. A minute on one core, `sizes`
-several.
+Friction and damping only dissipate energy, so a negative contact energy is numerical. The script takes a minute on one
+core, `sizes` several minutes.
 """
 
 from __future__ import annotations

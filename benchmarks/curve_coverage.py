@@ -1,19 +1,19 @@
-"""Do intervals hold the truth where whole curves are fitted, and does sampling them more finely narrow the intervals?
+"""Coverage of the 95 % intervals of fits to whole curves, and their width with a finer sampling of the curves.
 
 python benchmarks/curve_coverage.py [laboratories] [bend|flat|hill …]
 
-Planted in place of a solver, so that hundreds of laboratories can be had, are three forces over the travel u. Each
-rises with the stiffness a, is as large as the strength b lets it, and ends by the travel c:
+To allow hundreds of synthetic laboratories, the solver is replaced by three force laws over the travel u. Each law has
+an initial stiffness a, a strength b and a travel c:
 
-    bend   b (1 − e^(−a u/b)) until it breaks at u = c (b/a + 0.3), still rising
-    flat   b (1 − (1 − u/e)^(a e/b)) until it breaks at u = e = 0.7 c, where it no longer rises
-    hill   b tanh((a u/b)^1.3) (1 + u/4)/(1 + e^((u − 0.9 c)/0.04)), over a maximum and down again
+    bend   b (1 − e^(−a u/b)) until the break at u = c (b/a + 0.3), where the force still rises
+    flat   b (1 − (1 − u/e)^(a e/b)) until the break at u = e = 0.7 c, where the force is constant
+    hill   b tanh((a u/b)^1.3) (1 + u/4)/(1 + e^((u − 0.9 c)/0.04)), with a maximum
 
-At another diameter than 8 mm a and c change as the diameter does, b as its square. A laboratory's specimens scatter
-in a, b, c, with a smooth error of 1 % along each curve and noise at each point, on a machine whose give and toe are
-drawn from what is said to be known of them, or a give off by one SD, the same at all diameters. Its curves are scored
-and fitted as a study's are, on the surfaces of 15 runs. A line tells, of one setting, how often the 95 % intervals hold
-the truth, where no range cuts them off; the last lines what becomes of widths if every curve has twice the points.
+At other diameters than 8 mm, a and c scale with the diameter and b with its square. The specimens of a laboratory
+scatter in a, b and c, with a smooth error of 1 % along each curve and noise at each point. The compliance and the toe
+of the testing machine are drawn from their stated distributions, or the compliance is wrong by one SD at all diameters.
+The curves are evaluated and fitted as in a study, on surfaces of 15 runs. Each line of the output gives the coverage
+for one setting, without intervals that a range cuts off. The last lines give the widths for twice the points per curve.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""How well one material fits all measured diameters, with a yield stress that grows and with a stem that folds.
+"""Fit a growing yield stress and a folding stem to all measured diameters, and print their errors.
 
     python benchmarks/growth_with_diameter.py [FOLDER]
     python benchmarks/growth_with_diameter.py --predict [FILE.png]
 
-Fits both models to every choice of diameters below and prints the errors at fitted and held-out diameters next to
-those of F = a·d^b through the same forces. Runs are kept in FOLDER (15 minutes on one core without them). With
---predict both calibrated materials are cut at 8 mm over other gaps, with other blades and with other walls.
+Both models are fitted to every set of diameters below. The errors at fitted and held-out diameters are printed next to
+those of F = a·d^b through the same forces. Runs are kept in FOLDER; without existing runs the script takes 15 minutes
+on one core. With --predict, both calibrated materials are simulated at 8 mm with other gaps, blades and walls.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""The plastic hinge of a tube in CalculiX, whose elements are quadratic: how far above 4 Mp/L it carries.
+"""Plastic hinge of a tube in CalculiX with quadratic elements: collapse load relative to 4 Mp/L.
 
 python benchmarks/hinge_in_calculix.py      spans of 10, 20 and 40 diameters; needs `ccx`
 
-A quarter of a tube, bore 0.41 of the diameter, that yields at 3 MPa and does not harden, small strains. Supports and
-the middle section are held by their sides, at half the height, so that nothing is dented and nothing rolls. A last line
-has the middle pushed by a flat nose instead, half a millimetre to either side and 3.2 mm broad.
+The model is a quarter of a tube with a diameter ratio of 0.41, which yields at 3 MPa without hardening, at small
+strains. Supports and middle section are held at their sides at half the height, so that the tube neither dents nor
+rolls. In the last line of the output, a flat nose pushes the middle instead, half a millimetre to either side and 3.2
+mm broad.
 """
 
 from __future__ import annotations

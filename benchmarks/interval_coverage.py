@@ -1,26 +1,26 @@
-"""Do the 95 % intervals of the parameters hold the truth in 95 of 100 studies?
+"""Coverage of the 95 % intervals of parameters and response surfaces in simulated studies.
 
 python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [unequal] [laws] [failed] [hypercube]
                                        [replicates] [solution] [priors] [surfaces] [fields]
 
-The first number is that of the studies of each row, 200 by default: a share is then good to ±3. The second draws
-others. All rows but `solution`, `surfaces` and `fields` draw studies of two parameters and five diameters and print
-how often the interval of each parameter holds the truth, their median widths, and how often the misfit test rejects
+The first number is the number of studies per row, 200 by default, which gives a sampling error of ± 3 %. The second
+number is the random seed. All rows except `solution`, `surfaces` and `fields` simulate studies of two parameters and
+five diameters. These rows give the coverage of each parameter, the median widths, and how often the misfit test rejects
 the model.
 
-`laboratory`: exact surfaces, n specimens at each diameter that scatter by 5 %, and with coefficients of variation
-that differ. `unequal`: one diameter scatters three times as much. `rough`: quadratics that miss by 3 %, at the runs
-of the design and at the truth alike. `laws`: a deterministic solver that follows power laws, or saturating ones, nine
-runs, eight specimens that scatter by 1.5 %. `failed`: three of the nine runs have failed, so that the surfaces have
-as many coefficients as runs. `hypercube`: the same with six and seven runs of a Latin hypercube. `replicates`: a
-program with a scatter of 5 %, each run of the design made r times, the laboratory known. `solution`: of the same
-program, how often the intervals at the calibrated point hold the true mean of the program there, and one more run.
-`priors`: a material drawn from normal and lognormal priors, each about as wide as what the forces show.
+`laboratory`: exact surfaces and n specimens per diameter with 5 % scatter, also with different coefficients of
+variation. `unequal`: one diameter has three times the scatter. `rough`: quadratics with an error of 3 %, at the design
+points and at the true parameters. `laws`: a deterministic solver with power laws or saturating laws, nine runs, eight
+specimens with 1.5 % scatter. `failed`: three of the nine runs failed, so the surfaces have as many coefficients as
+runs. `hypercube`: the same with six and seven runs of a Latin hypercube. `replicates`: a program with 5 % scatter, r
+replicates per design point, exact measurements. `solution`: coverage of the true mean of this program and of one
+further run at the calibrated point. `priors`: a material drawn from normal and lognormal priors, about as wide as the
+intervals from the forces.
 
-`surfaces`: a deterministic solver whose response is a smooth function, drawn at random of three families (sums of
-cosines, products of powers, sums of hyperbolic tangents), or rough but repeatable: how often the interval of the mean
-and that of one more run hold it at points spread over the region. `fields`: the variance of ŷ about a Gaussian field
-whose correlation reaches so many half steps, in units of the mean s², over h and over 1 + h: medians over the region.
+`surfaces`: a deterministic solver with a smooth response, drawn at random from three families (sums of cosines,
+products of powers, sums of hyperbolic tangents), or with a rough but repeatable response. The row gives the coverage of
+the mean and of one further run at points of the region. `fields`: error variance of ŷ for Gaussian fields with several
+correlation lengths in half-steps, in units of the mean s², relative to h and to 1 + h: medians over the region.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
-"""Do the virtual tests beside cutting depend on their mesh?
+"""Mesh sensitivity of the simulated laboratory tests other than cutting.
 
 python benchmarks/laboratory_objectivity.py [test ...]
 
-The tests of configs/three-tests.yaml and those that benchmarks/several_tests.py adds (bending, pull, squeeze, crush),
-axial compression and tension between held ends (press, clamp), at the known material. For each
-response a line tells, in per cent: the standard deviation over four places of the mesh (the full piece turned by
-quarters of an element), a middle between two layers of nodes against the usual one on nodes, elements of the test's own
-size against half as large ones, and the quarter against the full piece. Some minutes on one core, most of it for
-bending.
+The tests are those of configs/three-tests.yaml and of benchmarks/several_tests.py (bending, pull, squeeze, crush), and
+axial compression and tension between held ends (press, clamp), with the known material. A line per response gives, in
+%: the standard deviation over four mesh positions (full model rotated by quarters of an element), the change from a
+layer of nodes to a layer of elements in the middle, the change with half the element size, and the difference between
+quarter and full model. The script takes some minutes on one core, mostly for bending.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
-"""How much of the cutting force is the mesh's and the method's, with the shipped study's choices.
+"""Sensitivity of the peak force to mesh and method, with the defaults of the shipped study.
 
-python benchmarks/objectivity.py phases        ten places of the mesh along the stem, at the centre of the design
+python benchmarks/objectivity.py phases        ten mesh positions along the stem, at the centre of the design
 python benchmarks/objectivity.py edge          the edge over a row of nodes and over a row of elements
 python benchmarks/objectivity.py sizes         elements of d/12 to d/40, the same lengths, three points and stems (slow)
-python benchmarks/objectivity.py grading       graded meshes and added mass against an even mesh without
-python benchmarks/objectivity.py contact       the supports' penalty four times and a quarter as stiff
+python benchmarks/objectivity.py grading       graded meshes and added mass versus a uniform mesh without added mass
+python benchmarks/objectivity.py contact       a quarter of and four times the penalty of the supports
 python benchmarks/objectivity.py choices       friction, radii, bevel, wall, filter: one at a time
-python benchmarks/objectivity.py blades        edge angle and radius, with elements of d/16 and d/24; one bevel
-python benchmarks/objectivity.py lengths       the force over edge spread and internal length
-python benchmarks/objectivity.py cut           work until the break and over the whole stroke, over the element size
-python benchmarks/objectivity.py precision     elements in single precision against double, all 32 cases
-python benchmarks/objectivity.py crops         other crops: phases, d/24, hourglass stiffness (slow)
-python benchmarks/objectivity.py even          graded meshes against an even one, the 15 points of the design (slow)
+python benchmarks/objectivity.py blades        edge angle and radius, with elements of d/16 and d/24; single bevel
+python benchmarks/objectivity.py lengths       peak force versus edge spread and internal length
+python benchmarks/objectivity.py cut           work until the break and over the whole stroke versus element size
+python benchmarks/objectivity.py precision     elements in single precision versus double precision, all 32 cases
+python benchmarks/objectivity.py crops         other crops: mesh positions, d/24, hourglass stiffness (slow)
+python benchmarks/objectivity.py even          graded meshes versus a uniform mesh, the 15 points of the design (slow)
 
-Without a name all but the slow ones are run.
+Without a name, all rows except the slow ones are run.
 """
 
 from __future__ import annotations

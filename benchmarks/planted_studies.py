@@ -1,17 +1,20 @@
-"""Is the verdict right of studies in which a trouble was planted, and does following its advice lead to the truth?
+"""Check verdicts and remedies on studies with a known fault.
 
 python benchmarks/planted_studies.py [seeds] [first seed] [kind ...]
 
-Each kind of trouble is planted with several seeds (12 by default, from 1), which draw the truth, the law and the
-laboratory. The law, with a and b coded by their ranges and slopes p, q, r, g, t, u drawn anew for each seed:
+Each kind of fault is planted with several seeds (12 by default, from 1), from which the true parameters, the law and
+the laboratory are drawn. In the law, a and b are coded by their ranges, and p, q, r, g, t and u are drawn for each
+seed:
 
     force   (100 + p·a + q·b + r·b²)·(d/8)^(2 + g·b)      travel   (2 + t·a − u·b)·(d/8)
 
-A study is judged, its advice followed as a user would (the key that it names is changed, or what it doubts is mended),
-and judged again. Counted are: the verdict and its reason; the advice; the verdict after it; and whether the parameters
-then are no further from the truth than before by more than 0.05 half ranges, or their 95 % intervals hold it (a point
-that was picked from many may be near by luck), or where one force alone is fitted, which fixes one combination,
-whether that force is off by no more than 1.4 % more, two standard errors of the laboratory's mean. Some ten minutes.
+The script evaluates a study, applies its remedy as a user would (by changing the named key or correcting the doubtful
+input), and evaluates the study again. Counted are the correct verdicts and reasons, the correct remedies, the correct
+verdicts after the remedy, and the studies whose parameters are no further from the true values than before. A parameter
+counts as no further if its distance increases by at most 0.05 half ranges or its 95 % interval covers the true value,
+because a point that was selected from many can be near by chance. If only one force is fitted, which determines one
+combination, the error of this force may increase by 1.4 %, two standard errors of the measured mean. The script takes
+some ten minutes.
 """
 
 from __future__ import annotations

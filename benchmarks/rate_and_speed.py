@@ -1,11 +1,11 @@
-"""The force over added mass and over the speed of the blade, with and without a rate law.
+"""Peak force versus added mass and versus blade speed, with and without a rate law.
 
 python benchmarks/rate_and_speed.py mass       mass scaling 1e4, 1e3, 1e2, 10, true mass; 50 to 200 mm/min (an hour)
 python benchmarks/rate_and_speed.py field      0.5, 1, 5 m/s at the true mass, four element sizes
-python benchmarks/rate_and_speed.py machine    50 to 200 mm/min, and what of it is the law's own effect
-python benchmarks/rate_and_speed.py filter     a third of, and three times, the travel over which the rate is smoothed
+python benchmarks/rate_and_speed.py machine    50 to 200 mm/min, and the effect of the rate law alone
+python benchmarks/rate_and_speed.py filter     a third of and three times the travel per filter time of the strain rate
 
-The centre of the design, 8 mm, 1.17 mm of travel; without a name the last three are run.
+All runs are at the centre of the design, 8 mm, with a travel of 1.17 mm. Without a name, the last three rows are run.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""Which factors does a screening choose: those with an effect, and how many others?
+"""Detection rate and false-positive rate of a screening.
 
 python benchmarks/screening_power.py
 
-Draws studies whose contrasts are chance alone but for some factors with effects of four standard errors. A row per
-Plackett–Burman design shows the share of these that is found and the share of the others that is chosen, by the F test
-against the residual, by Lenth's method, and by the rule of `screening.significant`. One minute.
+The simulated studies have random contrasts, except for some factors with effects of four standard errors. A row per
+Plackett–Burman design gives the rate of active factors that are detected and the rate of inactive factors that are
+selected: by the F test against the residual, by Lenth's method, and by the rule of `screening.significant`. The script
+takes a minute.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""Mean number of words per sentence in help, docs and report: python benchmarks/sentence_length.py [ROOT]
+"""Mean number of words per sentence in help, docs and report.
 
-ROOT is another checkout, whose docs are counted too. Sentences longer than 30 words are listed with their file.
+    python benchmarks/sentence_length.py [ROOT]
+
+ROOT is another checkout, whose docs are counted instead. Sentences of more than 30 words are listed with their file.
 """
 
 import html
@@ -36,8 +38,9 @@ def length(sentence: str) -> int:
 def prose(markdown: str) -> Iterator[str]:
     """Yield paragraphs and list items of a page without tables, blocks of code and equations."""
     text = markdown.partition("\n## Sources\n")[0]
-    text = re.sub(r"\s*\$\$.*?\$\$\s*(?=[a-z])", " $equation$ ", text, flags=re.DOTALL)
-    text = re.sub(r"^---\n.*?\n---\n|<!--.*?-->|^```.*?^```|\$\$.*?\$\$", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"\s*\$\$.*?\$\$\s*([a-z]?)", lambda m: f" $e$ {m[1]}" if m[1] else "\n\n", text, flags=re.DOTALL)
+    text = re.sub(r"^---\n.*?\n---\n|<!--.*?-->|^```.*?^```", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"!\[(.*)\]\(.*\)\s+(?=\*\1\*)", "", text)  # the caption repeats the alternative text
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.)\s)|\n(?=\||#)", text):
         if not re.match(r"\s*(\||#)", block):

@@ -1,12 +1,12 @@
-"""Which parameters of one material do several tests determine?
+"""Identifiability of the parameters of one material by several laboratory tests.
 
 python benchmarks/several_tests.py [laboratories]
 
-The study of configs/three-tests.yaml with radial and axial compression beside its tests: its surfaces are fitted once
-(20 runs, some minutes on one core), then laboratories are drawn at the known material, 1000 MPa, 15 MPa and 0.03: ten
-specimens of each test whose responses scatter by 6 % about what the surfaces give there. Each laboratory is fitted as a
-study fits it. A line per combination of tests shows, for each parameter, how often its 95 % interval covers the truth
-(200 laboratories by default: good to ±3) and, for a quarter of the laboratories, its mean width in % of the truth.
+The study is configs/three-tests.yaml with additional radial and axial compression. Its surfaces are fitted once (20
+runs, some minutes on one core). Synthetic laboratories are then drawn at the known material (1000 MPa, 15 MPa, 0.03):
+ten specimens per test, with 6 % scatter about the responses of the surfaces. Each laboratory is fitted as in a study. A
+line per combination of tests gives the coverage of the 95 % interval of each parameter (200 laboratories by default,
+sampling error ± 3 %) and, for a quarter of the laboratories, the mean width in % of the true value.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def main(laboratories: int, folder: Path) -> None:
 
 
 def spec_text() -> str:
-    """Return the study of configs/three-tests.yaml with radial and axial compression beside its tests."""
+    """Return the study of configs/three-tests.yaml and additional radial and axial compression."""
     return SPEC.read_text("utf-8").replace("\ntargets:\n", FURTHER + "\ntargets:" + ROWS)
 
 

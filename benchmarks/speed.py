@@ -1,12 +1,12 @@
-"""How fast the solver is: rates and ratios, each the median of several runs.
+"""Speed of the solver: rates and ratios, each the median of several runs.
 
-python benchmarks/speed.py kernel     the element kernel, blocked against element by element
+python benchmarks/speed.py kernel     the blocked element kernel versus the kernel for one element at a time
 python benchmarks/speed.py solver     the whole solver on the paper's 8 mm case, full model
-python benchmarks/speed.py scaling    cost and memory from 1,000 to 1,000,000 elements
-python benchmarks/speed.py threads    two threads against one on 200,000 elements
-python benchmarks/speed.py steps      fewer steps: elements given mass, the end at the break
-python benchmarks/speed.py plan [SPEC ...]    what `check` estimates of studies, and what they then take
-python benchmarks/speed.py study      the shipped study: kernels to be compiled, compiled, and with 4 mesh positions
+python benchmarks/speed.py scaling    time and memory for 1,000 to 1,000,000 elements
+python benchmarks/speed.py threads    two threads versus one on 200,000 elements
+python benchmarks/speed.py steps      fewer steps: added mass and the stop at the break
+python benchmarks/speed.py plan [SPEC ...]    time estimated by `check` and time taken by studies
+python benchmarks/speed.py study      the shipped study: with compilation, without, and with 4 mesh positions
 """
 
 from __future__ import annotations

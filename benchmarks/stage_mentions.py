@@ -1,10 +1,10 @@
-"""Count the lines that name a stage outside its folder: what a reader must visit to change it.
+"""Count the lines that name a stage outside its folder.
 
     python benchmarks/stage_mentions.py
 
-A line counts where it has the stage's name as a whole text or as a name, or the name of its result or options. Its
-folder, the list of stages in `stemcal/stages/stage.py`, comments and docstrings do not count. Prints a line per stage:
-lines, files, and the five files with the most.
+A line counts if it contains the name of the stage as a whole text or identifier, or the name of its result or options.
+The folder of the stage, the list of stages in `stemcal/stages/stage.py`, comments and docstrings do not count. The
+script prints a line per stage: number of lines, number of files, and the five files with the most lines.
 """
 
 from __future__ import annotations

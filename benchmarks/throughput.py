@@ -1,10 +1,10 @@
-"""A study of many runs with a solver that takes no time: what stemcal itself costs per run, and how much memory.
+"""Time and memory per run of stemcal itself: a study of many runs with a solver that returns immediately.
 
 python benchmarks/throughput.py [RUNS]                        on this machine
 python benchmarks/throughput.py [RUNS] dask://HOST:PORT       on a Dask cluster; its workers need this folder:
                                                               start them with PYTHONPATH=benchmarks
 
-Every run goes through a worker process and ends as a durable record, as in any study.
+As in any study, every run passes through a worker process and is recorded durably.
 """
 
 from __future__ import annotations

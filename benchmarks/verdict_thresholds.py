@@ -1,13 +1,14 @@
-"""What would other thresholds of the verdict say: of rough answers, of factors that are left free, of doubtful physics?
+"""Effect of other thresholds of the verdict: rough responses, undetermined factors, doubtful physics.
 
 python benchmarks/verdict_thresholds.py
 
-`rough_response` speaks from a residual of 3 % of the mean: how many of 300 quadratics of a composite design are above
-2, 3 and 5 %, if the answers are rough but repeatable by so much. A factor is free from half of its range: how many
-profiles of the law and the laboratories of `interval_coverage.py` fill 0.3 to 0.75 of it. The run with the calibrated
-parameters decides from twice a limit of its physics: how far the force is off that of elements of d/32, by hourglass
-stiffnesses that take up more and more energy, and off that of a hundredth of the mass, by added mass; both over their
-limits (10 % of the energy, 5 % of the force), stems of 8 mm with elements of d/8. Two minutes.
+`rough_response` applies above a residual of 3 % of the mean. The script counts how many of 300 quadratics of a
+composite design exceed 2, 3 and 5 % for rough but repeatable responses. A factor is not determined if its interval
+covers half of its range. The script counts how many profiles of the laws and laboratories of `interval_coverage.py`
+cover 0.3 to 0.75 of the range. The run at the solution causes an error above twice a limit of its physics. The script
+prints the error of the force relative to elements of d/32 for several hourglass stiffnesses, and relative to a
+hundredth of the mass for several added masses. The limits are 10 % of the energy and 5 % of the force; stems of 8 mm
+have elements of d/8. The script takes two minutes.
 """
 
 from __future__ import annotations

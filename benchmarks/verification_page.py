@@ -1,8 +1,9 @@
-"""Run the known answers of the solver and write docs/verification.md, its cases and figures.
+"""Compute the known solutions and write docs/verification.md, its cases and its figures.
 
     python benchmarks/verification_page.py [FOLDER]
 
-Takes some minutes and needs `pip install "stemcal[test]"`. Ends with 1 if a case lies outside its tolerance.
+The script takes some minutes and needs `pip install "stemcal[test]"`. The exit code is 1 if a case is outside its
+tolerance.
 """
 
 from __future__ import annotations

@@ -25,8 +25,8 @@ from stemcal.runs.answer import Watch, ignore, keep
 from stemcal.runs.record import answer_of, record_key, stands
 from stemcal.runs.retries import Computed
 from stemcal.solvers import make_solver
-from stemcal.solvers.program import seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of
 from stemcal.solvers.sheet.reading import (
     FAILED,
     REMARK,

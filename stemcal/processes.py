@@ -17,6 +17,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -163,55 +164,35 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
         If it cannot be started.
     """
     started = time.monotonic()
-    process = subprocess.Popen(
-        list(command),
-        cwd=folder,
-        env={**os.environ, **environment},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        process_group=None if os.name == "nt" else 0,
-        creationflags=_APART,
+    with tempfile.TemporaryFile() as printed:
+        process = subprocess.Popen(
+            list(command),
+            cwd=folder,
+            env={**os.environ, **environment},
+            stdin=subprocess.DEVNULL,
+            stdout=printed,
+            stderr=subprocess.STDOUT,
+            process_group=None if os.name == "nt" else 0,
+            creationflags=_APART,
+        )
+        try:
+            timed_out = not wait_until(time_limit, partial(_has_ended, process))  # not while stopped itself
+            if timed_out:
+                end_family(process.pid, politely=True)
+        finally:
+            end_family(process.pid)
+            process.wait()
+        printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
+        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
+    return Ended(
+        process.returncode, timed_out, output.replace("\0", "\N{REPLACEMENT CHARACTER}"), time.monotonic() - started
     )
-    tail = _Tail(process.stdout)
-    try:
-        timed_out = not wait_until(time_limit, partial(_has_ended, process))  # not while stopped itself
-        if timed_out:
-            end_family(process.pid, politely=True)
-    finally:
-        end_family(process.pid)
-        process.wait()
-    return Ended(process.returncode, timed_out, tail.text(), time.monotonic() - started)
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
     with suppress(subprocess.TimeoutExpired):
         process.wait(seconds)
     return process.returncode is not None
-
-
-class _Tail:
-    """Reads a pipe to its end in a thread and keeps the last of it."""
-
-    def __init__(self, pipe: IO[bytes] | None) -> None:
-        self._kept = bytearray()
-        self._dropped = False
-        self._thread = threading.Thread(target=self._read, args=(pipe,), name="output", daemon=True)
-        self._thread.start()
-
-    def _read(self, pipe: IO[bytes]) -> None:
-        with pipe, suppress(OSError, ValueError):
-            while chunk := pipe.read1(65536):  # type: ignore[attr-defined]
-                self._kept += chunk
-                if len(self._kept) > KEPT_BYTES:
-                    self._dropped = True
-                    del self._kept[:-KEPT_BYTES]
-
-    def text(self) -> str:
-        """Return what was kept; a process that left its group may still hold the pipe, so the wait is short."""
-        self._thread.join(GRACE_S)
-        text = self._kept.decode("utf-8", "replace").removeprefix("\ufeff").replace("\0", "\N{REPLACEMENT CHARACTER}")
-        return f"[…]{text}" if self._dropped else text
 
 
 # ---- ending
@@ -321,19 +302,12 @@ def _computed(call: Callable[[], Any]) -> bytes:
 
 
 def _failed(error: BaseException | None) -> bytes:
-    return pickle.dumps((None, error and _portable(error)))
-
-
-def _portable(error: BaseException) -> BaseException:
-    """Return the error if it survives a pickle, else a `RuntimeError` with the same text."""
-    plain = RuntimeError(f"{type(error).__name__}: {error}")
-    if not isinstance(error, Exception):
-        return plain
-    try:
-        copy: Any = pickle.loads(pickle.dumps(error))
-    except Exception:
-        return plain
-    return error if isinstance(copy, Exception) else plain
+    """Return an error as an answer; one that does not survive a pickle, or is no `Exception`, as a `RuntimeError`."""
+    with suppress(Exception):
+        answer = pickle.dumps((None, error))
+        if isinstance(pickle.loads(answer)[1], Exception):
+            return answer
+    return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
 def _put(stream: IO[bytes] | None, message: bytes) -> None:

@@ -1,6 +1,6 @@
-"""Known answers, computed anew and written down as a page of the documentation.
+"""Known solutions: computed and written to a page of the documentation.
 
-The set-ups are those of the verification tests, which become importable here.
+The models are those of the verification tests, which can be imported here.
 """
 
 from __future__ import annotations

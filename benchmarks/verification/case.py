@@ -1,4 +1,4 @@
-"""One comparison with a known answer, and the topic it belongs to."""
+"""A comparison with a known solution, and its topic."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SINGLE = 1e-6
 
 @dataclass(frozen=True)
 class Case:
-    """A computed number beside the exact one; the tolerance is a share of the exact one if `relative`."""
+    """A computed value and its exact value; the tolerance is relative to the exact value if `relative`."""
 
     name: str
     computed: float

@@ -38,11 +38,11 @@ def rebound() -> Topic:
     text = "remaining momentum, spinning block between two tools"
     cases.append(Case(text, momentum_error(), 0.0, SINGLE, "Newton's third law", relative=False))
     text = (
-        "A block falls on a rigid table; the contact is so soft that the block is effectively rigid. Without damping "
-        "the block rebounds with its impact speed. With damping the block keeps the same fraction of its speed as a "
-        "damped oscillator without tension. In the last case a spinning elastic-plastic block is caught, with "
-        "friction, between the table and a moving wedge. The loss of momentum of the block must equal the impulse "
-        "on the tools."
+        "A block falls on a rigid table, with a contact so soft that the block is effectively rigid. Without "
+        "damping, the falling block must rebound at its impact speed. With damping, the rebound speed must equal "
+        "the rebound speed of a damped oscillator that transmits no tension. In the case with two tools, a spinning "
+        "elastic-plastic block is caught, with friction, between the table and a moving wedge. The change in "
+        "momentum of the spinning block must equal the impulse on the tools."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -76,7 +76,7 @@ def sliding() -> Topic:
                     0.01, "v²/2μg", "mm")  # fmt: skip
         cases.append(case)
         taken = history.contact[-1] / history.kinetic[0]
-        cases.append(Case(f"energy taken by friction, μ = {mu:g}, {speed:g} mm/s", taken, 1.0, 0.02, "energy"))
+        cases.append(Case(f"energy dissipated by friction, μ = {mu:g}, {speed:g} mm/s", taken, 1.0, 0.02, "energy"))
     give = 20.0 * 2.0 * GRAVITY * STEP**2 / 0.2
     stuck = moved(slide(Contact(0.3, 0.3), 0.0, 0.9 * 0.3, 0.02))
     cases.append(Case("pulled by 0.9 μMg: displacement", stuck, 0.0, give, "Coulomb", "mm", relative=False))
@@ -91,13 +91,13 @@ def sliding() -> Topic:
                     "μd + (μs − μd) exp(−DC·v)")  # fmt: skip
         cases.append(case)
     text = (
-        "A block is placed on a table. With an initial speed the block stops after v²/2μg. If the block is pulled "
-        "below the friction limit, it moves only by the elasticity of its contact; above the limit it accelerates. "
-        "With a static coefficient above the dynamic one, friction increases as the block slows down, by the law of "
-        "LS-DYNA contacts."
+        "A block that slides on a table with the initial speed v must stop after the distance v²/2μg. A block that "
+        "is pulled with a force below the friction limit must move only by the elastic deflection of its contact. "
+        "Above the friction limit, the block must accelerate. With a static coefficient above the dynamic "
+        "coefficient, friction must increase as the block slows down, as in the friction law of LS-DYNA contacts."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
-    caption = "Left: speed of a thrown block, computed (points) and v − μgt (lines). Right: friction over weight."
+    caption = "Speed of a sliding block versus time and friction versus speed: computed (points) and exact (lines)."
     return Topic("Sliding block", text, tuple(cases), (Drawing("sliding", drawing, caption),))
 
 
@@ -138,14 +138,15 @@ def taylor() -> Topic:
         profiles[label] = profile(history, across, along)
     text = (
         f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
-        f"{1e-3 * SPEED:g} m/s. Results are compared after 80 µs (Wilkins and Guinan 1973). E = 117 GPa, ν = 0.35, "
-        "σy = 400 MPa, Et = 100 MPa, ρ = 8930 kg/m³. There is no closed-form solution. The references are the "
-        "means of "
-        "published explicit codes (Hallquist; Zhu and Cescotto 1995), and the tolerances are half of their range, "
-        "with two exceptions. The foot on the coarser mesh has a tolerance 0.05 mm wider. The largest plastic strain, "
-        "that of a single element, increases with refinement; its tolerance is 0.4 wider on the finer mesh."
+        f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). The results for the Taylor bar are compared 80 µs after "
+        "the impact. The copper has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The "
+        "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the mean results of "
+        "published explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances of the Taylor bar are half the "
+        "range of the published results, with two exceptions. For the foot radius of the Taylor bar on the coarser "
+        "mesh, the tolerance is 0.05 mm wider. The largest plastic strain of the Taylor bar occurs in a single "
+        "element and increases with refinement, so its tolerance is 0.4 wider on the finer mesh."
     )
-    caption = "Largest radius along the rod after 80 µs on both meshes, and at the start (dashed)."
+    caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)
     return Topic("Taylor bar", text, tuple(cases), (drawing,))
 

@@ -1,4 +1,4 @@
-"""The element alone: patch test, rigid rotation, hourglass modes."""
+"""Single elements: patch test, rigid rotation, hourglass modes."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ def patch() -> Topic:
     spread, interior = np.max([patched(material) for material in (ELASTIC, PLASTIC)], axis=0)
     source = "Irons and Razzaque 1972"
     cases = [
-        Case("spread of stress over the mesh", spread, 0.0, SINGLE, source, relative=False),
-        Case("force left on inner nodes", interior, 0.0, SINGLE, source, relative=False),
+        Case("variation of the stress over the mesh", spread, 0.0, SINGLE, source, relative=False),
+        Case("residual force on interior nodes", interior, 0.0, SINGLE, source, relative=False),
     ]
     text = (
-        "All nodes of a randomly distorted 3 × 3 × 3 mesh follow one deformation gradient in four steps. The "
-        "material is elastic, or yields with hardening and rate dependence; the worse of the two is listed. The "
-        "stress must be uniform, and the forces on inner nodes must cancel. Both errors are relative to the largest "
-        "value; stresses are in single precision."
+        "The nodes of a randomly distorted mesh of 3 × 3 × 3 elements follow a uniform deformation gradient in four "
+        "steps. The material of the patch test is elastic, or plastic with hardening and rate dependence; the "
+        "larger of the two errors is listed. The stress in the mesh must be uniform, and the forces on interior "
+        "nodes must cancel. The errors of the patch test are relative to the largest stress or force; stresses have "
+        "single precision."
     )
     return Topic("Patch test", text, tuple(cases))
 
@@ -55,17 +56,18 @@ def objectivity() -> Topic:
     error, ratio = turning_error()
     text = "error of the stress after a quarter turn"
     cases.append(Case(text, error, 0.0, 1e-4, "Hughes and Winget 1980", relative=False))
-    cases.append(Case("error at twice the steps, ratio", ratio, 4.0, 0.05, "Hughes and Winget 1980"))
+    cases.append(Case("error over that at twice the steps", ratio, 4.0, 0.05, "Hughes and Winget 1980"))
     for gamma in (1.0, 2.0):
         found = (2.0 * sheared(gamma, 200) - sheared(gamma, 100))[0] / ELASTIC.shear_modulus
         for name, value, exact in (("τ", found[3], sin(gamma)), ("σxx", found[0], 1.0 - cos(gamma))):
             text = f"{name}/G in simple shear, γ = {gamma:g}"
             cases.append(Case(text, value, exact, 1e-4, "Dienes 1979", relative=False))
     text = (
-        "A strained body rotated by 90° must rotate its stress, R σ Rᵀ. The error is relative to the largest "
-        "deviatoric stress, for steps of half a degree. Halving the step must reduce the error to a quarter. In large "
-        "simple shear the exact answer of the Jaumann rate is τ = G sin γ, σxx = G (1 − cos γ). Results of two step "
-        "sizes are extrapolated. The Green–Naghdi rate would differ by 7 % at γ = 1."
+        "When a strained body is rotated by 90°, its stress must rotate with it: R σ Rᵀ. The error of the rotated "
+        "stress is relative to the largest deviatoric stress, for steps of half a degree. Halving the rotation step "
+        "must reduce the error of the stress to a quarter. For large simple shear with the Jaumann rate, the exact "
+        "solution is τ = G sin γ, σxx = G (1 − cos γ). The stresses in simple shear are extrapolated from two step "
+        "sizes. With the Green–Naghdi rate, the stress in simple shear would differ by 7 % at γ = 1."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 
@@ -90,10 +92,10 @@ def hourglass() -> Topic:
     source = "Flanagan and Belytschko 1981"
     kinds = {
         "with hourglass control": ({"hourglass": 0.1}, 6),
-        "without": ({"hourglass": 0.0}, 18),
+        "without hourglass control": ({"hourglass": 0.0}, 18),
     }
     cases = [
-        Case(f"{name}: motions without force", free_modes(kind), exact, 0.0, source, relative=False)
+        Case(f"{name}: zero-energy modes", free_modes(kind), exact, 0.0, source, relative=False)
         for name, (kind, exact) in kinds.items()
     ]
     cases += [
@@ -104,11 +106,13 @@ def hourglass() -> Topic:
     text = "hourglass force in uniform deformation"
     cases.append(Case(text, uniform_force(), 0.0, SINGLE, source, "N", relative=False))
     text = (
-        "A hexahedron resists all its 24 motions except the 6 rigid ones. Without control, the one-point element "
-        "resists twelve fewer. On a cube of side h, hourglass control with coefficient c opposes each of the four "
-        "modes. The force at every corner is 8 · 0.038 c (λ+2μ) h a for an amplitude a. OpenRadioss uses the same "
-        "formula for the coefficient of an LS-DYNA deck. Uniform deformation must cause no force. With c = 0.548 (1/6 "
-        "over 0.304) and ν = 0 a cube has exactly the energy of its bending."
+        "A hexahedron must resist all its 24 modes of motion except the 6 rigid-body modes. Without hourglass "
+        "control, the one-point element has twelve additional zero-energy modes. On a cube of side h, hourglass "
+        "control with the coefficient c must resist each of the four hourglass modes. For a mode of amplitude a, "
+        "the hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. OpenRadioss uses the same hourglass "
+        "formula for the coefficient of an LS-DYNA deck. Uniform deformation must cause no hourglass force. With c "
+        "= 0.548 (1/6 over 0.304) and ν = 0, the hourglass energy of a cube must equal its bending energy in beam "
+        "theory."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

@@ -1,4 +1,4 @@
-"""The page's figures, from arrays to matplotlib; colours safe for the colour-blind."""
+"""Figures of the verification page, in colours that are safe for colour-blind readers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The material law in one element: cyclic tension, yield against rate, erosion."""
+"""Material law in one element: cyclic tension, yield stress versus strain rate, erosion."""
 
 from __future__ import annotations
 
@@ -34,13 +34,12 @@ def tension() -> Topic:
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
-        "One element in uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. The element is strained to 5 "
-        "% and back to −3 %. With β = 0 the width of the elastic range is constant; with β = 1 its centre is "
-        "constant. The "
-        "hardening parameter of the paper is between the two. Stresses are summed over 1,200 steps in single "
-        "precision."
+        "One element under uniaxial stress has E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. In the test of cyclic "
+        "tension, the element is strained to 5 % and back to −3 %. With the hardening parameter β = 0, the width of "
+        "the elastic range is constant; with β = 1, the centre of the elastic range is constant. The hardening "
+        "parameter of the paper is between 0 and 1. Stresses are accumulated over 1,200 steps in single precision."
     )
-    caption = "Stress versus strain over one cycle: computed, and the closed form (corners and lines)."
+    caption = "Stress versus strain over one loading cycle: computed values and closed form (corners and lines)."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
 
 
@@ -65,13 +64,15 @@ def rate() -> Topic:
     ]  # fmt: skip
     curves = {LAW_NAMES[law]: yield_curve(law) for law in LAWS}
     text = (
-        "One element in isochoric tension at constant rate, σy = 10 MPa without hardening. The Cowper–Symonds law "
-        "scales the yield stress by 1 + (ε̇/C)^(1/P), the law printed in the paper by 1 + (ε̇/C)^P, with ε̇ = "
-        "√(ε̇:ε̇). At the speed of the shear test, the printed law gives a factor of 1 to many digits; the "
-        "Cowper–Symonds law does not."
+        "One element without hardening (σy = 10 MPa) is stretched at a constant rate and constant volume. The "
+        "Cowper–Symonds law multiplies the yield stress by 1 + (ε̇/C)^(1/P), the law printed in the paper by 1 + "
+        "(ε̇/C)^P, with ε̇ = √(ε̇:ε̇). At the speed of the shear test, the printed law gives a factor of 1 to many "
+        "digits, unlike the Cowper–Symonds law."
     )
-    caption = "Yield stress versus axial strain rate for C = 80 1/s, P = 4: computed (points) and formula (lines)."
-    return Topic("Yield against rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),))
+    caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
+    return Topic(
+        "Yield stress versus strain rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),)
+    )
 
 
 def yield_curve(law: str, c: float = 80.0, p: float = 4.0) -> tuple[np.ndarray, ...]:
@@ -93,11 +94,11 @@ def erosion() -> Topic:
         cases.append(Case(text, step, expected, 0.0, "definition, ε = εp + σy/3G", relative=False))
     history = pulled(CUBE, 0.06, 60)
     work = 0.5 * 10.0**2 / 1000.0 + 10.0 * 0.03
-    cases.append(Case("energy of the removed element", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
+    cases.append(Case("energy of the deleted element", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
     text = (
-        "The element is strained by 0.1 % per step without hardening. The element must fail in the step whose "
-        "effective plastic strain first reaches the failure strain, and then have no force. The energy of the failed "
-        "element must be counted as eroded energy in the balance."
+        "One element without hardening is strained in steps of 0.1 %. An element must be deleted in the first step "
+        "in which its effective plastic strain reaches the failure strain. A deleted element must exert no force. "
+        "The energy balance must count the energy of the deleted element as eroded energy."
     )
     return Topic("Erosion at the failure strain", text, tuple(cases))
 

@@ -1,4 +1,4 @@
-"""Run every topic and write it down as Markdown, with its figures as PNG."""
+"""Compute every topic and write the page in Markdown, with figures as PNG."""
 
 from __future__ import annotations
 
@@ -77,15 +77,16 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification"
     yield (
-        "This page compares the solver with known answers, for readers who want evidence that the solver is correct. "
-        f"{inside} of {count} numbers are within their tolerance. "
-        f"[Verification cases]({CASES}) lists all numbers."
+        "This page compares the embedded solver with known solutions, for readers who assess whether the solver is "
+        "correct. "
+        f"Of {count} computed values, {inside} are within their tolerances. "
+        f"[Verification cases]({CASES}) lists all computed values."
     )
     yield _summary(topics)
     yield (
-        "Largest difference: as a percentage of its tolerance. Units are mm, tonne, s, N, MPa, mJ. The same problems "
-        "are tests in `tests/verification` and `tests/test_cutting.py`. The report of each study compares the model "
-        "with measured forces."
+        "The largest difference of a topic is given in % of the tolerance. Units are mm, tonne, s, N, MPa "
+        "and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same problems. The report of "
+        "each study compares the model with measured forces."
     )
     for topic in topics:
         yield f"## {topic.title}"
@@ -101,9 +102,9 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification cases"
     yield (
-        "This page lists every computed number with its exact value, for readers of the page "
+        "This page lists every computed value with its exact value, for readers of the page "
         "[Verification](../verification.md). A difference in % is relative to the exact value, unless the value "
-        "itself is in %. For errors and drifts the ideal value is 0, and the tolerance is the allowed limit."
+        "itself is in %. For errors and drifts, the exact value is 0 and the tolerance is the allowed limit."
     )
     yield _provenance()
     yield _table(topics)
@@ -112,14 +113,14 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
 def _provenance() -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return (
-        f"Made by `python benchmarks/verification_page.py` with stemcal {__version__}, Python "
+        f"The values were computed by `python benchmarks/verification_page.py` with stemcal {__version__}, Python "
         f"{platform.python_version()}, {packages}. Values below 1e-6 are rounding errors of single "
-        "precision; only their power of ten is shown."
+        "precision; only their order of magnitude is shown."
     )
 
 
 def _summary(topics: list[Topic]) -> str:
-    """Return a row for each topic: how many numbers, how many within their tolerance, the one nearest to it."""
+    """Return a row for each topic: the numbers of values and of those within tolerance, and the worst case."""
     rows = []
     for topic in topics:
         worst = max(topic.cases, key=lambda case: case.share)

@@ -1,4 +1,4 @@
-"""The virtual shear test as a whole: mirror planes, energy balance, determinism."""
+"""The whole virtual shear test: mirror planes, energy balance, determinism."""
 
 from __future__ import annotations
 
@@ -39,11 +39,12 @@ def symmetry() -> Topic:
         text = f"as shipped, {name}: quarter model, largest difference of the curve up to the peak over the peak"
         cases.append(Case(text, off, 0.0, 1e-4, "the full model", relative=False))
     text = (
-        "The problem has two mirror planes, so the force curves of quarter, half and full model must be equal except "
-        "for rounding. The first rows have a sharp edge and failure element by element. After the first failure, "
-        "rounding may select another element to fail next; the 1 mm row therefore has a wider tolerance. The last "
-        "rows are unusual cases of the shipped model with elements of d/12. In these cases rows of the spread edge "
-        "stick and slip, and one more iteration changes forces by 1e-5."
+        "The shear test has two mirror planes, so the force curves of the quarter, half and full models must be "
+        "equal except for rounding. In the cases with elements of 1 and 2 mm, the blade edge is sharp and each "
+        "element fails at its local strain. After the first failure, rounding may select another element to fail "
+        "next, so the tolerance through the first failures is wider. The shipped model is tested in unusual cases "
+        "with elements of d/12. In the shipped model, parts of the spread edge stick and slip, and one additional "
+        "contact iteration changes the forces by 1e-5."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
@@ -69,13 +70,14 @@ def energy() -> Topic:
         Case("work of the blade, Σ force · displacement", work.external[-1], force_times_way, 0.002, "definition", "mJ")
     )
     text = (
-        "Kinetic, internal, hourglass, eroded and contact energy, with friction and damping, must add up to the work "
-        "of the blade. The drift is the largest difference divided by the largest work. In the 1 mm case the peak is "
-        f"{result.peak_force:.1f} N at {result.peak_travel:.3f} mm. Until then {result.deleted_elements} elements of "
-        f"the quarter model have failed, and hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of "
-        "internal energy."
+        "The kinetic, internal, hourglass, eroded and contact energies, including friction and damping, must add up "
+        "to the work of the blade. The energy drift is the largest error of the energy balance divided by the "
+        f"largest work. In the shear test with elements of 1 mm, the peak force is {result.peak_force:.1f} N at a "
+        f"travel of {result.peak_travel:.3f} mm. Up to the peak force, {result.deleted_elements} elements of the "
+        f"quarter model have failed, and the hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of "
+        "the internal energy."
     )
-    caption = "Energies versus blade travel (1 mm, quarter model), and the error of the balance."
+    caption = "Energies and error of the energy balance versus blade travel (quarter model, elements of 1 mm)."
     return Topic("Energy balance of the shear test", text, tuple(cases),
                  (Drawing("energy", figures.energy(result.history), caption),))  # fmt: skip
 
@@ -93,8 +95,8 @@ def determinism() -> Topic:
     text = "full model with one and two threads: values that differ"
     cases.append(Case(text, differing(shear(one), shear(two)), 0, 0.0, "fixed order of sums", relative=False))
     text = (
-        "The same input must give the same bits in every value of the history. Forces are summed in a fixed order "
-        "for any number of threads."
+        "The same input must give bit-identical values in the whole force history. Nodal forces are summed in a "
+        "fixed order for any number of threads."
     )
     return Topic("Determinism", text, tuple(cases))
 

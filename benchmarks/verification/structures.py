@@ -39,12 +39,12 @@ def wave() -> Topic:
     cases.append(Case("fixed end: stress over ρcv", stress / STRESS_BEHIND, -2.0, 0.02, source))
     cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
     text = (
-        f"{test_wave.LENGTH} cubes in a row with ν = 0, one end driven at constant speed v. Behind the front the "
-        "stress is ρcv. A free end removes the stress and doubles the velocity; a fixed end doubles the stress and "
-        "stops the bar. Bulk viscosity widens the front to a few elements. With mass scaling all speeds decrease by "
-        "its square root."
+        f"A row of {test_wave.LENGTH} cubes with ν = 0 is driven at one end at a constant speed v. Behind the wave "
+        "front, the stress in the bar is ρcv. Reflection at a free end removes the stress and doubles the velocity; "
+        "reflection at a fixed end doubles the stress and stops the bar. Bulk viscosity widens the wave front to a "
+        "few elements. Mass scaling divides the wave speed by the square root of the scaling factor."
     )
-    caption = "Stress along the bar before and after the front meets the far end: computed, and exact (dashed)."
+    caption = "Stress along the bar before and after the wave front reaches its far end: computed and exact (dashed)."
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
     return Topic("Wave in a bar", text, tuple(cases), (drawing,))
 
@@ -66,9 +66,10 @@ def beams() -> Topic:
     text = "1 element high, c = 0.548: deflection over theory"
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
-        "A beam of length 40 mm and height 4 mm under a sudden load oscillates about its static position. The mean "
-        "and the period of this oscillation give deflection and frequency. The hourglass coefficient is 0.15; with "
-        "0.548, even a mesh one cube thick reproduces the deflection of beam theory."
+        "A cantilever of length 40 mm and height 4 mm under a suddenly applied load oscillates about its static "
+        "position. The mean of the oscillation gives the deflection of the cantilever, and its period gives the "
+        "first frequency. With an hourglass coefficient of 0.548, even a cantilever mesh with one cube over the "
+        "height reproduces the deflection of beam theory. The other cantilever cases use 0.15."
     )
     return Topic("Cantilever", text, tuple(cases))
 
@@ -79,8 +80,9 @@ def cylinder() -> Topic:
     source = "FL³/48EI + FL/4κGA, κ of Cowper 1966"
     case = Case("deflection at mid-span", 1e3 * found, 1e3 * exact, 0.01, source, "µm")
     text = (
-        "A quarter model of a stem of 8 mm and diameter ratio 0.41 over a span of 48 mm, elements of 1 mm. Load and "
-        "supports act on whole sections. Shear contributes a tenth of the deflection."
+        "A stem with a diameter of 8 mm and a diameter ratio of 0.41 is bent over a span of 48 mm (quarter model, "
+        "elements of 1 mm). The load and the supports of the hollow cylinder act on whole cross-sections. Shear "
+        "contributes a tenth of the deflection at mid-span."
     )
     return Topic("Hollow cylinder in three-point bending", text, (case,))
 
@@ -125,10 +127,10 @@ def convergence() -> Topic:
     curves[name] = (heights := np.array([2, 4, 8])), np.array([abs(bent(int(n))[0] - 1.0) for n in heights])
     cases.append(_rate(name, curves[name], 0.25, "Timoshenko 1921"))
     text = (
-        "On problems with smooth exact solutions the error must decrease with the square of the element size. The "
-        "rate is that of the last two meshes."
+        "For problems with smooth exact solutions, the error must decrease with the square of the element size. The "
+        "rate of convergence is computed from the two finest meshes."
     )
-    caption = "Error versus the number of elements on a side; the grey line falls with its square."
+    caption = "Relative error versus the number of elements on a side; the grey line has a slope of −2."
     drawing = Drawing("convergence", figures.convergence(curves), caption)
     return Topic("Convergence under refinement", text, tuple(cases), (drawing,))
 

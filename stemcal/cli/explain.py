@@ -47,8 +47,8 @@ def glossary() -> tuple[Entry, ...]:
 def look_up(term: str) -> list[Entry]:
     """Return the entries of a term or key of a spec, by any of its names; otherwise those whose name contains it.
 
-    >>> [entry.term for entry in look_up("programs")]
-    ['solver.programs, kind: deck']
+    >>> [entry.term for entry in look_up("program")]
+    ['solver.program, kind: deck']
 
     Raises
     ------

@@ -141,10 +141,7 @@ def opened(
 
     Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
     """
-    from stemcal.executors import require_address_space
-
     make_executor = _executor_called(executor, workers)
-    require_address_space()
     study = read_study(spec)
 
     from stemcal.folder import StudyFolder

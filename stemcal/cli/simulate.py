@@ -60,10 +60,8 @@ def simulate(
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
-    from stemcal.executors import require_address_space
     from stemcal.study.reading.messages import typed_size
 
-    require_address_space()
     study = read_study(spec)
     at = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
     levels = chosen_levels(study, study.midlevels(), settings or [])

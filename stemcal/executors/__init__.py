@@ -1,7 +1,6 @@
 """What an executor of runs must offer beyond `concurrent.futures.Executor`, what may go wrong, and the simplest one."""
 
 import os
-import sys
 from abc import abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -9,7 +8,7 @@ from math import inf
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
-from stemcal.errors import StemcalError, UsageError
+from stemcal.errors import StemcalError
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -71,7 +70,6 @@ class InlineExecutor(RunExecutor):
 # ---- the machine that this process runs on
 
 
-LEAST_SPACE = 3 * 2**29  # bytes: with 1 GiB a study breaks off; most is reserved by LLVM and OpenBLAS, never touched
 _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
@@ -87,24 +85,6 @@ def machine_memory() -> float:
     import psutil
 
     return min([float(psutil.virtual_memory().total), *(limit for place in _LIMITS if (limit := _limit(place)))])
-
-
-def require_address_space() -> None:
-    """Refuse to begin under a limit of address space (``ulimit -v``) that the libraries cannot live with.
-
-    OpenBLAS asks for memory for ever where it gets none, and hears no signal meanwhile.
-    """
-    if sys.platform == "win32":
-        return
-    import resource
-
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY and limit < LEAST_SPACE:
-        had, needed = (bound / 2**20 for bound in (limit, LEAST_SPACE))
-        raise UsageError(
-            f"this process may use {had:.0f} MiB of address space, but {needed:.0f} MiB are needed; raise the limit "
-            "(ulimit -v unlimited)"
-        )
 
 
 def _limit(place: str) -> float | None:

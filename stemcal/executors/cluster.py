@@ -9,10 +9,7 @@ processes serve one command: when it ends and can still notify them, they end.
 import functools
 import logging
 import pickle
-import socket
-import struct
 import threading
-import time
 import uuid
 import warnings
 from collections.abc import Callable
@@ -32,9 +29,7 @@ logger = logging.getLogger(__name__)
 P = ParamSpec("P")
 T = TypeVar("T")
 
-CONNECT_S = 10.0  # for the whole handshake
-_LENGTH = struct.Struct("<Q")
-_MOST_GREETING = 1 << 20  # bytes
+CONNECT_S = 10.0
 FAREWELL_S = 5.0  # for telling the workers that a command ends
 _LOUD = ("distributed", "tornado", "asyncio", "bokeh")
 _MOST_PROCESSES = 256
@@ -206,32 +201,12 @@ def _connected(address: str) -> Any:
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     warnings.filterwarnings("ignore", module="distributed")
-    until = time.monotonic() + CONNECT_S
-    try:
-        if _scheme() == "tcp":
-            _require_greeting(address)
-        left = max(0.1, until - time.monotonic())
-        return Client(f"{_scheme()}://{address}", timeout=left, set_as_default=False)
-    except Exception as error:  # what speaks another protocol makes Dask raise all kinds
+    url, found = f"{_scheme()}://{address}", list[Any]()
+    # Dask's client waits for minutes where a port is silent or speaks another protocol
+    _at_most(CONNECT_S, lambda: found.append(Client(url, timeout=CONNECT_S, set_as_default=False)))
+    if not found:
         raise UsageError(
-            f"--executor dask://{address}: no Dask scheduler responds at this address "
-            f"({error or type(error).__name__}); start one with `dask scheduler` (default port 8786)"
-        ) from None
-
-
-def _require_greeting(address: str) -> None:
-    """Raise `OSError` unless something greets there as a Dask scheduler does: with the length of its message.
-
-    Dask's own client waits for minutes where a port is silent, and takes another protocol's first bytes for a length.
-    """
-    host, _, port = address.rpartition(":")
-    until = time.monotonic() + CONNECT_S
-    with socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S) as found:
-        greeting = b""
-        while len(greeting) < _LENGTH.size:
-            found.settimeout(max(0.1, until - time.monotonic()))
-            if not (part := found.recv(_LENGTH.size - len(greeting))):
-                raise ConnectionError("the connection was closed")
-            greeting += part
-    if not 0 < _LENGTH.unpack(greeting)[0] < _MOST_GREETING:
-        raise ConnectionError("another program answers")
+            f"--executor dask://{address}: no Dask scheduler responds at this address; start a scheduler with "
+            "`dask scheduler` (default port 8786)"
+        )
+    return found[0]

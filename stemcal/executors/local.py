@@ -94,7 +94,7 @@ class LocalExecutor(RunExecutor):
             self._children.discard(self._own.child)
             self._own.child = None
             if self._stopping.is_set():
-                raise WorkerDied("stopped before it finished") from None
+                raise WorkerDied("the run was stopped before its end") from None
             if isinstance(problem, ChildLate):
                 raise RunTimedOut(limit or 0.0) from None
             raise WorkerDied(f"the worker process ended: {problem}") from None

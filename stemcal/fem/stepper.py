@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -193,27 +192,6 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
             if model.settling > 0.0:
                 _settle(model, state)
     return _history(model, state, rows)
-
-
-def pace(model: Model, seconds: float) -> tuple[float, float]:
-    """Return the wall time of a step on free cores, measured over about this number of seconds, and the time step, s.
-
-    Time in which others have the cores does not count.
-
-    Raises
-    ------
-    SimulationFailed
-        As `simulate` does.
-    """
-    state = start(model)
-    with Marching(state, model.integration.threads) as advance:
-        _check(advance(_LEAST, state), state)  # the first step lists what may meet the tools, few others do
-        begun, spent, many = time.process_time(), 0.0, max(1, _STRIDE // len(state.topology.hexes))
-        ends = time.perf_counter() + 4.0 * seconds
-        while spent < seconds and time.perf_counter() < ends:
-            _check(advance(float(state.clock.time[0] + many * state.clock.step[0]), state), state)
-            spent = time.process_time() - begun
-    return spent / model.integration.threads / (int(state.clock.steps[0]) - 1), float(state.clock.step[0])
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:

@@ -72,9 +72,9 @@ def refuse_link(path: Path) -> None:
 _REMEDIES = {
     errno.ENOSPC: "free some space; the same command then resumes with the finished runs",
     getattr(errno, "EDQUOT", errno.ENOSPC): "free some space; the same command then resumes with the finished runs",
-    errno.EROFS: "make it writable or choose another place with --out",
-    errno.EACCES: "make it writable or choose another place with --out",
-    errno.ENOENT: "the folder was deleted or moved; the same command creates the folder again",
+    errno.EROFS: "make the folder writable or choose another folder with --out",
+    errno.EACCES: "make the folder writable or choose another folder with --out",
+    errno.ENOENT: "the folder was deleted or moved; repeat the command to create the folder again",
 }
 
 
@@ -82,9 +82,9 @@ def what_happened(error: OSError) -> str:
     """Return what the system reports, and what to do.
 
     >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
-    'Read-only file system; make it writable or choose another place with --out'
+    'Read-only file system; make the folder writable or choose another folder with --out'
     """
-    remedy = _REMEDIES.get(error.errno or 0, "fix this; the same command then resumes with the finished runs")
+    remedy = _REMEDIES.get(error.errno or 0, "correct the cause; the same command then resumes with the finished runs")
     return f"{error.strerror or error}; {remedy}"
 
 

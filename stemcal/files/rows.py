@@ -160,15 +160,6 @@ class Table:
         rows = tuple(tuple(row[place] for place in places) for row in self.rows)
         return replace(self, columns=tuple(self.columns[place] for place in places), rows=rows)
 
-    def without_zeros(self) -> Table:
-        """Return it without columns whose numbers are zero in every row."""
-        whole = self.rows and [
-            place
-            for place in range(len(self.columns))
-            if not all(isinstance(row[place], int | float) and row[place] == 0 for row in self.rows)
-        ]
-        return self._at(whole) if whole else self
-
     def shortened(self, whole: str, most: int = MOST_ROWS) -> Table:
         """Return at most `most` rows: the first, and those with the largest errors; `whole` names the file with all.
 

@@ -119,7 +119,8 @@ class StudyFolder(StageFiles):
             self._lock.acquire()
         except Timeout:
             raise FolderLocked(
-                f"{self.path}: {self._signature()}; wait until it has finished or choose another --out"
+                f"{self.path}: {self._signature()}; wait until this process has finished, or choose another folder "
+                "with --out"
             ) from None
         except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
             place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error

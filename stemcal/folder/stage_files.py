@@ -51,7 +51,7 @@ class StageFiles:
         except FileNotFoundError:
             raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
         except Broken as broken:
-            raise UsageError(f"{path} is damaged: it {broken}; run `stemcal {stage} SPEC` again") from None
+            raise UsageError(f"{path} is damaged: the file {broken}; run `stemcal {stage} SPEC` again") from None
         if content.get("stage") != stage:
             raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
         return content

@@ -1,8 +1,6 @@
 """What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs cannot estimate.
 
-
-How long a run takes is known best from the runs that the study already has, else from half a second of a run like it,
-else from the solver's own guess.
+The time of a run is estimated from the recorded runs of this machine, or else by the solver.
 """
 
 import socket
@@ -32,9 +30,8 @@ from stemcal.words import counted, series
 
 _MOST_RECORDS = 50  # that are looked at
 
-Source = Literal["none", "by_hand", "guess", "tried", "recorded"]
-"""How costs are known: not for runs that people do, else by the solver's guess, by half a second of a run here, by runs
-recorded here."""
+Source = Literal["none", "by_hand", "guess", "recorded"]
+"""How costs are known: not for runs that people do, else by the solver's guess, or by runs recorded here."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +188,6 @@ def total(found: Plan) -> list[str]:
     if found.seconds is not None:
         source = {
             "guess": " (a rough estimate)",
-            "tried": ", estimated from half a second of a run on this machine",
             "recorded": f", estimated from {counted(found.recorded_runs, 'recorded run')} on this machine",
         }.get(found.source, "")
         lines.append(f"On one core this takes {duration(found.seconds)}{source}.")
@@ -207,7 +203,7 @@ def total(found: Plan) -> list[str]:
 
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Costs:
-    """Return what runs cost here; `like` is the request that may be tried for a moment."""
+    """Return what runs cost here; `like` is one of them."""
     if solver.asks_people:
         return _Costs(None, "by_hand")
 
@@ -220,9 +216,7 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Cost
         return _Costs(lambda request: pace * guess(request), "recorded", len(recorded))
     if solver.cost_estimate(like) is None:
         return _Costs(None)
-    if (tried := solver.pace(like)) is None:
-        return _Costs(guess, "guess")
-    return _Costs(lambda request: tried * guess(request), "tried")
+    return _Costs(guess, "guess")
 
 
 def _timed_runs(

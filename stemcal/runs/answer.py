@@ -185,7 +185,7 @@ def _require_quorum(requests: Sequence[Request], answers: Sequence[Answer], poli
     if len(answers) - failed >= needed:
         return
     counts = f"{failed} of {len(answers)} runs failed, but {needed} must succeed"
-    head = f"{requests[0].stage}: {counts}; correct the cause, then `stemcal run SPEC --retry`"
+    head = f"{requests[0].stage}: {counts}; correct the cause, then run `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *_reason_lines(requests, answers)]))
 
 

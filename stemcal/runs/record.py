@@ -17,6 +17,7 @@ from stemcal.note import Note, Remedy
 from stemcal.registry import package_hash
 from stemcal.solvers.measures import measures
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.replicates import Replicates
 from stemcal.study.model import RunsOptions
 from stemcal.words import series
 
@@ -110,19 +111,6 @@ def _lower_bound(rows: Sequence[int], ended: str) -> Note:
 # ---- what a stage stores of a run
 
 
-@dataclass(frozen=True)
-class Replicates:
-    """The responses of a point's replicates that succeeded, the first and the `further`, and the keys of all."""
-
-    values: tuple[float, ...]
-    keys: tuple[str, ...]
-    further: dict[str, tuple[float, ...]] | None = absent()
-
-    def of(self, response: str) -> tuple[float, ...]:
-        """Return the values of a response by its name, or of the first one for `FIRST`."""
-        return self.values if response == FIRST else (self.further or {}).get(response, ())
-
-
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """The first response of a run, or why there is none; `key` names its record.
@@ -188,14 +176,7 @@ def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
     )
 
 
-# ---- stochastic programs: each point simulated several times, each time as a separate run
-
-
-def repeated(requests: Sequence[Request], times: int) -> list[Request]:
-    """Return n numbered copies of every request; the requests themselves for 0, a deterministic program."""
-    if not times:
-        return list(requests)
-    return [replace(request, replicate=number) for request in requests for number in range(1, times + 1)]
+# ---- one outcome of the replicates of a point
 
 
 def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:

@@ -9,14 +9,13 @@ from stemcal import cutting
 from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
-from stemcal.fem import stepper
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.files.typed import to_json
-from stemcal.solvers.cost import TRIED_S, seconds, share, small_enough
+from stemcal.solvers.cost import seconds
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
@@ -31,8 +30,8 @@ from stemcal.solvers.laboratory_runs import (
 )
 from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
-from stemcal.solvers.program import MOST_SEED, seed_of
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.replicates import MOST_SEED, seed_of
 from stemcal.study.model import DAMPING, GAP, LaboratorySection, PieceSection, Study
 from stemcal.study.types.field_types import Length
 
@@ -104,18 +103,6 @@ class Embedded(Solver):
         """Return roughly how many seconds a request takes on one core."""
         beside = (test for _, test in self._beside(request))
         return sum(map(seconds, (*beside, self._test(request))))
-
-    def pace(self, request: Request) -> float | None:
-        """Return what a request takes on this machine over the estimate, by half a second of a run like it.
-
-        None as long as the kernels are not compiled, or if no such run is small enough to be tried.
-        """
-        test = small_enough(self._test(request))
-        if test is None or not is_compiled():
-            return None
-        warm()
-        took, step = stepper.pace(cutting.build(test), TRIED_S)
-        return test.loading.duration / step * took * share(test) / seconds(test)
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""

@@ -12,7 +12,6 @@ from stemcal.solvers import rules
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
 from stemcal.study.types.factor import EMBEDDED, PARAMETERS
 from stemcal.study.types.solver_kind import SolverKind
-from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
@@ -27,7 +26,7 @@ class Embedded(SolverKind):
     own_responses = False
     replicates = "mesh"
     parameters = EMBEDDED
-    rules = (rules.elements_fit_stem,)
+    rules = rules.OF_EMBEDDED
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.embedded import Embedded
@@ -41,21 +40,12 @@ class Command(SolverKind):
     name, options = "command", CommandSolver
     starts_program = True
     replicates = "seed"
-    rules = (
-        rules.placeholders_are_known,
-        rules.placeholders_are_used,
-        rules.chance_is_said,
-        rules.run_files_differ,
-        rules.every_response_is_read,
-    )
+    rules = rules.OF_COMMAND
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.program import Command
 
         return Command(study)
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        return rules.files_are_given(study)
 
 
 class Sheet(SolverKind):
@@ -64,7 +54,7 @@ class Sheet(SolverKind):
     name, options = "sheet", SheetSolver
     answers = "asks_people"
     replicates = "seed"
-    rules = (rules.placeholders_are_known, rules.chance_is_said, rules.run_files_differ)
+    rules = rules.OF_SHEET
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.sheet import Sheet
@@ -79,7 +69,7 @@ class Deck(SolverKind):
     starts_program = writes_decks = True
     own_responses = False
     parameters = PARAMETERS
-    rules = (rules.command_names_deck, rules.keys_belong_to_the_program, rules.openradioss_hardens_isotropically)
+    rules = rules.OF_DECK
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.deck import DeckProgram

@@ -111,7 +111,7 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
         message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)
     if result.contact_energy_percent < _LEAST_CONTACT:
-        message = f"contact has created {-result.contact_energy_percent:.1f} % of the work"
+        message = f"contact created {-result.contact_energy_percent:.1f} % of the work of the tool"
         return SimulationFailed("contact_energy", message)
     return None
 

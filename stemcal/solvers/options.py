@@ -41,10 +41,12 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     try:
         groups = re.compile(given).groups
     except (re.error, OverflowError, RecursionError) as error:
-        raise complain(f"is not a valid regular expression: {error}", "correct it") from None
+        raise complain(f"is not a valid regular expression: {error}", "correct the expression") from None
     if groups == 0:
         naming: Naming = (info.context or {}).get("naming", CUTTING)
-        raise complain("has no capture group around the number", f"write it like '{naming.response.name} = (\\S+)'")
+        raise complain(
+            "has no capture group around the number", f"write the pattern like '{naming.response.name} = (\\S+)'"
+        )
     return given
 
 
@@ -71,8 +73,8 @@ class ResultReader(Frozen):
     path: Text | None = None
     """Keys and indices in a JSON file, joined by points: `history.force` or `rows.0.force`."""
     pattern: Pattern | None = None
-    """Regular expression, searched line by line; the group called y, or the first, is the number, a group x the travel
-    of a curve."""
+    """Regular expression that is searched in each line. The group y, or else the first group, is the number; a group x
+    is the travel of a curve."""
     along: Text | None = None
     """Column or path of the travel of a curve (`curves` of `targets`)."""
     reduction: Literal["max", "min", "first", "last"] = "last"
@@ -104,8 +106,8 @@ MassScaling = Annotated[
     Number,
     Field(
         ge=1,
-        description="Factor on all mass. A larger factor increases the time step and the kinetic energy, which each "
-        "run checks.",
+        description="Factor on all mass. A larger factor increases the time step and the kinetic energy. Each run "
+        "checks the kinetic energy.",
     ),
 ]
 FilterWindow = Annotated[
@@ -132,7 +134,7 @@ class EmbeddedSolver(SolverOptions):
     resistance; if it is too large, the stem is too stiff."""
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
-    """Mass is added to elements whose stable time step is smaller; without the key none is added."""
+    """Mass is added to elements with a smaller stable time step. Without this key no mass is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     """Fraction of the stable time step that is used."""
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
@@ -144,7 +146,7 @@ class EmbeddedSolver(SolverOptions):
     """Ratio of the element width at the bottom of the section to that under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
-    interval; without the key the mesh stays in one position."""
+    interval. Without this key the mesh stays in one position."""
     time_limit: Time | None = None
     """Time limit of one run from its start; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
@@ -199,7 +201,7 @@ MOST_FILES = 100
 
 def _argument(given: object) -> object:
     if isinstance(given, str) and ("\0" in given or len(given) > 4000):
-        raise complain("cannot be passed as an argument", "shorten it")
+        raise complain("cannot be passed as an argument", "shorten the text")
     return given
 
 
@@ -219,7 +221,7 @@ class ProgramOptions(SolverOptions):
     """Keys of every program that replaces the embedded solver."""
 
     environment: Environment = {}
-    """Additional environment variables by name. They are inputs: after a change all runs are computed again."""
+    """Additional environment variables by name. After a change of a variable all runs are computed again."""
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files copied into the folder of each run."""
@@ -252,7 +254,7 @@ class CommandSolver(ProgramOptions):
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
     For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """Source of the response; for several responses, a mapping by name."""
+    """File and number that contain the response. For several responses, write one reader under each name."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
     design once, also repeated centre points. Without the key the program must be deterministic: the first run is
@@ -273,8 +275,7 @@ class DeckSolver(ProgramOptions):
     The response is the peak of the filtered force of the blade's contact.
 
     LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` is replaced by the file name of the deck.
-    OpenRadioss requires starter, engine and ``th_to_csv``: those of `programs`, of its `home` or the environment
-    variable ``OPENRADIOSS_PATH``, or on PATH.
+    OpenRadioss is the installation in the folder `home`, or in that of the environment variable ``OPENRADIOSS_PATH``.
     """
 
     kind: Literal["deck"] = "deck"
@@ -297,9 +298,9 @@ class DeckSolver(ProgramOptions):
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the deck."""
-    programs: dict[Literal["home", "starter", "engine", "th_to_csv"], Argument] = {}
-    """OpenRadioss: `home`, the installation folder with `exec` and `hm_cfg_files`, by default the environment variable
-    `OPENRADIOSS_PATH`; `starter`, `engine` and `th_to_csv` if their names differ from the usual ones."""
+    home: Argument | None = None
+    """OpenRadioss: the installation folder with `exec`, `extlib` and `hm_cfg_files`, by default that of the environment
+    variable `OPENRADIOSS_PATH`."""
 
     @property
     def time_step_safety(self) -> float:
@@ -361,8 +362,8 @@ class SheetSolver(SolverOptions):
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """Repeats of every run of a design, in random order, if equal levels give different results;
-    their scatter counts. Without the key equal levels are run once."""
+    """Number of repeats of each run, in random order, for experiments and stochastic programs. The scatter of the
+    repeats enters every interval. Without this key equal levels are run once."""
 
 
 class PythonSolver(SolverOptions):

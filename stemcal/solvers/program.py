@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import shutil
 import tempfile
 from abc import ABC, abstractmethod
@@ -16,18 +15,18 @@ from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.durable import digest, make_folder, write_atomic
 from stemcal.files.reading import open_plain
-from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.naming import FIRST
 from stemcal.processes import Ended, run_program
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver, ProgramOptions
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.readers import read_curve, read_number
+from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.study.model import Study
-from stemcal.study.types.named import REPLICATE, SEED, fill, number, template_bytes
+from stemcal.study.types.named import fill, template_bytes
 
 O = TypeVar("O", bound=ProgramOptions)
 OUTPUT = "program-output.txt"
-MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 _KEY_LENGTH = 32
 
 
@@ -71,26 +70,6 @@ def file_hash(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; name an existing file") from None
-
-
-def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
-    """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
-    drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
-    levels = {name: number(value) for name, value in request.levels.items()}
-    at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
-    return {**drawn, **at, **levels}
-
-
-def seed_of(request: Request) -> int:
-    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
-
-    >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
-    >>> seed_of(run)
-    409313303
-    """
-    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
-    found = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
-    return 1 + int.from_bytes(found[:8], "big") % MOST_SEED
 
 
 def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
@@ -240,7 +219,9 @@ def run_in(
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:
-            raise SimulationFailed("timeout", f"terminated after {options.time_limit:g} s (solver.time_limit)")
+            raise SimulationFailed(
+                "timeout", f"the program was terminated after {options.time_limit:g} s (solver.time_limit)"
+            )
         (check or code_is_zero)(ended)
         answer = read(ended)
     except SimulationFailed as failure:

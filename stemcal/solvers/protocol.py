@@ -126,10 +126,6 @@ class Solver:
         """Return the bytes that a process needs for a run; None if unknown."""
         return None
 
-    def pace(self, _request: Request) -> float | None:
-        """Return measured over estimated time of a run, from a short sample; None if it cannot be measured now."""
-        return None
-
     def preparing(self) -> bool:
         """Return whether `prepare` takes a while now."""
         return False

@@ -117,7 +117,7 @@ def _number(value: Any, where: str) -> float:
     if value is None:
         return float("nan")
     if isinstance(value, str):
-        number = number_of(value)
+        number = _number_of(value)
     else:
         number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
     if number is None:
@@ -166,22 +166,22 @@ def _finite(series: _Series) -> Array:
         raise SimulationFailed("no_result", "the result contains no numbers")
     if not np.isfinite(y).all():
         raise SimulationFailed(
-            "nan", f"number {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"
+            "nan", f"value {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"
         )
     return y
 
 
 def required_number(text: str) -> float:
     """Return the number that a text is; raise `SimulationFailed` if it is none."""
-    if (number := number_of(text)) is None:
+    if (number := _number_of(text)) is None:
         raise SimulationFailed("bad_result", f"{text[:40]!r} is not a number")
     return number
 
 
-def number_of(text: str) -> float | None:
+def _number_of(text: str) -> float | None:
     """Return the number that a text is, NaN if it marks a missing value or an overflow; None for any other.
 
-    >>> [number_of(text) for text in ("1.5-101", " -2.5D+01", "****", "1_000", "12 N")]
+    >>> [_number_of(text) for text in ("1.5-101", " -2.5D+01", "****", "1_000", "12 N")]
     [1.5e-101, -25.0, nan, None, None]
     """
     text = text.strip()

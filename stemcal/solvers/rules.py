@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from stemcal.naming import CUTTING, FIRST, FORCE
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
-from stemcal.study.model import Study
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
@@ -17,7 +16,7 @@ _RESERVED = {"program-output.txt"}
 _MOST_ACROSS = 1000.0
 
 
-def elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
+def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
     """An element is smaller than the radius of the thinnest stem, and no mesh has more elements than can be counted."""
     if not draft.diameters:
         return
@@ -41,7 +40,7 @@ def _texts(solver: CommandSolver | SheetSolver) -> Iterator[tuple[NodePath, str,
         yield ("solver", "command", index), "", argument.encode()
 
 
-def placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+def _placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
@@ -49,7 +48,7 @@ def placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) ->
         if isinstance(content, OSError):
             yield Finding(node, f"cannot be read: {content.strerror}", "check the file")
         elif node == ("solver", "command", 0) and any(placeholders(content)):
-            yield Finding(node, "the program itself cannot be a placeholder", "name it")
+            yield Finding(node, "the program itself cannot be a placeholder", "write the name of the program")
         else:
             unknown = [(line, name) for line, name in placeholders(content) if name not in known]
             for line, name in unknown[:_MOST_UNKNOWN]:
@@ -57,7 +56,7 @@ def placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) ->
                 yield Finding(node, f"{place}{{{{{name[:60]}}}}} is not a factor", did_you_mean(name, known))
 
 
-def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
+def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
     """Every factor is in a template or an argument; one that does not has no effect."""
     contents = [content for _, _, content in _texts(solver)]
     used = {name for one in contents if not isinstance(one, OSError) for _, name in placeholders(one)}
@@ -69,7 +68,7 @@ def placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Findi
             yield Finding(("factors", index, "name"), message, "write the placeholder instead of the value")
 
 
-def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+def _chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     for node, _, content in () if solver.repeats else _texts(solver):
         found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
@@ -79,7 +78,7 @@ def chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterato
                 yield Finding(node, message, "write replicates: 1 under solver")
 
 
-def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+def _run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
     readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
@@ -92,11 +91,11 @@ def run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iter
                 )
             if path.name.lower() in seen:
                 message = f"{path.name} is the name of another file in the run folder"
-                yield Finding(("solver", key, index), message, "rename one of them")
+                yield Finding(("solver", key, index), message, "rename one of the files")
             seen.add(path.name.lower())
 
 
-def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
+def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
     """A program leaves each response; a single reader serves a single one."""
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
@@ -116,23 +115,10 @@ def every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Find
             )
     for name in names if readers else ():
         if name not in readers:
-            yield Finding(path, f"nothing reads {name}", f"add {name}: {{file: …}}")
+            yield Finding(path, f"no reader returns {name}", f"add {name}: {{file: …}}")
 
 
-def files_are_given(study: Study) -> Iterator[Finding]:
-    """Question an argument that is a file next to the spec: a program runs in the folder of its run."""
-    solver = study.solver
-    assert isinstance(solver, CommandSolver)
-    beside = {file.name for file in study.source.parent.glob("*") if file.is_file()}
-    written = {reader.file for reader in solver.result.values()}
-    lacking = beside - written - {file.name for file in (*solver.files, *solver.templates)}
-    for index, argument in enumerate(solver.command):
-        if index and argument in lacking:
-            message = f"{argument} is in the folder of the spec, but not in the run folder"
-            yield Finding(("solver", "command", index), message, f"add files: [{argument}]")
-
-
-def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
+def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """LS-DYNA has a command that names its deck."""
     if solver.program != "lsdyna":
         return
@@ -144,19 +130,29 @@ def command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
         if name != "deck":
             yield Finding(("solver", "command"), f"unknown placeholder {{{{{name[:60]}}}}}", "write i={{deck}}")
     if "deck" not in names:
-        yield Finding(("solver", "command"), "the command does not contain the deck", 'add an argument "i={{deck}}"')
+        yield Finding(
+            ("solver", "command"),
+            "the command does not contain the placeholder {{deck}}",
+            'add an argument "i={{deck}}"',
+        )
 
 
-def keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
+def _keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
-    key, other = ("programs", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
+    key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
-        yield Finding(("solver", key), f"applies only to program: {other}", "remove it")
+        yield Finding(("solver", key), f"applies only to program: {other}", "remove this key")
 
 
-def openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
+def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
-            message = "has no effect: OpenRadioss's deck hardens isotropically"
+            message = "has no effect, because the OpenRadioss deck has isotropic hardening"
             yield Finding(("factors", index, "name"), message, "give the parameter a fixed value under material")
+
+
+OF_EMBEDDED = (_elements_fit_stem,)
+OF_SHEET = (_placeholders_are_known, _chance_is_said, _run_files_differ)
+OF_COMMAND = (*OF_SHEET, _placeholders_are_used, _every_response_is_read)
+OF_DECK = (_command_names_deck, _keys_belong_to_the_program, _openradioss_hardens_isotropically)

@@ -16,8 +16,9 @@ from stemcal.files.rows import Column, Table
 from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.runs.answer import answer_all
-from stemcal.runs.record import Outcome, merged, outcome_of, repeated
+from stemcal.runs.record import Outcome, merged, outcome_of
 from stemcal.solvers.protocol import Request
+from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval

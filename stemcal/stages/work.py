@@ -8,9 +8,10 @@ from stemcal.errors import UsageError
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.record import Outcome, merged, outcome_of, repeated
+from stemcal.runs.record import Outcome, merged, outcome_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, leave, read_result
 from stemcal.stages.stage import stage_called, stages_of

@@ -46,14 +46,14 @@ _STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares"
 """Headings of numbers without a unit: ratios, and squares of a response, whose unit is not printed."""
 
 
-def require(holds: bool, message: str) -> None:
+def _require(holds: bool, message: str) -> None:
     """Raise `AssertionError` with the message unless a condition is true, even if Python skips assertions."""
     if not holds:
         raise AssertionError(message)
 
 
 @contextmanager
-def apart(study: Study) -> Iterator[Path]:
+def _apart(study: Study) -> Iterator[Path]:
     """Work in an empty folder and require that no file remains there or in the folder of the spec."""
     before, beside = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
@@ -65,10 +65,10 @@ def apart(study: Study) -> Iterator[Path]:
         finally:
             os.chdir(before)
         left = [path for path in left if "__pycache__" not in path.parts]
-        require(not left, f"files were left outside the folder of the study: {', '.join(path.name for path in left)}")
+        _require(not left, f"files were left outside the folder of the study: {', '.join(path.name for path in left)}")
 
 
-class AtWork:
+class _AtWork:
     """An object and a study that uses it, read from its spec on first use."""
 
     def __init__(self, thing: Any, study: Study | str | Path | None = None) -> None:
@@ -85,7 +85,7 @@ class AtWork:
 # ---- designs
 
 
-class DesignAtWork(AtWork):
+class DesignAtWork(_AtWork):
     """A design and its points for each number of factors that it supports."""
 
     thing: SurfaceDesign
@@ -106,64 +106,64 @@ class DesignAtWork(AtWork):
         return {k: points for k, points in self.each.items() if k <= _FEW}
 
 
-def points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
+def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
     """A design has points for each number of factors that it declares; others from 1 to 10 raise `UsageError`."""
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             found = at.each[k] if k in at.each else at.points(k)
-            require(found.ndim == 2 and found.shape[1] == k, f"points of {k} factors have the shape {found.shape}")
-            require(bool(np.isfinite(found).all()), f"points of {k} factors are not finite")
+            _require(found.ndim == 2 and found.shape[1] == k, f"points of {k} factors have the shape {found.shape}")
+            _require(bool(np.isfinite(found).all()), f"points of {k} factors are not finite")
 
 
-def same_points_again(at: DesignAtWork) -> None:
+def _same_points_again(at: DesignAtWork) -> None:
     """The points are not random."""
     for k, points in at.few.items():
-        require(np.array_equal(points, at.points(k)), f"the points of {k} factors differ the second time")
+        _require(np.array_equal(points, at.points(k)), f"the points of {k} factors differ the second time")
 
 
-def every_term_can_be_estimated(at: DesignAtWork) -> None:
+def _every_term_can_be_estimated(at: DesignAtWork) -> None:
     """The runs determine the (k + 1)(k + 2)/2 terms of a quadratic."""
     for k, points in at.each.items():
         terms, rank = (k + 1) * (k + 2) // 2, int(np.linalg.matrix_rank(term_columns(points)))
-        require(rank == terms, f"{len(points)} runs of {k} factors determine {rank} of {terms} terms")
+        _require(rank == terms, f"{len(points)} runs of {k} factors determine {rank} of {terms} terms")
 
 
-def levels_are_balanced(at: DesignAtWork) -> None:
+def _levels_are_balanced(at: DesignAtWork) -> None:
     """The mean level of each factor is 0, unless the design declares otherwise."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
-        require(off < _ROUNDING, f"the mean level of a factor is {off:.3g} with {k} factors")
+        _require(off < _ROUNDING, f"the mean level of a factor is {off:.3g} with {k} factors")
 
 
-def centre_points_are_added(at: DesignAtWork) -> None:
+def _centre_points_are_added(at: DesignAtWork) -> None:
     """Each additional centre point is a row of zeros; a design with a fixed number of runs has the same points."""
     for k, points in at.few.items():
         more = at.points(k, 5)
         centre = [int((~rows.any(axis=1)).sum()) for rows in (points, more)]
         added = (len(more) - len(points), centre[1] - centre[0])
-        require(added in ((0, 0), (2, 2)), f"2 more centre points add {added[0]} runs, {added[1]} at the centre")
+        _require(added in ((0, 0), (2, 2)), f"2 more centre points add {added[0]} runs, {added[1]} at the centre")
 
 
-def points_are_within_reach(at: DesignAtWork) -> None:
+def _points_are_within_reach(at: DesignAtWork) -> None:
     """No level is beyond `reach`, and no point beyond `radius` and the corners."""
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
-        require(np.abs(points).max() <= reach + _ROUNDING, f"{k} factors: a level is outside `reach` ({reach:g})")
+        _require(np.abs(points).max() <= reach + _ROUNDING, f"{k} factors: a level is outside `reach` ({reach:g})")
         far = np.linalg.norm(points, axis=1).max()
-        require(far <= radius + _ROUNDING, f"{k} factors: a point is outside `radius` ({radius:g})")
+        _require(far <= radius + _ROUNDING, f"{k} factors: a point is outside `radius` ({radius:g})")
 
 
 OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
-    points_are_finite_for_each_number_of_factors, same_points_again, every_term_can_be_estimated, levels_are_balanced,
-    centre_points_are_added, points_are_within_reach,
+    _points_are_finite_for_each_number_of_factors, _same_points_again, _every_term_can_be_estimated,
+    _levels_are_balanced, _centre_points_are_added, _points_are_within_reach,
 )  # fmt: skip
 
 
 # ---- solvers
 
 
-class SolverAtWork(AtWork):
+class SolverAtWork(_AtWork):
     """A kind of solver, its solver of a study, and two requests with their answers."""
 
     thing: SolverKind
@@ -189,74 +189,74 @@ class SolverAtWork(AtWork):
     @cached_property
     def answered(self) -> list[Answer]:
         """The answers to both requests at once."""
-        with apart(self.study) as place:
+        with _apart(self.study) as place:
             return self.answers(place, self.requests)
 
 
-def kind_is_declared(at: AtWork) -> None:
+def _kind_is_declared(at: _AtWork) -> None:
     """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
     default = at.thing.options.model_fields["kind"].default
-    require(default == at.thing.name, f"the name is {at.thing.name!r}, the default of the key kind is {default!r}")
+    _require(default == at.thing.name, f"the name is {at.thing.name!r}, the default of the key kind is {default!r}")
 
 
-def solver_is_picklable(at: SolverAtWork) -> None:
+def _solver_is_picklable(at: SolverAtWork) -> None:
     """A pickled solver has the same identity, made of JSON values."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
     here, there = (json.dumps(one.identity(at.requests[0]), sort_keys=True, allow_nan=False) for one in solvers)
-    require(here == there, "a pickled solver has a different identity")
+    _require(here == there, "a pickled solver has a different identity")
 
 
-def identity_changes_with_each_factor(at: SolverAtWork) -> None:
+def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
     """Runs with other levels or at another condition do not share a record."""
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
-        require(record_key(at.solver, middle) != record_key(at.solver, other), f"{factor.name} is not in the identity")
+        _require(record_key(at.solver, middle) != record_key(at.solver, other), f"{factor.name} is not in the identity")
     if at.study.naming.condition is None:
         return
     other = replace(middle, condition=1.25 * middle.condition)
-    require(record_key(at.solver, middle) != record_key(at.solver, other), "the condition is not in the identity")
+    _require(record_key(at.solver, middle) != record_key(at.solver, other), "the condition is not in the identity")
 
 
-def every_response_is_answered(at: SolverAtWork) -> None:
+def _every_response_is_answered(at: SolverAtWork) -> None:
     """An answer has a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
-        require(answer.ok, f"the run at midlevels failed: {answer.reason}: {answer.message}")
+        _require(answer.ok, f"the run at midlevels failed: {answer.reason}: {answer.message}")
         further = answer.details.get(RESPONSES, {})
         found = [answer.response, *(further.get(named.name) for named in at.solver.naming.others)]
-        require(all(one is not None and math.isfinite(one) for one in found), f"responses are not numbers: {found}")
+        _require(all(one is not None and math.isfinite(one) for one in found), f"responses are not numbers: {found}")
 
 
-def interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
+def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
     """The same request has the same answer, whether both requests are answered together or one after the other."""
     if not at.solver.asks_people:
-        with apart(at.study) as place:
+        with _apart(at.study) as place:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
         both = [[(one.response, one.details.get(RESPONSES)) for one in some] for some in (at.answered, second)]
-        require(both[0] == both[1], f"the answers differ: {both[0]} and {both[1]}")
+        _require(both[0] == both[1], f"the answers differ: {both[0]} and {both[1]}")
 
 
-def nan_is_a_failed_run(at: SolverAtWork) -> None:
+def _nan_is_a_failed_run(at: SolverAtWork) -> None:
     """A NaN level gives a failed run with a reason, not an answer that is NaN."""
     middle = at.requests[0]
     if not at.solver.asks_people:
-        with apart(at.study) as place:
+        with _apart(at.study) as place:
             wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
             (answer,) = at.answers(place, [wrong])
-        require(not answer.ok and bool(answer.reason), f"levels of NaN return {answer.status!r}, {answer.response}")
+        _require(not answer.ok and bool(answer.reason), f"levels of NaN return {answer.status!r}, {answer.response}")
 
 
 OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
-    kind_is_declared, solver_is_picklable, identity_changes_with_each_factor, every_response_is_answered,
-    interrupted_runs_equal_uninterrupted_ones, nan_is_a_failed_run,
+    _kind_is_declared, _solver_is_picklable, _identity_changes_with_each_factor, _every_response_is_answered,
+    _interrupted_runs_equal_uninterrupted_ones, _nan_is_a_failed_run,
 )  # fmt: skip
 
 
 # ---- stages
 
 
-class StageAtWork(AtWork):
+class StageAtWork(_AtWork):
     """A stage, run in a folder after the stages that it needs."""
 
     thing: Stage[Any]
@@ -275,7 +275,7 @@ class StageAtWork(AtWork):
     def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
         """A folder in which the stage was run, and its result."""
         kept = TemporaryDirectory()
-        with apart(self.study):
+        with _apart(self.study):
             folder = self.make(Path(kept.name))
         return kept, folder, read_result(folder, self.thing.result())
 
@@ -285,39 +285,39 @@ class StageAtWork(AtWork):
         return {name: (place / name).read_bytes() for name in names}
 
 
-def stage_is_declared(at: StageAtWork) -> None:
+def _stage_is_declared(at: StageAtWork) -> None:
     """A stage has a name, equal to that of its result, a title and a help text."""
-    require(bool(at.thing.name and at.thing.title and at.thing.help), "name, title or help is missing")
+    _require(bool(at.thing.name and at.thing.title and at.thing.help), "name, title or help is missing")
     name = at.thing.result().name
-    require(name == at.thing.name, f"the name is {at.thing.name!r}, that of the result {name!r}")
-    require(isinstance(at.thing.showing(), Showing), "showing does not return a Showing")
+    _require(name == at.thing.name, f"the name is {at.thing.name!r}, that of the result {name!r}")
+    _require(isinstance(at.thing.showing(), Showing), "showing does not return a Showing")
 
 
-def result_is_its_file(at: StageAtWork) -> None:
+def _result_is_its_file(at: StageAtWork) -> None:
     """Result → file → result → file gives the same bytes, and a result is picklable."""
     _, folder, result = at.made
     file = json.dumps(folder.read_stage(at.thing.name))
-    require(json.dumps(result.to_json()) == file, "a result changes when it is read and written again")
-    require(pickle.loads(pickle.dumps(result)) == result, "a pickled result differs")
+    _require(json.dumps(result.to_json()) == file, "a result changes when it is read and written again")
+    _require(pickle.loads(pickle.dumps(result)) == result, "a pickled result differs")
 
 
-def interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
+def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
     """A stage leaves the same bytes whether or not it is interrupted after its first run."""
 
     def interrupt(progress: Progress) -> None:
         if progress.stage == at.thing.name and progress.done > progress.cached:
             raise KeyboardInterrupt
 
-    with apart(at.study) as place:
+    with _apart(at.study) as place:
         with suppress(KeyboardInterrupt):
             at.make(place, interrupt)
         at.make(place)
         found, known = at.files(place), at.files(at.made[1].path)
         differing = [name for name in known if known[name] != found[name]]
-    require(not differing, f"{', '.join(differing)} differs after an interruption")
+    _require(not differing, f"{', '.join(differing)} differs after an interruption")
 
 
-def stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
+def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
     """A finished stage is up to date, and out of date after a change of a factor range or a number in its section."""
     first, *rest = at.study.factors
     wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
@@ -328,47 +328,47 @@ def stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
             changed = own.model_copy(update={name: value + 1})
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
     now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
-    require(now[0] == [], f"out of date immediately: {', '.join(now[0])} changed")
-    require(all(now[1:]), "still up to date although an input has changed")
+    _require(now[0] == [], f"out of date immediately: {', '.join(now[0])} changed")
+    _require(all(now[1:]), "still up to date although an input has changed")
 
 
-def tables_have_titles_and_units(at: StageAtWork) -> None:
+def _tables_have_titles_and_units(at: StageAtWork) -> None:
     """Every table has a title; a number has a unit in its heading or in a column, unless it is a count or a ratio."""
     result = at.made[2]
     for table in at.thing.showing().tables(result, names_of(result)):  # type: ignore[attr-defined]
-        require(bool(table.title), "a table has no title")
+        _require(bool(table.title), "a table has no title")
         has_units = any(row[0] in at.study.names for row in table.rows)  # a factor's, in each row
         for place, column in enumerate(table.columns):
             values = [row[place] for row in table.rows]
             counts = all(isinstance(value, int | str | None) for value in values)
             named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
-            require(bool(counts or has_units or named), f"{table.title}: {column.name} has no unit")
+            _require(bool(counts or has_units or named), f"{table.title}: {column.name} has no unit")
     for name, table in result.tables().items():
-        require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of different lengths")
+        _require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of different lengths")
 
 
-def sentences_and_figures_are_whole(at: StageAtWork) -> None:
+def _sentences_and_figures_are_whole(at: StageAtWork) -> None:
     """Sentences end with a full stop; a figure has a name and a caption, and can be drawn."""
     _, folder, result = at.made
     showing: Any = at.thing.showing()
     for sentence in showing.outcome(result, names_of(result)):
-        require(sentence.rstrip()[-1:] in tuple(".!?:"), f"no sentence: {sentence}")
+        _require(sentence.rstrip()[-1:] in tuple(".!?:"), f"no sentence: {sentence}")
     results = fresh_results(at.study, folder)
     for plot in showing.figures(result, Setting(at.study, results)):
-        require(bool(plot.name and plot.caption), f"a figure has no name or caption: {plot.name!r}")
-        require("<svg" in plot.document, f"{plot.name} cannot be drawn")
+        _require(bool(plot.name and plot.caption), f"a figure has no name or caption: {plot.name!r}")
+        _require("<svg" in plot.document, f"{plot.name} cannot be drawn")
 
 
 OF_STAGES: tuple[Callable[[StageAtWork], None], ...] = (
-    stage_is_declared, result_is_its_file, interrupted_stage_equals_uninterrupted_one,
-    stage_is_stale_when_an_input_changes, tables_have_titles_and_units, sentences_and_figures_are_whole,
+    _stage_is_declared, _result_is_its_file, _interrupted_stage_equals_uninterrupted_one,
+    _stage_is_stale_when_an_input_changes, _tables_have_titles_and_units, _sentences_and_figures_are_whole,
 )  # fmt: skip
 
 
 # ---- laboratory tests
 
 
-class LaboratoryAtWork(AtWork):
+class LaboratoryAtWork(_AtWork):
     """A kind of laboratory test, and a test of it on a coarse mesh."""
 
     thing: LaboratoryKind
@@ -389,49 +389,49 @@ class LaboratoryAtWork(AtWork):
         return test_of(self.study, self.section, {**self.study.midlevels(), **levels}, self.study.targets.calibrate_at)
 
 
-def identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
+def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     """A test is picklable; its identity consists of JSON values and changes with each level."""
     test = at.test()
     found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
-    require(found[0] == found[1], "a pickled test has a different identity")
+    _require(found[0] == found[1], "a pickled test has a different identity")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
-        require(other != found[0], f"{factor.name} is not in the identity")
+        _require(other != found[0], f"{factor.name} is not in the identity")
 
 
-def model_is_sound(at: LaboratoryAtWork) -> None:
+def _model_is_sound(at: LaboratoryAtWork) -> None:
     """Elements have positive volumes, initial values are finite, and a tool or the driven nodes move."""
     test = at.test()
     model = cutting.build(test) if isinstance(test, cutting.ShearTest) else build(rounded(test))
-    require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
+    _require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
-    require(bool(np.isfinite(velocity).all()), "velocities at the start are not finite")
+    _require(bool(np.isfinite(velocity).all()), "velocities at the start are not finite")
     moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
-    require(moved, "no tool and no driven node moves")
+    _require(moved, "no tool and no driven node moves")
 
 
-def responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
+def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
     """Each usual response is a positive number that is repeated bit for bit, and no file remains."""
-    with apart(at.study):
+    with _apart(at.study):
         found, again = (perform(at.test()).responses for _ in range(2))
     for name in at.section.usual:
-        require(0.0 < found.get(name, math.nan) < math.inf, f"{name} is {found.get(name)}")
-    require(again == found, f"the responses differ: {found} and {again}")
+        _require(0.0 < found.get(name, math.nan) < math.inf, f"{name} is {found.get(name)}")
+    _require(again == found, f"the responses differ: {found} and {again}")
 
 
-def forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
+def _forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
     """If a piece neither yields nor fails, doubling its modulus doubles the force at every travel."""
     test = at.test()
     elastic = replace(test.material, yield_stress=math.inf, failure_strain=math.inf)
     stiffer = replace(elastic, elastic_modulus=2.0 * elastic.elastic_modulus)
     forces = [perform(replace(test, material=one)).responses["force"] for one in (elastic, stiffer)]
-    require(
+    _require(
         abs(forces[1] / forces[0] - 2.0) < _STIFFER,
         f"doubling the modulus multiplies the force by {forces[1] / forces[0]:.4f}",
     )
 
 
 OF_TESTS: tuple[Callable[[LaboratoryAtWork], None], ...] = (
-    kind_is_declared, identity_of_test_changes_with_each_factor, model_is_sound,
-    responses_are_positive_and_repeatable, forces_are_proportional_to_the_modulus,
+    _kind_is_declared, _identity_of_test_changes_with_each_factor, _model_is_sound,
+    _responses_are_positive_and_repeatable, _forces_are_proportional_to_the_modulus,
 )  # fmt: skip

@@ -123,17 +123,6 @@ def test_memory_that_has_run_out_is_no_internal_error() -> None:
     assert "--workers" in said and "internal" not in said
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="macOS knows no limit of address space")
-def test_a_limit_of_memory_below_what_the_libraries_need_is_refused_before_the_study(tmp_path: Path) -> None:
-    """OpenBLAS would ask for memory for ever, deaf to signals."""
-    limited = f"import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_AS, (600 << 20, 600 << 20)); {RUNNING}"
-    for arguments in (["run", str(REPLAY), "--out", str(tmp_path / "out")], ["simulate", str(SMOKE)]):
-        done = subprocess.run([sys.executable, "-c", limited, *arguments], capture_output=True, text=True, timeout=60)
-        assert done.returncode == 2
-        assert "may use 600 MiB of address space, but 1536 MiB are needed" in done.stderr
-    assert not (tmp_path / "out").exists()
-
-
 def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("check", "run", "screen", "rsm", "invert", "validate", "report", "simulate"):

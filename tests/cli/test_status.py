@@ -225,5 +225,8 @@ def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:
     assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["stemcal"], "changed_tables": []}]
     (failed.out / "screen.json").write_bytes(b"{")
     assert failed.json("status", "--verify")["verify"]["damaged"] == [
-        {"file": "screen.json", "problem": "is damaged: it contains no JSON object; run `stemcal screen SPEC` again"}
+        {
+            "file": "screen.json",
+            "problem": "is damaged: the file contains no JSON object; run `stemcal screen SPEC` again",
+        }
     ]

@@ -11,10 +11,10 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 CASES = "reference/verification-cases.md"
 TOPICS = (
-    *("Patch test", "Rigid rotation", "Hourglass modes", "Cyclic tension", "Yield against rate"),
+    *("Patch test", "Rigid rotation", "Hourglass modes", "Cyclic tension", "Yield stress versus strain rate"),
     *("Erosion at the failure strain", "Wave in a bar", "Cantilever", "Hollow cylinder in three-point bending"),
     *("Convergence under refinement", "Rebound and momentum", "Sliding block", "Taylor bar", "Spread edge"),
-    *("Failure in the mean", "Full model and quarter model", "Energy balance of the shear test", "Determinism"),
+    *("Nonlocal failure", "Full model and quarter model", "Energy balance of the shear test", "Determinism"),
 )
 
 

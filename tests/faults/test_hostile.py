@@ -83,7 +83,7 @@ def test_more_factors_than_can_be_screened(tmp_path: Path, count: int) -> None:
     factors = "\n".join(f"  - {{name: p{i}, low: 1, high: 2}}" for i in range(count))
     text = f"name: many\nfactors:\n{factors}\ntargets: [{{diameter: 8 mm, force: 9 N}}]\n"
     text += "solver: {kind: sheet, file: many.csv}\n"
-    (tmp_path / "many.csv").write_text("run,p0,force\nscreen,1,2\n", encoding="utf-8")
+    (tmp_path / "many.csv").write_text("run,p0,force\nscreen 1,1,2\n", encoding="utf-8")
     if count <= 100:
         assert len(read_study(text.encode(), tmp_path / "many.yaml").factors) == count
         return

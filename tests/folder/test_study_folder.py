@@ -181,7 +181,7 @@ def test_a_stage_file_without_its_seal_is_damaged(folder: StudyFolder) -> None:
 
 def test_a_folder_in_the_place_of_a_stage_file_is_told(folder: StudyFolder) -> None:
     (folder.path / "screen.json").mkdir()
-    with pytest.raises(UsageError, match=r"screen.json is damaged: it is a folder"):
+    with pytest.raises(UsageError, match=r"screen.json is damaged: the file is a folder"):
         folder.read_stage("screen")
 
 

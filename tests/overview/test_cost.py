@@ -1,7 +1,7 @@
-"""What runs take is known from those that are recorded, else by a try, else by a guess."""
+"""What runs take is known from those that are recorded, else by a guess."""
 
 import socket
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -12,15 +12,6 @@ from stemcal.numbers import duration
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
 from stemcal.runs.record import identity_of, record_key
 from stemcal.solvers.protocol import Answer, Request
-
-
-@dataclass(frozen=True)
-class TriedSolver(FakeSolver):
-    """Takes half of what it guesses."""
-
-    def pace(self, _request: Request) -> float | None:
-        """Half."""
-        return 0.5
 
 
 def asked(row: int, diameter: float = 8.0) -> Request:
@@ -35,23 +26,22 @@ def recorded(folder: StudyFolder, solver: FakeSolver, request: Request, seconds:
 
 def test_records_of_this_machine_and_this_solver_tell_the_pace(tmp_path: Path) -> None:
     """Guessed 10 s at 8 mm and 40 s at 16 mm, taken 15 and 60: one and a half times as long."""
-    solver, here = TriedSolver(), socket.gethostname()
+    solver, here = FakeSolver(), socket.gethostname()
     with StudyFolder(tmp_path / "out") as folder:
         recorded(folder, solver, asked(0), 15.0, here)
         recorded(folder, solver, asked(1, 16.0), 60.0, here)
         recorded(folder, solver, asked(2), 500.0, f"not-{here}")
-        recorded(folder, TriedSolver(version=2), asked(3), 500.0, here)
+        recorded(folder, FakeSolver(version=2), asked(3), 500.0, here)
         found = costs_of(solver, folder, asked(9))
     assert found.of is not None
     assert found.of(asked(5)) == pytest.approx(15.0)
     assert (found.source, found.recorded) == ("recorded", 2)
 
 
-def test_without_records_a_run_is_tried_or_guessed(tmp_path: Path) -> None:
-    tried, guessed = costs_of(TriedSolver(), None, asked(0)), costs_of(FakeSolver(), None, asked(0))
-    assert tried.of is not None and guessed.of is not None
-    assert (tried.of(asked(0)), guessed.of(asked(0))) == (5.0, 10.0)
-    assert (tried.source, guessed.source) == ("tried", "guess")
+def test_without_records_the_solver_guesses(tmp_path: Path) -> None:
+    guessed = costs_of(FakeSolver(), None, asked(0))
+    assert guessed.of is not None
+    assert (guessed.of(asked(0)), guessed.source) == (10.0, "guess")
 
 
 def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:
@@ -61,17 +51,17 @@ def test_a_stage_waits_for_the_one_before(tmp_path: Path) -> None:
 
 def test_a_plan_shares_out_its_runs(tmp_path: Path) -> None:
     study = make_study(tmp_path)
-    one, two = (plan(study, None, TriedSolver(), workers) for workers in (1, 2))
+    one, two = (plan(study, None, FakeSolver(), workers) for workers in (1, 2))
     assert one.elapsed is not None and two.elapsed is not None and one.seconds is not None
-    assert one.elapsed - overhead(TriedSolver()) == pytest.approx(one.seconds)
-    assert two.elapsed - overhead(TriedSolver()) < 0.6 * one.seconds
+    assert one.elapsed - overhead(FakeSolver()) == pytest.approx(one.seconds)
+    assert two.elapsed - overhead(FakeSolver()) < 0.6 * one.seconds
 
 
 def test_the_runs_of_a_refinement_on_another_mesh_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.overview.plan.make_solver", lambda _study: TriedSolver())
-    alone = plan(make_study(tmp_path), None, TriedSolver(), 1)
+    monkeypatch.setattr("stemcal.overview.plan.make_solver", lambda _study: FakeSolver())
+    alone = plan(make_study(tmp_path), None, FakeSolver(), 1)
     section = "refine: {in: {kind: embedded, element_size: 1 mm}, budget: 6}\n"
-    both = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
+    both = plan(make_study(tmp_path, section), None, FakeSolver(), 1)
     (note,) = (note for note in both.notes if note.kind == "in_another_program")
     assert alone.elapsed is not None and both.elapsed is not None and both.elapsed - alone.elapsed >= 30.0
     assert "at most 6 in the other model" in note.text
@@ -80,6 +70,6 @@ def test_the_runs_of_a_refinement_on_another_mesh_are_counted(tmp_path: Path, mo
 
 def test_a_program_that_tells_no_time_is_counted_without(tmp_path: Path) -> None:
     section = "refine: {in: {kind: sheet}, budget: 6}\n"
-    found = plan(make_study(tmp_path, section), None, TriedSolver(), 1)
+    found = plan(make_study(tmp_path, section), None, FakeSolver(), 1)
     (note,) = (note for note in found.notes if note.kind == "in_another_program")
     assert "at most 6 in" in note.text and "core" not in note.text

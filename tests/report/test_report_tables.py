@@ -102,9 +102,3 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
     assert len(tables_of(stage)[0].foot) == 2
-
-
-def test_columns_of_zeros_are_left_out() -> None:
-    columns = [Column("run"), Column("peak"), Column("hourglass")]
-    table = Table.of(columns, [{"run": "a", "peak": 0.0, "hourglass": 0.0}, {"run": "b", "peak": 1.0, "hourglass": 0}])
-    assert [column.key for column in table.without_zeros().columns] == ["run", "peak"]

@@ -1,7 +1,8 @@
 """Points simulated several times over: their means, their scatter, their records."""
 
-from stemcal.runs.record import Outcome, Replicates, merged, repeated
+from stemcal.runs.record import Outcome, merged
 from stemcal.solvers.protocol import Request
+from stemcal.solvers.replicates import Replicates, repeated
 
 
 def run(force: float | None, bulk: float, key: str) -> Outcome:

@@ -10,8 +10,9 @@ from fakes import PYTHON
 from stemcal.errors import SpecError, UsageError
 from stemcal.folder import StudyFolder
 from stemcal.solvers import make_solver
-from stemcal.solvers.program import Command, seed_of
+from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
+from stemcal.solvers.replicates import seed_of
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface.analysis import SurfaceResult, fit_response_surface, surface_design

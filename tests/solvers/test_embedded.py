@@ -1,13 +1,10 @@
 """What the embedded solver says of itself, without a simulation."""
 
-from dataclasses import replace
 from pathlib import Path
 
-from stemcal.cutting import mesh_size
 from stemcal.fem.kernels.plasticity import rate_factor
 from stemcal.files.durable import digest
 from stemcal.solvers import make_solver
-from stemcal.solvers.cost import small_enough
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.protocol import Request
 from stemcal.study.reading import load_study
@@ -60,17 +57,6 @@ def test_rate_dependence_switched_off() -> None:
     material = shear_test(study, {}, 8.0).material
     assert material.strain_rate_c == 0.0 and study.parameters({})["strain_rate_c"] == 0.0
     assert rate_factor.py_func(1.0e6, material.strain_rate_c, 1.0) == 1.0
-
-
-def test_a_run_is_tried_with_coarser_elements_and_not_at_all_where_that_does_not_make_it_small() -> None:
-    """A stem of 1000 km has millions of elements however long they are."""
-    test = shear_test(load_study(CONFIGS / "smoke.yaml"), {}, 8.0)
-    fine = replace(test, discretisation=replace(test.discretisation, element_size=0.1))
-    tried = small_enough(fine)
-    assert small_enough(test) is test
-    assert tried is not None and 10_000 < mesh_size(tried.stem, tried.discretisation).elements < 60_000
-    assert mesh_size(fine.stem, fine.discretisation).elements > 200_000
-    assert small_enough(replace(test, stem=replace(test.stem, length=1.0e9))) is None
 
 
 def test_a_solid_stem_has_no_wall_that_could_be_too_thick() -> None:

@@ -15,8 +15,8 @@ import workflow
 from stemcal.doe.calibration.confidence_intervals import holds
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
-from stemcal.solvers.program import values_of
 from stemcal.solvers.protocol import Request
+from stemcal.solvers.replicates import values_of
 from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results

@@ -230,7 +230,7 @@ def test_spec_is_checked_like_that_of_the_embedded_solver(tmp_path: Path) -> Non
     with pytest.raises(SpecError) as caught:
         study_of(tmp_path, material="", options="")
     assert "the LS-DYNA solver needs density" in str(caught.value)
-    with pytest.raises(SpecError, match="does not contain the deck"):
+    with pytest.raises(SpecError, match="does not contain the placeholder"):
         text = SPEC.format(command='["ls-dyna", "i=run.k"]', mode='""', options="", material=MATERIAL)
         (tmp_path / "b.yaml").write_text(text, encoding="utf-8")
         load_study(tmp_path / "b.yaml")

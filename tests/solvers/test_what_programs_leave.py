@@ -15,7 +15,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.files.reading import open_plain, read_plain
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
-from stemcal.solvers.deck.openradioss_output import contact_force, deleted_elements, differences, problems
+from stemcal.solvers.deck.openradioss_output import contact_force, deleted_elements, starter_errors, values_not_read
 from stemcal.solvers.readers import read_text
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")
@@ -56,8 +56,8 @@ def test_so_much_is_read_and_no_more(tmp_path: Path) -> None:
 
 
 READERS: dict[str, Callable[[str], object]] = {
-    "differences": lambda text: differences(text, 1, WRITTEN),
-    "problems": problems,
+    "values": lambda text: values_not_read(text, WRITTEN),
+    "errors": starter_errors,
     "deleted": lambda text: deleted_elements(text, text),
     "table": lambda text: contact_force(text),
     "rcforc": lambda text: rcforc_force(text),

@@ -57,7 +57,7 @@ def checks_table(records: Records) -> Table | None:
         "Failed: elements deleted up to the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
         "largest share of the internal energy before the peak; if both are small, the test is quasi-static."
     )
-    return Table.of(columns, rows, "Checks of every run", [foot], detail=True).without_zeros() if rows else None
+    return Table.of(columns, rows, "Checks of every run", [foot], detail=True) if rows else None
 
 
 def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = (), title: str = "") -> Table:

@@ -20,7 +20,7 @@ __all__ = ["Deck", "DeckForm", "deck_text"]
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
 # Options that change no answer, or whose files are known by their content.
-_APART = {"environment", "time_limit", "files", "programs"}
+_APART = {"environment", "time_limit", "files", "home"}
 
 
 @dataclass(frozen=True)

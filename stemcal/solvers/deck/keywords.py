@@ -28,7 +28,7 @@ def keyword(name: str, *cards: Card, title: str | None = None, long: bool = Fals
     $#      dt    binary
          0.001         1
     """
-    widest = max((len(text_of(value)) for card in cards for value in card.values()), default=0)
+    widest = max((len(_text_of(value)) for card in cards for value in card.values()), default=0)
     width = LONG if long and widest > STANDARD else STANDARD
     yield f"*{name}{'+' if width == LONG else ''}"
     if title is not None:
@@ -40,7 +40,7 @@ def keyword(name: str, *cards: Card, title: str | None = None, long: bool = Fals
 
 
 def _in_columns(value: float | int | str, width: int) -> str:
-    text = text_of(value)
+    text = _text_of(value)
     if len(text) <= width:
         return text
     if isinstance(value, float):
@@ -48,10 +48,10 @@ def _in_columns(value: float | int | str, width: int) -> str:
     raise ValueError(f"{text} has more than {width} characters")
 
 
-def text_of(value: float | int | str) -> str:
+def _text_of(value: float | int | str) -> str:
     """Return the shortest text that reads back as the same value.
 
-    >>> text_of(17.96), text_of(1.1e-09), text_of(1000.0), text_of(4)
+    >>> _text_of(17.96), _text_of(1.1e-09), _text_of(1000.0), _text_of(4)
     ('17.96', '1.1e-09', '1000.0', '4')
     """
     return value if isinstance(value, str) else repr(float(value) if isinstance(value, float) else int(value))

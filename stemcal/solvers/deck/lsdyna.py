@@ -16,7 +16,7 @@ from stemcal.solvers.deck.writer import DECK
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_command
 from stemcal.solvers.protocol import Answer
-from stemcal.solvers.readers import NUMBER, number_of, read_text
+from stemcal.solvers.readers import NUMBER, read_text, required_number
 
 FORCES = "rcforc"
 # Where LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
@@ -55,20 +55,16 @@ def contact_force(text: str) -> ContactForce:
         there = sorted({int(match[2]) for match in rows})
         raise SimulationFailed("no_result", f"{FORCES} contains no contact {BLADE_CONTACT}, only {there}")
     side = mine[0][1].lower()
-    series = [(number_of(match[3]), number_of(match[4])) for match in mine if match[1].lower() == side]
+    series = [(required_number(match[3]), required_number(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
-    if not (good := np.isfinite(time) & np.isfinite(force)).all():
-        raise SimulationFailed("nan", f"the force of the blade is NaN from {time[good].max(initial=0.0):g} s onwards")
-    if len(time) < 2 or not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", f"the times of the blade's contact in {FORCES} do not increase")
-    return ContactForce.turned(time, force)
+    return ContactForce.of(time, force, FORCES)
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:
     """Return when each element was deleted, s, as far as LS-DYNA has reported; several files report an element."""
     times: dict[int, float] = {}
     for text in (printed, *(tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
-        times.update((int(number), number_of(time) or 0.0) for number, time in _FAILED.findall(text))
+        times.update((int(number), required_number(time)) for number, time in _FAILED.findall(text))
     return list(times.values())
 
 

@@ -192,7 +192,7 @@ class Deck:
     @cached_property
     def notes(self) -> list[str]:
         """The differences of the deck from the study."""
-        return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter(), *self._rounded()]
+        return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter()]
 
     @property
     def _element_size(self) -> float:
@@ -259,12 +259,6 @@ class Deck:
                 f"the card uses the rate of {of} without smoothing, while the study smooths the rate over {time:.3g} "
                 "s; with little mass, vibration increases the rate"
             )
-
-    def _rounded(self) -> Iterator[str]:
-        exact, apart = _by_field(self.given), {"c", "p", *(["ro"] if self.density_factor > 1.0 else [])}
-        changed = [name for name, value in exact.items() if name not in apart and value != self.material[name]]
-        if changed:
-            yield f"fields of ten columns round the values of {', '.join(changed)}"
 
 
 def _by_field(given: Mapping[str, float]) -> dict[str, float]:

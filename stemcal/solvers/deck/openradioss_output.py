@@ -3,9 +3,7 @@
 import csv
 import re
 from collections.abc import Iterator, Mapping
-from math import isclose
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,113 +16,44 @@ from stemcal.solvers.program import code_is_zero
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
-_BLOCK = re.compile(
-    r"^ERROR ID :[ \t]*(\d{1,9})[ \t]*\n\*\* (.*)\n(?:DESCRIPTION :.*\n((?:[ \t]+\S.*\n)*))?", re.MULTILINE
-)
-_VALUE = re.compile(rf"^[ \t]+([A-Z][^=\n]*)=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
-_MATERIAL = re.compile(r"^[ \t]+MATERIAL NUMBER[ \t.]*=[ \t]*(\d{1,18})[ \t]*$", re.MULTILINE)
+_ERROR = re.compile(r"^ERROR ID :.*(?:\n(?!ERROR ID :|[ \t]*\.\.).*\S.*){0,6}", re.MULTILINE)
+_VALUE = re.compile(rf"=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 _FAILURE = re.compile(rf"^[ \t]+FIRST[ \t]+FAILURE PARAMETER \(D1\)[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 _DELETED = re.compile(rf"DELETE SOLID ELEMENT NUMBER[ \t]+(\d{{1,18}})(?:[ \t]+AT TIME :[ \t]*({NUMBER}))?")
 _CYCLE = re.compile(rf"[ \t]*\d+[ \t]+({NUMBER})[ \t]+\d\S*[ \t]+[A-Z]+[ \t]+\d+")
 _COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
-_NONLOCAL = re.compile(rf"^[ \t]+NON-LOCAL INTERNAL LENGTH[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 # Echoes have 13 digits, or four.
 _CLOSE = 2e-4
 
 
-class _Problem(NamedTuple):
-    """An error of the starter: its number, what is wrong, and where."""
-
-    number: int
-    title: str
-    description: str
-
-    def __str__(self) -> str:
-        """Write it in one line."""
-        return f"ERROR ID {self.number}: {self.title}{': ' if self.description else ''}{self.description}"
-
-
-def problems(text: str) -> list[_Problem]:
-    """Return the errors of a listing or of what was printed."""
-    found = []
-    for match in _BLOCK.finditer(text.replace("\r\n", "\n")):
-        lines = [line.strip() for line in (match[3] or "").splitlines()]
-        title = match[2].strip().removeprefix("ERROR:").removeprefix("ERROR").strip()
-        found.append(_Problem(int(match[1]), title, "; ".join(lines)[:300]))
-    return found
-
-
-def differences(text: str, material: int, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
-    """Return where the echo of a material is not what was written.
+def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
+    """Return the values of the stem's card, as written in the deck, that the starter's listing does not echo.
 
     A keyword or a field that the reader does not support gives no error, only other values.
 
     Parameters
     ----------
     written : mapping
-        ``ro e pr sigy etan fail c p`` as written in the deck.
+        ``ro e pr sigy etan fail c p`` of the card.
     nonlocal_length : float
         The length of its nonlocal failure, mm; 0 for none.
     """
-    echo = _echo(text, material)
-    criterion = _FAILURE.search(text)
-    if criterion is not None:
-        echo["failure strain"] = required_number(criterion[1])
-    if (averaged := _NONLOCAL.search(text)) is not None:
-        echo["nonlocal length"] = required_number(averaged[1])
-    wrong, expected = [], _expected(written)
-    if nonlocal_length > 0.0:
-        expected["nonlocal length"] = nonlocal_length
-    for name, value in expected.items():
-        if name not in echo:
-            wrong.append(f"{name} {value:.6g} was not read")
-        elif not isclose(echo[name], value, rel_tol=_CLOSE):
-            wrong.append(f"{name} was read as {echo[name]:.6g}, not {value:.6g}")
-    return wrong
+    e, tangent = written["e"], written["etan"]
+    wanted = {"density": written["ro"], "elastic modulus": e, "Poisson's ratio": written["pr"]}
+    wanted |= {"yield stress": written["sigy"], "failure strain": written["fail"], "nonlocal length": nonlocal_length}
+    wanted["plastic modulus"] = e * tangent / (e - tangent)
+    wanted |= {"C": written["c"], "1/P": 1.0 / written["p"]} if written["c"] > 0.0 else {}
+    echoed = np.array([required_number(value) for value in _VALUE.findall(listing)])
+    return [
+        f"{name} = {value:.6g}"
+        for name, value in wanted.items()
+        if value > 0.0 and not np.isclose(echoed, value, rtol=_CLOSE, atol=0.0).any()
+    ]
 
 
 def deletes_elements(listing: str) -> bool:
     """Return whether elements fail by a criterion, by the starter's listing."""
     return _FAILURE.search(listing) is not None
-
-
-def _echo(text: str, material: int) -> dict[str, float]:
-    """Return the values of a material by our names."""
-    _, *pieces = _MATERIAL.split(text)
-    for number, block in zip(pieces[::2], pieces[1::2], strict=True):
-        if int(number) == material:
-            found = reversed(_VALUE.findall(block))
-            values = {" ".join(label.rstrip(". \t").split()): required_number(value) for label, value in found}
-            return {ours: values[theirs] for theirs, ours in _LABELS.items() if theirs in values}
-    return {}
-
-
-_LABELS = {
-    "INITIAL DENSITY": "density",
-    "YOUNG MODULUS": "elastic modulus",
-    "YOUNG'S MODULUS": "elastic modulus",
-    "POISSON RATIO": "Poisson's ratio",
-    "POISSON'S RATIO": "Poisson's ratio",
-    "YIELD STRESS": "yield stress",
-    "HARDENING PARAMETER": "plastic modulus",
-    "REFERENCE STRAIN RATE CC": "C",
-    "STRAIN RATE EXPONENT (1/P)": "1/P",
-    "FAILURE PLASTIC STRAIN": "failure strain",
-}
-
-
-def _expected(written: Mapping[str, float]) -> dict[str, float]:
-    e, tangent = written["e"], written["etan"]
-    rate = {"C": written["c"], "1/P": 1.0 / written["p"]} if written["c"] > 0.0 else {}
-    return {
-        "density": written["ro"],
-        "elastic modulus": e,
-        "Poisson's ratio": written["pr"],
-        "yield stress": written["sigy"],
-        **({"plastic modulus": e * tangent / (e - tangent)} if tangent > 0.0 else {}),
-        **rate,
-        "failure strain": written["fail"],
-    }
 
 
 def deleted_elements(listing: str, printed: str) -> list[float]:
@@ -169,12 +98,8 @@ def contact_force(text: str) -> ContactForce:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
         raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
-    if len(values) < 2 or not np.isfinite(values).all():
-        raise SimulationFailed("nan", "the force of the blade is not numeric")
-    time, force = values[:, 0], values[:, 1] + values[:, 2]
-    if not (np.diff(time) > 0).all():
-        raise SimulationFailed("bad_result", "the times of the time histories do not increase")
-    found = ContactForce.turned(time, force)
+    time, normal, tangential = values.reshape(-1, 3).T
+    found = ContactForce.of(time, normal + tangential, TABLE)
     if found.force.max() > 0.0 and (np.diff(found.force) >= 0.0).all():
         raise SimulationFailed(
             "impulse",
@@ -191,11 +116,15 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
             yield index, int(match[1])
 
 
+def starter_errors(text: str) -> list[str]:
+    """Return the errors of a listing or of what was printed, each in one line with its description."""
+    return [" ".join(match[0].split())[:300] for match in _ERROR.finditer(text.replace("\r\n", "\n"))]
+
+
 def starter_accepted(folder: Path, ended: Ended) -> str:
     """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
     listing = text_left(folder, STARTER_LISTING)
-    found = problems(listing) or problems(ended.output)
-    if found:
+    if found := starter_errors(listing) or starter_errors(ended.output):
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         raise SimulationFailed("starter_error", f"the starter rejected the deck: {found[0]}{more}")
     code_is_zero(ended)

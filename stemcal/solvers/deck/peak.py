@@ -27,8 +27,13 @@ class ContactForce(NamedTuple):
     force: Array
 
     @classmethod
-    def turned(cls, time: Array, force: Array) -> "ContactForce":
-        """Return the force with its larger extreme positive."""
+    def of(cls, time: Array, force: Array, file: str) -> "ContactForce":
+        """Return the force of a result file with its larger extreme positive, or raise `SimulationFailed`."""
+        if not (good := np.isfinite(time) & np.isfinite(force)).all():
+            last = time[good].max(initial=0.0)
+            raise SimulationFailed("nan", f"the blade force in {file} is not a number after {last:g} s")
+        if len(time) < 2 or not (np.diff(time) > 0).all():
+            raise SimulationFailed("bad_result", f"the times of the blade force in {file} do not increase")
         return cls(time, force if force.max() >= -force.min() else -force)
 
 

@@ -35,10 +35,10 @@ _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
 
 def deck_text(deck: Deck) -> str:
     """Return the whole deck as text."""
-    return "\n".join(deck_lines(deck)) + "\n"
+    return "\n".join(_deck_lines(deck)) + "\n"
 
 
-def deck_lines(deck: Deck) -> Iterator[str]:
+def _deck_lines(deck: Deck) -> Iterator[str]:
     """Yield the lines of the deck."""
     yield from _head(deck)
     yield from _control(deck)
@@ -176,11 +176,8 @@ def _elements(meshes: Mapping[int, Mesh]) -> Iterable[str]:
 # ---- files of OpenRadioss around a deck, for what its reader of decks does not convert
 
 
-def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = ()) -> str:
-    """Return the starter's file around the deck of a file `name` (run.k), with `further` lines.
-
-    A length (mm) makes the failure nonlocal.
-    """
+def starter_around(name: str, nonlocal_length: float) -> str:
+    """Return the starter's file around the deck of a file `name` (run.k); a length (mm) makes the failure nonlocal."""
     length = (f"/NONLOCAL/MAT/{STEM}", f"#{'LENGTH':>19}{'LE_MAX':>20}", f"{nonlocal_length!r:>20}{0:>20}")
     averaging = length if nonlocal_length > 0.0 else ()
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
@@ -195,7 +192,6 @@ def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = (
             "/INCLUDE_LS-DYNA/",
             name,
             *averaging,
-            *further,
             "/END",
             "",
         ]
@@ -204,20 +200,15 @@ def starter_around(name: str, nonlocal_length: float, further: Iterable[str] = (
 
 def engine_text(deck: Deck, run: str) -> str:
     """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
-    seconds = deck.study.loading.duration_at(deck.diameter)
-    return engine_over(run, seconds, deck.solver.outputs, deck.solver.time_step_safety)
-
-
-def engine_over(run: str, duration: float, outputs: int, safety: float) -> str:
-    """Return the engine's file of a run: its duration in s, its outputs, its part of the stable step."""
+    duration = deck.study.loading.duration_at(deck.diameter)
     return "\n".join(
         [
             f"/RUN/{run}/1/",
             f"{duration!r}",
             "/TFILE/4",
-            f"{duration / outputs!r}",
+            f"{duration / deck.solver.outputs!r}",
             "/DT",
-            f"{safety!r} 0",
+            f"{deck.solver.time_step_safety!r} 0",
             "/PARITH/OFF",
             TITLES,
             "/PRINT/-1000",

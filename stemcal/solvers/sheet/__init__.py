@@ -14,8 +14,9 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import make_folder
 from stemcal.files.reading import read_plain
 from stemcal.solvers.options import SheetSolver
-from stemcal.solvers.program import Inputs, seed_of, values_of
+from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled, run_name
 from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.study.model import Study
@@ -122,7 +123,7 @@ class Sheet(Solver):
 def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     """Return the rows of a sheet by the names of their runs, those of a stage in the order of their numbers.
 
-    Rows that name their stage alone are numbered in their order. Raise `UsageError` with every row that is wrong.
+    Raise `UsageError` with every row that is wrong.
     """
     try:
         content = read_plain(path, MAX_BYTES)
@@ -130,7 +131,8 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
         raise UsageError(f"solver.file: {path.name}: {error.strerror}; give the path of a sheet of runs") from None
     found: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
-    for cells in _numbered(filled(content, path.name, study, partial=True)):
+    for given in filled(content, path.name, study, partial=True):
+        cells = replace(given.with_levels_given(), run=" ".join(given.run.split()).casefold())
         try:
             row = _known(study, cells)
             found.setdefault(cells.run, []).append(row)
@@ -139,18 +141,6 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     if wrong := wrong or _gaps(path.name, found):
         raise UsageError("\n".join(first_of(wrong)))
     return dict(sorted(found.items(), key=lambda item: _number(item[0])))
-
-
-def _numbered(rows: Sequence[Filled]) -> list[Filled]:
-    """Return rows with complete names of their runs, without the levels that they leave open."""
-    counts: dict[str, int] = {}
-    found = []
-    for cells in rows:
-        name = " ".join(cells.run.split()).casefold()
-        counts[name] = counts.get(name, 0) + 1
-        run = f"{name} {counts[name]}" if name.isalpha() else name
-        found.append(replace(cells.with_levels_given(), run=run))
-    return found
 
 
 def _number(run: str) -> int:

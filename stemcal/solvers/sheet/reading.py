@@ -35,7 +35,6 @@ class Field:
     name: str
     unit: str
     kind: Kind
-    label: str = ""
     decimals: int | None = None
     content: str = ""
 
@@ -73,11 +72,11 @@ def run_name(request: Request) -> str:
 
 def fields_of(study: Study) -> list[Field]:
     """Return the columns of a study's sheet."""
-    factors = [Field(f.name, f.unit, "factor", f.label, decimals=_decimals(f.high - f.low)) for f in study.factors]
+    factors = [Field(f.name, f.unit, "factor", decimals=_decimals(f.high - f.low)) for f in study.factors]
     at = study.naming.condition
-    conditions = [] if at is None else [Field(at.name, at.unit, "condition", at.label)]
+    conditions = [] if at is None else [Field(at.name, at.unit, "condition")]
     replicates = [Field(REPLICATE, "", "replicate")] if study.replicates > 1 else []
-    responses = [Field(r.name, r.unit, "response", r.label) for r in entered_responses(study)]
+    responses = [Field(r.name, r.unit, "response") for r in entered_responses(study)]
     asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
     said = [*(Field(name, "", "said") for name in (WHO, WHEN, REMARK)), Field(STUDY, "", "study", content=study.name)]
     own = {field.name.casefold() for field in asked}  # a factor may be called `study`
@@ -287,12 +286,12 @@ def _broken(cells: int, width: int, cut: bool) -> str:
 def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:
     """Return the place of each column of the study, and the unit in its heading."""
     fields, places, units = fields_of(study), {}, {}
-    wanted = {title.casefold(): one for one in fields for title in (one.name, one.label) if title}
+    wanted = {one.name.casefold(): one for one in fields}
     for i, cell in enumerate(head):
         title, unit = _parted(narrow(cell))
         column = wanted.get(title.casefold())
         if column is not None and column in places:
-            raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one")
+            raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one of the columns")
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit

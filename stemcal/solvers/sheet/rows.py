@@ -1,6 +1,5 @@
 """Judge one row of a sheet: which run it means, and its result, or why it is refused."""
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from stemcal.errors import UsageError
@@ -13,7 +12,6 @@ from stemcal.study.types.field_types import MOST
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
 
 _MOST_TOLD = 20
-_WITH_UNIT = re.compile(r"([-+−]?(?:\d[\d.,'’]*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.,].*)")
 _OTHER = {".": ",", ",": "."}
 _LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
 
@@ -82,12 +80,10 @@ def _is_level(row: Filled, name: str, asked: float, near: float, unit: str) -> b
     """Whether a level is that which was asked for; a level without a column is not judged."""
     if name not in row.levels:
         return True
-    given = row.levels[name]
     try:
-        possible = [number_in(given, row.decimal, row.units.get(name, unit), unit)]
+        return abs(number_in(row.levels[name], row.decimal, row.units.get(name, unit), unit) - asked) <= near
     except Unread:
-        possible = readings(given)
-    return any(abs(value - asked) <= near for value in possible)
+        return False
 
 
 def result_in(study: Study, row: Filled) -> Answer:
@@ -95,7 +91,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     said = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
     given = {name: text for name, text in row.values.items() if text and text not in said}
     if said and given:
-        message = f"{row.run} has a value and is marked as failed; delete one of the two"
+        message = f"{row.run} has a value and is marked as failed; delete the value or the word `failed`"
         raise RowRefused(row, "failed_with_value", message)
     if said:
         reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
@@ -110,7 +106,7 @@ def result_in(study: Study, row: Filled) -> Answer:
 def _value(row: Filled, response: Named) -> float:
     text = row.values.get(response.name, "")
     if not text:
-        message = f"{row.run} has no {response.name}; write this value too, or `failed: why`"
+        message = f"{row.run} has no {response.name}; add this value, or write `failed: why`"
         raise RowRefused(row, "incomplete", message)
     try:
         return number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
@@ -122,39 +118,29 @@ def _value(row: Filled, response: Named) -> float:
 
 
 def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
-    """Return the number of a cell in the unit `wanted`; one without a unit has that of its column's `heading`.
+    """Return the number of a cell in the unit `wanted`; the cell has the unit of its column's `heading`.
 
-    >>> number_in("12,5", ".", "N", "N"), number_in("0.0125 kN", ".", "N", "N"), number_in("12.5", ".", "kN", "N")
-    (12.5, 12.5, 12500.0)
-    >>> number_in("1,234", ",", "N", "N")
-    1.234
+    >>> number_in("12,5", ".", "N", "N"), number_in("12.5", ".", "kN", "N"), number_in("1,234", ",", "N", "N")
+    (12.5, 12500.0, 1.234)
 
     Raises
     ------
     Unread
         If there is none, or not in this unit, or if a single mark before three digits, 1,234, is ambiguous.
     """
-    text, unit = cell, heading
-    if not readings(cell) and (match := _WITH_UNIT.fullmatch(cell)):
-        text, unit = match[1], match[2].strip()
     other = _OTHER[decimal]
-    first, second = as_number(text, decimal), as_number(text, other)
-    if first is not None and second is not None and first != second and other in text:
+    first, second = as_number(cell, decimal), as_number(cell, other)
+    if first is not None and second is not None and first != second and other in cell:
         raise Unread(f"{cell!r} may be {first:.6g} or {second:.6g}; write the number without a comma")
     value = second if first is None else first
     if value is None:
-        raise Unread(f"{cell!r} is not a number; write a number")
-    if unit != wanted and (unit or wanted != "1"):
+        raise Unread(f"{cell!r} is not a number; write a number without a unit")
+    if heading != wanted and (heading or wanted != "1"):
         try:
-            known, into = parse_unit(unit), parse_unit(wanted)
-            value = value if known == into else from_internal(convert(value, unit, into.dimension), wanted)
+            known, into = parse_unit(heading), parse_unit(wanted)
+            value = value if known == into else from_internal(convert(value, heading, into.dimension), wanted)
         except UnitError:
-            raise Unread(f"{cell!r} is in {unit}, not in {wanted}; convert the value") from None
+            raise Unread(f"{cell!r} is in {heading}, not in {wanted}; convert the value") from None
     if abs(value) > MOST:
         raise Unread(f"{cell!r} exceeds 1e30; correct the value")
     return value
-
-
-def readings(cell: str) -> list[float]:
-    """Return what a cell without a unit may mean, by either decimal mark."""
-    return [value for mark in _OTHER if (value := as_number(cell, mark)) is not None]

@@ -15,8 +15,9 @@ from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.note import Note, Severity
 from stemcal.numbers import interval, significant
-from stemcal.runs.record import Outcome, lower_bound_notes, merged, repeated
+from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.solvers.protocol import Request, Solver
+from stemcal.solvers.replicates import repeated
 from stemcal.stages.design import Asked
 from stemcal.stages.fitting import measured_of
 from stemcal.stages.fresh import calibrated_parameters

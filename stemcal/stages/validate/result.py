@@ -11,7 +11,8 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import DIAMETER, Names
 from stemcal.note import Note
-from stemcal.runs.record import Outcome, Replicates
+from stemcal.runs.record import Outcome
+from stemcal.solvers.replicates import Replicates
 from stemcal.stages.result import Head, Judged, StageResult
 
 if TYPE_CHECKING:

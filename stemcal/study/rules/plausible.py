@@ -47,7 +47,6 @@ def doubts(study: Study) -> list[Finding]:
     virtual, measured = (_sizes, _tests, _speed, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _machine, _materials, _growth, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
-    told += study.kind.doubts(study)
     told += [finding for stage in stages().with_(study.further) for finding in stage.doubts(study)]
     return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
 

@@ -132,10 +132,6 @@ class SolverKind:
         """Return the solver of a study, a `solvers.protocol.Solver`."""
         raise NotImplementedError
 
-    def doubts(self, _study: Any) -> Iterator[Any]:
-        """Yield findings on values that are possible but probably mistakes."""
-        yield from ()
-
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
         """Yield the lines for `doctor`: a part, its state, whether it is fine (None: not needed)."""
         yield from ()

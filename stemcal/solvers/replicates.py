@@ -1,0 +1,53 @@
+"""Replicates and seeds: numbered simulations of the same levels, each a run with its own seed."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from stemcal.files.typed import absent
+from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.solvers.protocol import Request
+from stemcal.study.types.named import REPLICATE, SEED, number
+
+MOST_SEED = 900_000_000  # the largest that LAMMPS takes
+
+
+def repeated(requests: Sequence[Request], times: int) -> list[Request]:
+    """Return n numbered copies of every request; the requests themselves for 0, a deterministic program."""
+    if not times:
+        return list(requests)
+    return [replace(request, replicate=number) for request in requests for number in range(1, times + 1)]
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """The responses of a point's replicates that succeeded, the first and the `further`, and the keys of all."""
+
+    values: tuple[float, ...]
+    keys: tuple[str, ...]
+    further: dict[str, tuple[float, ...]] | None = absent()
+
+    def of(self, response: str) -> tuple[float, ...]:
+        """Return the values of a response by its name, or of the first one for `FIRST`."""
+        return self.values if response == FIRST else (self.further or {}).get(response, ())
+
+
+def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
+    """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
+    drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
+    levels = {name: number(value) for name, value in request.levels.items()}
+    at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
+    return {**drawn, **at, **levels}
+
+
+def seed_of(request: Request) -> int:
+    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
+
+    >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
+    >>> seed_of(run)
+    409313303
+    """
+    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
+    found = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
+    return 1 + int.from_bytes(found[:8], "big") % MOST_SEED
