@@ -182,15 +182,6 @@ class Naming:
         """The responses next to the first that a study itself has named: travel and work go without saying."""
         return tuple(response for response in self.further if response not in CUTTING.further)
 
-    @property
-    def values(self) -> str:
-        """A measured quantity of any kind.
-
-        >>> CUTTING.values, Naming(None, (Named("a", "angle of repose", "θ", "deg"),)).values
-        ('forces', 'angles of repose')
-        """
-        return "responses" if self.others else self.response.plural
-
     def named(self, name: str) -> Named:
         """Return a response by its name, or the first one for `FIRST`."""
         if name == FIRST:
@@ -333,15 +324,6 @@ class Names:
         listed = f"{len(values)} values from {short(min(values))} to {short(max(values))}" if many else ""
         listed = f"{listed or series(map(short, values))}{self.condition.unit_suffix}"
         return listed if self.condition == DIAMETER else f"{self.condition.long} {listed}"
-
-    @staticmethod
-    def beside_mean(named: Named, value: float, mean: float) -> str:
-        """Return a value of a response with its unit, as it is counted against its measured mean.
-
-        >>> Names.beside_mean(Named("curve_1", "", "", "N", apart=True), 178.5, 180.0)
-        '−1.5 N'
-        """
-        return f"{short(named.counted(value, mean), 4)}{named.unit_suffix}"
 
     def at(self, *values: float) -> str:
         """Return `` at 8 mm``, or nothing if the study has no condition.

@@ -69,7 +69,7 @@ MOST_BUCKLING = 5.0
 NEGLIGIBLE_MASS = 1.0
 
 STROKE_TOO_SHORT = "stroke_too_short"
-_LONGER = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
+_LONGER = Remedy("Increase loading.stroke or loading.duration.")
 
 
 def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float, end: float, stroke: float) -> Note:
@@ -78,34 +78,32 @@ def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float
     The curve is ``rising``, ``regained`` or ``falling`` (`cutting.end_state`). Forces in N at the peak, at the lowest
     point after it and at the end; travels in mm.
     """
-    passed = f"The force passed a peak of {peak:.1f} N at {peak_travel:.3g} mm"
-    text = {
-        "regained": f"{passed}, fell to {valley:.1f} N and rose again to {end:.1f} N within the {stroke:.3g} mm "
-        "stroke: a larger peak may follow.",
-        "falling": f"{passed} but fell only to {end:.1f} N within the {stroke:.3g} mm stroke: a larger peak may "
-        "follow.",
-    }
-    rising = f"The force was still rising at the end of the {stroke:.3g} mm stroke: the true peak is larger."
-    return Note(STROKE_TOO_SHORT, "warning", text.get(ending, rising), _LONGER)
+    text = (
+        f"A larger peak may follow after the {stroke:.3g} mm stroke: the force was {peak:.1f} N at {peak_travel:.3g} "
+        f"mm, then fell to {valley:.1f} N, and was {end:.1f} N at the end."
+    )
+    if ending == "rising":
+        text = f"The force was still rising at the end of the {stroke:.3g} mm stroke, so the true peak force is larger."
+    return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
 
 
 def maximum_not_passed(stroke: float) -> Note:
     """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
     text = (
-        f"The test ended after {stroke:.3g} mm, before the maximum force: force, travel and work are lower bounds; the "
+        f"The test ended after {stroke:.3g} mm, before the maximum force. Force, travel and work are lower bounds; the "
         "slope is not affected."
     )
-    return Note("maximum_not_passed", "warning", text, Remedy("Lengthen the stroke of the test."))
+    return Note("maximum_not_passed", "warning", text, Remedy("Increase the stroke of the test."))
 
 
 def buckles(percent: float) -> Note:
     """Return the warning that a pressed piece bends or wrinkles, by a share of how far it has widened."""
     text = (
-        f"The compressed piece buckles before it breaks: its deviation from a round shape is {percent:.0f} % of its "
-        "widening. Travel, work and, to a lesser degree, maximum force then depend on the mesh; the slope does not."
+        f"The compressed specimen buckles before the break (deviation from a round shape: {percent:.0f} % of the "
+        "widening). Travel, work and maximum force then depend on the mesh; the slope does not."
     )
     return Note(
-        "buckles", "warning", text, Remedy("Use a shorter piece; if the wall still buckles, fit only the slope.")
+        "buckles", "warning", text, Remedy("Use a shorter specimen. If the wall still buckles, fit only the slope.")
     )
 
 
@@ -118,32 +116,29 @@ def energy_drifts(percent: float) -> Note:
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
     """Return the warning that inertia is part of the force: of the blade's force, and of internal energy."""
     text = (
-        f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force); kinetic energy "
-        f"reaches {kinetic_percent:.1f} % of internal energy."
+        f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force). The kinetic energy "
+        f"reaches {kinetic_percent:.1f} % of the internal energy."
     )
-    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10; both settings add mass.")
+    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10, because both settings add mass.")
     return Note("inertia_in_force", "warning", text, remedy)
 
 
 def hourglass_energy(percent: float) -> Note:
     """Return the warning that hourglass energy is a large share of internal energy."""
-    text = f"Hourglass energy is {percent:.1f} % of internal energy."
+    text = f"The hourglass energy is {percent:.1f} % of the internal energy."
     return Note("hourglass_energy", "warning", text, Remedy("Use smaller elements (solver.element_size)."))
 
 
 def force_after_break(travel: float, force: float, peak: float) -> Note:
     """Return the warning that the force exceeds its peak after the stem has broken; travel in mm, forces in N."""
     text = (
-        f"After the break at {travel:.3g} mm the force rose again to {force:.1f} N, above the peak of {peak:.1f} N: "
-        "the released stem swings against the blade. This is not a cutting force."
+        f"After the break at {travel:.3g} mm, the released stem swings against the blade with {force:.1f} N, which "
+        f"exceeds the peak force of {peak:.1f} N. The force after the break is not a cutting force."
     )
     return Note("force_after_break", "warning", text)
 
 
 def nothing_deleted() -> Note:
     """Return the warning that the material deletes no elements."""
-    text = (
-        "The material has no failure criterion: at the failure strain, elements lose their shear stress but are not "
-        "deleted."
-    )
+    text = "The material has no failure criterion: elements lose the shear stress at the failure strain, but remain."
     return Note("nothing_deleted", "warning", text)

@@ -45,7 +45,7 @@ FLOORS = {
 WORKFLOW = 11  # every other module at the top
 SLICES = {path.parent.name for path in (PACKAGE / "stages").glob("*/__init__.py")} - {"verdict"}
 """The folders of `stemcal.stages`, one for each stage; the verdict is no stage, it judges all of them."""
-SHOWN, SHELL = ("showing", "figures", "contour", "profiler", "reasons"), 13.5
+SHOWN, SHELL = ("showing", "figures", "profiler", "verdict_rules"), 13.5
 """The files of a slice that show it, and their floor: above the report, which they use and which knows none of them."""
 OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""

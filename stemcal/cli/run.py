@@ -145,7 +145,6 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
         quiet: Quiet = False,
     ) -> None:
         from stemcal.cli.show import show_stage
-        from stemcal.report.showing import showing_of
         from stemcal.stages.fresh import make
         from stemcal.stages.verdict.rules import verdict_of
 
@@ -154,8 +153,6 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
                 work.foresee(stage.name)
             result = make(stage, work.study, work.folder, work.executor, work.watch)
             verdict = verdict_of(work.study, work.folder)
-        for sentence in showing_of(result).warnings(result):
-            warn(sentence)
         show_stage(result, verdict, work.folder, as_json, quiet)
 
     command.__name__ = stage.name

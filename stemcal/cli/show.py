@@ -87,12 +87,10 @@ def show_run(
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print the identifiability and the most important notes, without those that the verdict repeats below."""
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.showing import KNOWN, MOST, names_of, notes_of_all, read_first, shortened, showing_of
+    from stemcal.report.showing import KNOWN, MOST, notes_of_all, read_first
     from stemcal.report.terminal import spoken
 
     for result in results.done:
-        tables = showing_of(result).findings(result, names_of(result))
-        say_tables(*(shortened(result, table) for table in tables))
         say(*spoken(result, verdict.holds))
     if quiet:
         return

@@ -11,7 +11,6 @@ from stemcal.numbers import duration, in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.stage import stages_of
 from stemcal.study.model import Study
 
 MOST_HOURS = 48.0  # a command with longer runs starts with a warning
@@ -82,9 +81,7 @@ LEAST_STROKE = 0.35
 
 
 def beforehand(study: Study) -> Iterator[Note]:
-    """Yield notes on the designs and the solver; none is a mistake."""
-    for stage in stages_of(study):
-        yield from stage.beforehand(study)
+    """Yield notes on the solver; none is a mistake."""
     yield from _short_stroke(study)
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (

@@ -54,7 +54,7 @@ class StudyResults:
         """Return the result of a stage by its class; raise `UsageError` if the stage is not finished."""
         if (result := self._results.of(kind)) is not None:
             return result
-        missing = f"{self.folder.path / kind.name}.json does not exist yet; run `stemcal {kind.name} SPEC` first"
+        missing = f"{self.folder.path / kind.name}.json does not exist. Run `stemcal {kind.name} SPEC` first."
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:
@@ -109,7 +109,7 @@ class StudyResults:
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
         found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
         if found is None:
-            raise UsageError(f"no figure {name!r}; {did_you_mean(str(name), plots)}")
+            raise UsageError(f"figure: {name!r} is not a figure; {did_you_mean(str(name), plots)}")
         return found.figure
 
     # ---- how they show themselves

@@ -91,7 +91,7 @@ def _study(given: Study | str | Path) -> Study:
         return given
     if isinstance(given, str | Path):
         return load_study(given)
-    raise UsageError(f"study: {type(given).__name__} is not a study; pass one that `stemcal.load_study` returned")
+    raise UsageError(f"study: the type {type(given).__name__} is wrong. Pass the result of `stemcal.load_study`.")
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
@@ -115,12 +115,12 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     """
     place = checked_path(folder, "folder")
     if not place.is_dir():
-        raise UsageError(f"{place} does not exist; run `stemcal run SPEC` first, or pass another folder")
+        raise UsageError(f"{place}: the folder does not exist. Run `stemcal run SPEC` first, or pass another folder.")
     found = StudyFolder(place)
     if study is None:
         spec = found.remembered_spec()
         if spec is None:
-            raise UsageError(f"{place} does not contain its spec; pass the study: stemcal.open_results(folder, study)")
+            raise UsageError(f"{place}: the folder contains no spec. Pass the study: open_results(folder, study).")
         study = load_study(spec)
     return StudyResults.read(study, found)
 
@@ -143,7 +143,7 @@ class Curve:
         return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
 
     def __repr__(self) -> str:
-        return f"Curve of {len(self.travel)} points, maximum {self.force.max():.4g} N"
+        return f"Curve of {len(self.travel)} points (maximum force {self.force.max():.4g} N)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,7 +168,7 @@ class Simulated:
     def __repr__(self) -> str:
         result = self.result
         where = f"{result.peak_force:.4g} N at {result.peak_travel:.3g} mm"
-        return f"Shear test of {self.diameter:g} mm: {where}, {result.elements} elements"
+        return f"Shear test of a {self.diameter:g} mm stem: {where}, {result.elements} elements"
 
 
 def simulate(
@@ -197,10 +197,10 @@ def simulate(
     """
     study = _study(study)
     if not study.kind.force_history:
-        raise UsageError(f"simulate requires `solver: {{kind: embedded}}`; this spec has kind {study.solver.kind}")
+        raise UsageError(f"simulate: the solver is {study.solver.kind}. Write `solver: {{kind: embedded}}`.")
     for name in levels:
         if name not in study.names:
-            raise UsageError(f"simulate: no factor {name!r}; {did_you_mean(name, study.names)}")
+            raise UsageError(f"simulate: {name!r} is not a factor; {did_you_mean(name, study.names)}")
     chosen = study.specimen.outer_diameter if diameter is None else checked(Size, diameter, "diameter")
     whole = {**study.midlevels(), **{name: level_of(study.factor(name), value) for name, value in levels.items()}}
     if wrong := list(wrong_levels(study, whole, chosen)):

@@ -51,8 +51,8 @@ class Setting:
 class Showing(Checked, Generic[R]):
     """The words, tables and figures of a stage, made from its result.
 
-    `claims` intervals or agreement, which are true of a calibrated study only: its certainty is not shown of another
-    one, nor its outcome where that states an agreement.
+    `claims` intervals or agreement, which are true of a calibrated study only: without one, an outcome that states an
+    agreement is not shown.
     """
 
     claims: ClassVar[str] = ""
@@ -61,28 +61,12 @@ class Showing(Checked, Generic[R]):
         """Return the outcome in sentences."""
         return []
 
-    def certainty(self, result: R, names: Names) -> list[str]:
-        """Return how certain it is, in sentences."""
-        return []
-
-    def warnings(self, result: R) -> list[str]:
-        """Return what the stage's command warns of."""
-        return []
-
-    def tables(self, result: R, names: Names, judged: bool = False) -> list[Table]:
-        """Return its tables; a `judged` one explains each row in words."""
+    def tables(self, result: R, names: Names) -> list[Table]:
+        """Return its tables."""
         return []
 
     def early(self, result: R, names: Names) -> list[Table]:
         """Return the tables that `stemcal run` prints as soon as the stage is done."""
-        return []
-
-    def findings(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints before its end."""
-        return []
-
-    def spoken(self, result: R, names: Names) -> list[str]:
-        """Return the lines below them, of a calibrated study."""
         return []
 
     def figures(self, result: R, setting: Setting) -> list[Plot]:
@@ -126,12 +110,9 @@ def names_of(result: StageResult, labels: Mapping[str, str] | None = None) -> Na
     return Names(result.naming, labels or {})
 
 
-def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, judged: bool = False) -> list[Table]:
-    """Return the tables of a stage, factors by their `labels` where they have any, long ones shortened.
-
-    A `judged` table of effects explains each of them in words.
-    """
-    return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels), judged)]
+def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None) -> list[Table]:
+    """Return the tables of a stage, factors by their `labels` where they have any, long ones shortened."""
+    return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels))]
 
 
 def shortened(stage: StageResult, table: Table) -> Table:
@@ -159,12 +140,10 @@ def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str
     return showing.outcome(result, names_of(result, labels)) if holds or showing.claims != "agreement" else []
 
 
-def certainty(results: Results, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
-    """Return how certain the results are; no interval where the study is not calibrated."""
-    shown = [(showing_of(result), result) for result in results.done]
-    each = [showing.certainty(one, names_of(one, labels)) for showing, one in shown if holds or not showing.claims]
-    found = [text for texts in each for text in texts]
-    return found if holds else [*found, WITHHELD]
+def certainty(results: Results, holds: bool = True) -> list[str]:
+    """Return how certain the parameters are; no interval where the study is not calibrated."""
+    known = [note.text for result in results.done for note in result.notes if note.kind == KNOWN]
+    return known if holds else [WITHHELD]
 
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:

@@ -15,7 +15,7 @@ from rich.text import Text
 from stemcal.files.rows import Table, visible
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant
-from stemcal.report.showing import Setting, names_of, shortened, showing_of, tables_of
+from stemcal.report.showing import KNOWN, Setting, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
@@ -40,7 +40,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
 def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
     """Return what the measurements fix and leave open, of a calibrated study."""
-    lines = showing_of(stage).spoken(stage, names_of(stage)) if holds else []
+    lines = [note.text for note in stage.notes if note.kind == KNOWN] if holds else []
     shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]
     return [Text("Identifiability", style="bold"), *shown, Text("")] if lines else []
 

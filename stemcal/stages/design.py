@@ -90,16 +90,15 @@ def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answe
     return DesignRuns(design.kind, Rows(runs))
 
 
-def given_levels(study: Study, given: Sequence[Mapping[str, float]]) -> tuple[dict[str, float], ...]:
-    """Return the levels of all factors in the rows that a solver has."""
-    return tuple({**study.midlevels(), **row} for row in given)
-
-
-def given_coded(coding: Coding, given: Sequence[Mapping[str, float]]) -> Array:
+def given_design(
+    stage: str, study: Study, coding: Coding, given: Sequence[Mapping[str, float]], order: int = 2
+) -> Design:
     """Return the rows that a solver has, coded; raise `UsageError` where a factor is missing."""
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
         raise UsageError(
-            f"the solver's table does not vary {', '.join(missing)}; list the columns of the table in rsm.factors"
+            f"rsm.factors: the table of the solver does not vary {', '.join(missing)}. List the columns of the table."
         )
-    return coding.to_coded([[row[name] for name in coding.names] for row in given])
+    coded = coding.to_coded([[row[name] for name in coding.names] for row in given])
+    levels = tuple({**study.midlevels(), **row} for row in given)
+    return Design(stage, "given", coding, coded, levels, order=order)

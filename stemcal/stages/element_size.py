@@ -5,7 +5,7 @@ strain with which the mean force over several positions is the calibrated one. I
 study and leaves records only.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil, sqrt
 from statistics import stdev
@@ -15,10 +15,6 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
-from stemcal.runs.answer import answer_all
-from stemcal.runs.record import Outcome, merged, outcome_of
-from stemcal.solvers.protocol import Request
-from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
@@ -73,11 +69,9 @@ def without_lengths(study: Study) -> Study:
     """
     solver = study.solver
     if not study.kind.any_element_size:
-        raise UsageError(f"export material requires `solver: {{kind: embedded}}`; this spec has kind {solver.kind}")
+        raise UsageError(f"export material: the solver is {solver.kind}. Write `solver: {{kind: embedded}}`.")
     if STRAIN not in study.names:
-        raise UsageError(
-            f"export material adjusts {STRAIN}, which is not a factor of this study. Add {STRAIN} to factors."
-        )
+        raise UsageError(f"export material: {STRAIN} is not a factor of this study. Add {STRAIN} to factors.")
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -142,18 +136,8 @@ def _simulating(work: Work, there: Study, size: float, positions: int) -> Simula
     from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
 
     meshed = meshed_as(there, size)
-    placed = meshed.solver.model_copy(update={"replicates": positions})
-    solver = Embedded(meshed.model_copy(update={"solver": placed}), drawn=False)
-    policy = there.runs._replace(quorum=0.0)
-
-    def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
-        rows = enumerate(points, first)
-        requests = repeated([Request(STAGE, row, levels, at) for row, levels in rows for at in conditions], positions)
-        answers = answer_all(requests, solver, work.folder, work.executor, work.watch, policy)
-        told = [outcome_of(request, answer, solver) for request, answer in zip(requests, answers, strict=True)]
-        return merged(told, positions)
-
-    return simulate
+    placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
+    return replace(work, study=placed, solver=Embedded(placed, drawn=False)).simulating(STAGE)
 
 
 # ---- its table, and comments of the exported files
@@ -172,9 +156,9 @@ def strain_table(found: SizedStrain) -> Table:
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
     foot = (
-        f"Target: mean force of {found.aim:.4g} N over the mesh positions ({found.condition:g} mm stem). The search "
-        f"ends at the first strain within {100.0 * TOLERANCE:g} %. 95 % range: from the scatter over mesh positions. "
-        "Valid: error and standard error of the mean are within 5 %."
+        f"The search ends at the first strain with a mean force within {100.0 * TOLERANCE:g} % of {found.aim:.4g} N "
+        f"({found.condition:g} mm stem). Valid: the error and the standard error of the mean force are below 5 %. The "
+        "95 % range follows from the scatter over mesh positions."
     )
     return Table.of(columns, [found], "Failure strain for this element size", [foot])
 
@@ -184,30 +168,19 @@ def material_lines(study: Study, found: SizedStrain) -> list[str]:
     lines = [
         f"Stem of study {study.name}, calibrated by stemcal {code_version()}.",
         "Units: mm, tonne, s, N, MPa. Each element fails independently at the failure strain of this card.",
-        f"For elements of {found.element_size:g} mm only: failure strain {found.failure_strain:.4g}. The mean force "
-        f"over {found.positions} positions of the mesh is {found.force:.4g} N at {found.condition:g} mm; measured "
-        f"{found.aim:.4g} N.",
+        f"The failure strain {found.failure_strain:.4g} is valid only for elements of {found.element_size:g} mm.",
+        f"The mean force over {found.positions} mesh positions is {found.force:.4g} N for a stem of "
+        f"{found.condition:g} mm (measured: {found.aim:.4g} N).",
     ]
-    if found.interval is not None:
-        low, high = found.interval
-        lines.append(
-            f"95 % interval of the failure strain from the scatter over the positions: {low:.3g} to {high:.3g}."
-        )
     if study.material.growing():
-        grown = "Parameters of this study depend on the stem diameter: all values in this file are for"
-        lines.append(f"{grown} {found.condition:g} mm.")
+        lines.append(f"Parameters depend on the stem diameter; all values are valid only for {found.condition:g} mm.")
     return lines
 
 
 def not_valid(found: SizedStrain) -> str:
     """Return why its element size is not valid, and what to do."""
-    where = f"--element-size: {found.element_size:g} mm is not possible"
-    if abs(found.force / found.aim - 1.0) > VALID:
-        return (
-            f"{where}: the force jumps between failure strains; the closest value is {found.force:.4g} N (target "
-            f"{found.aim:.4g} N). Choose larger elements."
-        )
     return (
-        f"{where}: the force scatters by {found.sd_percent or 0.0:.3g} % over the mesh positions, and "
-        f"{found.positions_needed} positions would be needed (at most {MOST_POSITIONS}). Choose another element size."
+        f"--element-size: no failure strain is valid for {found.element_size:g} mm (mean force {found.force:.4g} N, "
+        f"target {found.aim:.4g} N; {found.sd_percent or 0.0:.3g} % scatter over {found.positions} mesh positions). "
+        "Choose another element size."
     )

@@ -8,8 +8,9 @@ or to be begun again is worked out again.
 
 import logging
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
@@ -121,81 +122,40 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
     before = stage_called(stage).needs(study)
     if before is not None:
         require_fresh(study, solver, folder, before)
-    changed = changes_since(study, solver, folder, stage)
-    if changed == [CODE]:
+    if changed := changes_since(study, solver, folder, stage):
         raise UsageError(
-            f"{folder.path / stage}.json was written by another version of stemcal; run `stemcal {stage} SPEC` again "
-            "(recorded runs are reused)"
-        )
-    if changed:
-        raise UsageError(
-            f"{folder.path / stage}.json is out of date ({', '.join(changed)} changed since); "
-            f"run `stemcal {stage} SPEC` again"
+            f"{folder.path / stage}.json is out of date ({', '.join(changed)} changed). Run `stemcal {stage} SPEC` "
+            "again; recorded runs are reused."
         )
 
 
 def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
     """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
     old = folder.examine_stage(stage).get("inputs")
-    if not _is_of_this_code(old):
+    if not isinstance(old, dict) or old.get(CODE) != code_version():
         return [CODE]
     try:
-        differing = _differences(old, inputs_of(study, solver, folder, stage))
+        new = inputs_of(study, solver, folder, stage)
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
-    by_hand = stage_called(stage).seen(study).kind.answers == "asks_people"
-    corrected = not differing and by_hand and _corrected(stage, study, folder)
-    return ["results"] if corrected else differing
+    differing = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
+    if not differing and _by_hand(study, stage):  # a result that is corrected has the same key
+        result = read_result(folder, stage_called(stage).result())
+        return [] if _runs_stand(result, study, folder, whole=False) else ["results"]
+    return differing
 
 
-def _corrected(stage: str, study: Study, folder: StudyFolder) -> bool:
-    """Whether a result that was entered by hand is another now than the stage was made from."""
-    for _, outcome in read_result(folder, stage_called(stage).result()).runs():
-        records = [record for key in outcome.keys if key and (record := folder.peek(key)) is not None]
-        answers = [answer for record in records if (answer := counted(record)).ok]
-        if records and outcome.ok != bool(answers):
-            return True
-        for name in (FIRST, *study.own_further):
-            told = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
-            now = tuple(a.response if name == FIRST else a.details.get(RESPONSES, {}).get(name) for a in answers)
-            if answers and told != now and told != (None,):
-                return True
-    return False
-
-
-def _is_of_this_code(inputs: object) -> TypeGuard[Mapping[str, str]]:
-    return isinstance(inputs, Mapping) and inputs.get(CODE) == code_version()
-
-
-def _differences(old: object, new: Mapping[str, str]) -> list[str]:
-    """Name what differs between two sets of inputs.
-
-    >>> now = {"stemcal": code_version(), "rsm": "a"}
-    >>> _differences({**now, "rsm": "b"}, now), _differences({}, now)
-    (['rsm'], ['stemcal'])
-    """
-    if not _is_of_this_code(old):
-        return [CODE]
-    return sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
-
-
-def _tell_changes(folder: StudyFolder, stage: str, inputs: Mapping[str, str]) -> None:
-    """Say what has changed since a stage file was written, before anything is computed for it."""
-    if not folder.has_stage(stage):
-        return
-    try:
-        old = folder.examine_stage(stage).get("inputs")
-    except UsageError:
-        return
-    if changed := _differences(old, inputs):
-        logger.warning("%s is computed again: %s changed", stage, ", ".join(changed))
-        folder.log("inputs_changed", stage=stage, changed=changed)
+def _by_hand(study: Study, stage: str) -> bool:
+    return stage_called(stage).seen(study).kind.answers == "asks_people"
 
 
 def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> Head:
     """Return the head of a stage's file; log what has changed since it was last written."""
+    with suppress(UsageError):
+        if folder.has_stage(stage) and (changed := changes_since(study, solver, folder, stage)):
+            logger.warning("%s is computed again: %s changed", stage, ", ".join(changed))
+            folder.log("inputs_changed", stage=stage, changed=changed)
     inputs = inputs_of(study, solver, folder, stage)
-    _tell_changes(folder, stage, inputs)
     return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
 
 
@@ -272,14 +232,25 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
     return result if is_of_study and _runs_stand(result, study, folder) and not changed_tables(result, folder) else None
 
 
-def _runs_stand(result: StageResult, study: Study, folder: StudyFolder) -> bool:
-    """Return whether every run has its record still, none is begun again by the next command, and none was since."""
+def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
+    """Return whether the records of all runs have the responses that the stage was made from.
+
+    A record may be missing, or be begun again by the next command, unless the `whole` of them is needed.
+    """
+    entered = (FIRST, *study.own_further) if _by_hand(study, result.name) else ()
     for _, outcome in result.runs():
-        records = [folder.peek(key) for key in outcome.keys if key]
-        if not all(record is not None and stands(record, study.runs) for record in records):
+        keys = [key for key in outcome.keys if key]
+        records = [record for key in keys if (record := folder.peek(key)) is not None]
+        if whole and (len(records) < len(keys) or not all(stands(record, study.runs) for record in records)):
             return False
-        if records and outcome.ok != any(counted(record).ok for record in records if record):
+        answers = [answer for record in records if (answer := counted(record)).ok]
+        if records and outcome.ok != bool(answers):
             return False
+        for name in entered if answers else ():
+            told = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
+            now = tuple(a.response if name == FIRST else a.details.get(RESPONSES, {}).get(name) for a in answers)
+            if told not in (now, (None,)):
+                return False
     return True
 
 

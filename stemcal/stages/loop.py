@@ -46,12 +46,9 @@ class RefineRun(Spread):
         return None if found is None or interval is None else interval[0] <= found <= interval[1]
 
 
-@dataclass(frozen=True)
-class Predicted:
-    """The first response expected at a point, and the interval of one simulation."""
-
-    response: float | None
-    interval: Interval | None = None
+Predicted = tuple[float | None, Interval | None]
+"""The first response expected at a point, and the interval of one simulation."""
+NOTHING: Predicted = (None, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +117,7 @@ class Loop:
     def run_elsewhere(self, conditions: Sequence[float]) -> None:
         """Simulate the best point, then the first one, at other conditions while runs are left in the budget."""
         for point in dict.fromkeys((self.best.point, self.points[0].point)):
-            predicted = {condition: Predicted(None) for condition in conditions}
+            predicted = dict.fromkeys(conditions, NOTHING)
             self._simulated(Point(point.levels, "elsewhere", point.place, predicted), conditions[: self.left])
 
     @property
@@ -135,7 +132,7 @@ class Loop:
         if not done:
             failed = [run.outcome for run in self.runs if not run.outcome.ok]
             why = f"{failed[-1].reason}: {failed[-1].message}" if failed else "the records lack a fitted response"
-            raise RunsFailed(f"refine: each simulated point had a failed run ({len(self.runs)} runs: {why})")
+            raise RunsFailed(f"refine: every simulated point has a failed run ({len(self.runs)} runs; {why}).")
         return done[-1] if self.stopped == "tolerance" else min(done, key=lambda judged: judged.merit)
 
     def responses(self, levels: Mapping[str, float]) -> dict[float, Outcome]:
@@ -145,15 +142,15 @@ class Loop:
     def _simulated(self, point: Point, conditions: Sequence[float]) -> dict[float, Outcome]:
         found = self.simulate(self._row(point), [point.levels], conditions) if conditions else []
         for condition, outcome in zip(conditions, found, strict=True):
-            predicted = point.predicted[condition]
+            expected, interval = point.predicted[condition]
             self.runs.append(
                 RefineRun(
                     run=len(self.runs) + 1,
                     how=point.how,
                     condition=condition,
                     levels=point.levels,
-                    predicted=predicted.response,
-                    prediction_interval=predicted.interval,
+                    predicted=expected,
+                    prediction_interval=interval,
                     outcome=outcome,
                 )
             )
@@ -196,4 +193,4 @@ class PathSteps:
 
     def _point(self, step: PathStep, how: How) -> Point:
         levels = {**self.levels, **(self.path.at(step.place) if step.place else {})}
-        return Point(levels, how, step.place, {self.conditions[0]: Predicted(step.expected)})
+        return Point(levels, how, step.place, {self.conditions[0]: (step.expected, None)})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from html import escape
 from operator import attrgetter
@@ -12,7 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import plain
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
-from stemcal.folder import StudyFolder, is_key
+from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 R = TypeVar("R", bound="StageResult")
 Interval = tuple[float, float]
-Entries = tuple[str, Collection[str], Iterable[str]]
 
 
 @dataclass(frozen=True)
@@ -92,13 +91,6 @@ class DesignRuns:
         replicate = ["replicate"] if self.runs and self.runs[0].replicate is not None else []
         return Table.of(["run", *self.varied, *replicate, "response"], self.runs)
 
-    def entries(self, varied: Iterable[str]) -> Iterator[Entries]:
-        """Yield what every run must have: a level of every factor, those of varied ones also coded."""
-        factors = dict.fromkeys(name for run in self.runs for name in run.levels)
-        for index, run in enumerate(self.runs):
-            yield f"design.runs[{index}].levels", run.levels, factors
-            yield f"design.runs[{index}].coded", run.coded, varied
-
 
 @dataclass(frozen=True)
 class Judged:
@@ -139,6 +131,11 @@ class StageResult(Spread):
         return None
 
     @property
+    def recentred(self) -> Mapping[str, CodedScale] | None:
+        """The factors of the surface with a coding around a better centre; None where it finds none."""
+        return None
+
+    @property
     def misses(self) -> tuple[float, ...]:
         """By how many % it misses what it fits."""
         return ()
@@ -151,11 +148,6 @@ class StageResult(Spread):
     @property
     def left_out_percent(self) -> float | None:
         """The largest error of what was left out of the fit in turn; None where nothing was."""
-        return None
-
-    @property
-    def surface_error_known(self) -> bool | None:
-        """Whether runs are left over to show the error of the surfaces; None where it has no word on it."""
         return None
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
@@ -180,26 +172,9 @@ class StageResult(Spread):
     def from_json(cls, content: object) -> Self:
         """Return the result that a stage's file holds; raise `UsageError` if it holds something else."""
         try:
-            result = from_json(cls, content)
-            result._require_entries()
+            return from_json(cls, content)
         except ValueError as error:
-            raise UsageError(f"{cls.name}.json: {error}; run `stemcal {cls.name} SPEC` again") from None
-        return result
-
-    def _require_entries(self) -> None:
-        """Raise `ValueError` if a mapping lacks a factor that others count on, or a run names no record."""
-        for place, mapping, names in self.entries():
-            for name in names:
-                if name not in mapping:
-                    raise ValueError(f"{place}.{name} is missing")
-        for label, outcome in self.runs():
-            for key in outcome.keys:
-                if key and not is_key(key):
-                    raise ValueError(f"the key of {label} is not the key of a record: {key!r:.60}")
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield the path of a mapping by factor, the mapping, and the factors that must be in it."""
-        yield from ()
+            raise UsageError(f"{cls.name}.json: {error}. Run `stemcal {cls.name} SPEC` again.") from None
 
     def tables(self) -> dict[str, Table]:
         """Return the tables that the stage leaves as CSV, by file name, headed as the study calls things."""

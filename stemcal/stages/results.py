@@ -46,7 +46,7 @@ class Results:
         """
         found = [settled for result in self.done if (settled := result.settles) is not None]
         if not found:
-            raise UsageError("nothing is calibrated yet; run `stemcal run SPEC` first")
+            raise UsageError("The study is not calibrated yet. Run `stemcal run SPEC` first.")
         return dict(found[-1])
 
 

@@ -91,10 +91,6 @@ class Stage(Checked, Generic[R]):
         """Yield values that are possible but probably mistakes."""
         yield from ()
 
-    def beforehand(self, study: Study) -> Iterator[Note]:
-        """Yield notes of `check` on the stage; none is a mistake."""
-        yield from ()
-
     def calibrates(self, study: Study) -> bool:
         """Return whether it sets the parameters in the model of the study; the last such stage decides."""
         return False
@@ -149,7 +145,7 @@ STAGES: Registry[Stage[Any]] = Registry(
 def stage_called(name: str) -> Stage[Any]:
     """Return a stage by its name; raise `UsageError` if there is none."""
     if (found := STAGES.named(name)) is None:
-        raise UsageError(STAGES.broken.get(name) or f"there is no stage {name!r}")
+        raise UsageError(STAGES.broken.get(name) or f"The stage {name!r} does not exist.")
     return found
 
 
@@ -165,7 +161,7 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
         waiting = {stage.name for stage in left}
         ready = next((stage for stage in left if stage.needs(study) not in waiting), None)
         if ready is None:
-            raise UsageError(f"the stages {series(waiting)} depend on each other")
+            raise UsageError(f"The stages {series(waiting)} depend on each other.")
         ordered.append(ready)
         left.remove(ready)
     return tuple(ordered)

@@ -69,7 +69,7 @@ def test_export(done: Path, kind: str) -> None:
 
 def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
     listed = command("export", "figures", REPLAY, "list", "--out", done).stdout
-    assert re.search(r"^pareto +Effects by size", listed, re.M)
+    assert re.search(r"^pareto +Pareto chart of the effects", listed, re.M)
     drawn = json.loads(command("export", "figures", REPLAY, "contour", "--out", done, "--json").stdout)["result"][
         "files"
     ]

@@ -159,14 +159,14 @@ def test_a_test_shows_its_responses_beside_what_was_measured(bent: None) -> None
         "Travel at least 0.6000 mm",
         "Work at least 60.00 mJ",
     ]
-    assert "Inertia" in shown.stderr and "Lengthen the stroke" not in shown.stderr
+    assert "Inertia" in shown.stderr and "Increase loading.stroke" not in shown.stderr
     assert "measured" not in command("simulate", THREE, "--test", "bending", "--diameter", 9).stdout
 
 
 def test_where_the_maximum_is_measured_it_must_be_passed(bent: None) -> None:
     shown = command("simulate", THREE, "--test", "pull")
     assert "Work at least 60.00 mJ, measured 216 ± 13 mJ" in " ".join(shown.stdout.split())
-    assert "Lengthen the stroke of the test" in shown.stderr
+    assert "Increase the stroke of the test" in shown.stderr
 
 
 def test_only_a_blade_is_called_one(

@@ -70,7 +70,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
     assert re.search(
-        r"Not calibrated\. The physics of (\d+) of \1 runs is doubtful: hourglass energy is up to 40 %", ending
+        r"Not calibrated\. The physics of (\d+) of \1 runs is doubtful: the hourglass energy is up to 40 %", ending
     )
     assert "Next: Use much finer elements" in ending
     for claim in ("95 % range", "Identifiability", "95 % interval"):
@@ -99,14 +99,14 @@ def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monk
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     assert said.exit_code == 4
     ending = " ".join(said.stdout.split())
-    assert "Not calibrated. The measured 200 N" in ending and "`high` of yield_stress to about" in ending
+    assert "Not calibrated. The measured maximum force of 200 N" in ending and "`high` of yield_stress to" in ending
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert told["verdict"] == "not_calibrated"
     reason = told["reasons"][0]
     assert reason["kind"] == "out_of_reach" and reason["remedy"]["edit"].startswith(
         "factors: [{name: yield_stress, high: "
     )
-    assert reason["text"].startswith("The measured 200 N")
+    assert reason["text"].startswith("The measured maximum force of 200 N")
 
 
 def test_forces_of_a_table_are_a_reservation(finished: tuple[Path, Any]) -> None:

@@ -10,21 +10,15 @@ from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import checks_table, design_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.screen.showing import half_normal, pareto
-from stemcal.stages.surface.figures import diagnostics, studentised
+from stemcal.stages.surface.figures import diagnostics
 from stemcal.stages.surface.showing import canonical_table
 from stemcal.stages.validate.figures import growth
 
 
-def test_verdicts_name_what_matters(stages: dict[str, Any]) -> None:
-    (table,) = tables_of(stages["screen"], judged=True)
+def test_significant_effects_are_bold(stages: dict[str, Any]) -> None:
+    (table,) = tables_of(stages["screen"])
     assert [table.rows[i][0] for i in sorted(table.strong)] == ["X4", "X9"]
-    assert table.heads[2] == "Verdict" and [column.left for column in table.columns][:4] == [True, True, True, False]
-    assert [row[2] for row in table.rows][3:7] == [
-        "significant",
-        "not significant",
-        "not significant",
-        "methods disagree",
-    ]
+    assert [column.left for column in table.columns][:3] == [True, True, False]
     assert all(len(row) == len(table.columns) for row in table.rows)
 
 
@@ -35,7 +29,7 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
     assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
-    assert "saddle, 154.4 N" in table.foot[0] and "outside" in table.foot[0]
+    assert "saddle with 154.4 N" in table.foot[0] and "outside" in table.foot[0]
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
@@ -58,12 +52,13 @@ def test_checks_name_each_run_once() -> None:
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
-    """Run 1 of the published design: r = 1.585 N, h = 0.1663, s² = 23.88 N²."""
-    values = studentised(stages["rsm"])
-    assert values[0] == pytest.approx(1.5849 / (23.8848 * (1 - 0.16634)) ** 0.5, abs=1e-3)
-    normal, order, influence = diagnostics(stages["rsm"]).axes
+    """Run 1 of the published design: r = 1.585 N, h = 0.1663, s² = 23.88 N² of 10 degrees of freedom."""
+    values = [row.studentised for row in stages["rsm"].runs_diagnostics]
+    own = 1.5849 / (23.8848 * (1 - 0.16634)) ** 0.5
+    assert values[0] == pytest.approx(own * (9.0 / (10.0 - own**2)) ** 0.5, abs=1e-3)
+    normal, over, influence = diagnostics(stages["rsm"]).axes
     assert sorted(values) == pytest.approx(list(normal.lines[1].get_ydata()))
-    assert order.lines[1].get_ydata()[0] == values[0]
+    assert over.lines[1].get_ydata()[0] == values[0]
     assert max(bar.get_height() for bar in influence.patches) == pytest.approx(1.13, abs=0.01)
 
 

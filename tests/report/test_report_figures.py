@@ -10,8 +10,7 @@ from stemcal.report.figures.plot import Shared, inline
 from stemcal.report.figures.style import save, save_both, svg
 from stemcal.report.records import Curve
 from stemcal.stages.screen.showing import half_normal, pareto
-from stemcal.stages.surface.contour import Solution, contours
-from stemcal.stages.surface.figures import observed_predicted, residuals
+from stemcal.stages.surface.figures import Solution, contours, observed_predicted
 from stemcal.stages.validate.figures import validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
@@ -24,7 +23,6 @@ def drawn(stages: dict[str, Any]) -> dict[str, Any]:
         "pareto": pareto(stages["screen"]),
         "half_normal": half_normal(stages["screen"]),
         "observed_predicted": observed_predicted(stages["rsm"]),
-        "residuals": residuals(stages["rsm"]),
         "contours": contours(stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target)),
         "contours_only": contours(stages["rsm"], pair),
         "validation": validation(stages["validate"]),
@@ -59,13 +57,6 @@ def test_pareto_has_a_bar_per_factor_and_lenths_line(stages: dict[str, Any]) -> 
     lengths = sorted(bar.get_width() for bar in axes.patches)
     assert lengths == pytest.approx(sorted(abs(e.effect) for e in stages["screen"].effects))
     assert axes.lines[0].get_xdata()[0] == pytest.approx(stages["screen"].lenth.me)
-
-
-def test_residuals_are_those_of_the_fit(stages: dict[str, Any]) -> None:
-    (axes,) = residuals(stages["rsm"]).axes
-    rest = axes.lines[1].get_ydata()
-    assert sum(r * r for r in rest) == pytest.approx(238.848, abs=1e-3)
-    assert [text.get_text() for text in axes.texts] == ["run 3"]
 
 
 def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> None:

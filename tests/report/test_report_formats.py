@@ -11,7 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
-from stemcal.stages.surface.contour import Solution, levels_of, relief
+from stemcal.stages.surface.figures import Solution, levels_of, relief
 from stemcal.stages.validate.figures import validation
 
 

@@ -11,8 +11,7 @@ from stemcal.cli.explain import glossary, look_up
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
 from stemcal.report.figures.style import resize, styled
-from stemcal.stages.invert.showing import solutions
-from stemcal.stages.surface.contour import Solution, contours, relief
+from stemcal.stages.surface.figures import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
 
 
@@ -53,12 +52,6 @@ def test_long_names_in_space_lie_within_the_figure(stages: dict[str, Any], name:
             assert axis.get_label_text().replace("\n", "").replace(" ", "").startswith(name.replace(" ", ""))
             box = axis.label.get_window_extent()
             assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1
-
-
-def test_solutions_are_coded(stages: dict[str, Any]) -> None:
-    axes = solutions(stages["rsm"], stages["invert"]).axes[0]
-    low, high = axes.lines[-6].get_xdata()  # the last factor's bar comes before its star and four limits
-    assert low < axes.lines[-5].get_xdata()[0] < high
 
 
 def test_scatter_of_the_measurements_is_drawn(stages: dict[str, Any]) -> None:

@@ -115,7 +115,7 @@ def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_
     assert pure.df == 8 + 7
     assert 0.4**2 * 3.483 / 15 < pure.sum_of_squares / pure.df < 0.4**2 * 37.70 / 15
     assert surface.lack_of_fit_testable
-    assert surface.pure_error is not None and surface.pure_error.kind == "scatter_of_seeds"
+    assert surface.pure_error is not None and surface.pure_error.kind == "scatter"
     assert f"({pure.df} df)" in surface.pure_error.text
 
 
@@ -133,7 +133,7 @@ def test_seedless_runs_that_agree_are_said(tmp_path):
     program = NOISY.replace('random.Random(given["seed"])', "random.Random(1)")
     study = study_of(tmp_path, "replicates: 2", program)
     surface = fit_response_surface(study, StudyFolder(tmp_path / "runs"))
-    assert surface.pure_error is not None and surface.pure_error.kind == "equal_seeds"
+    assert surface.pure_error is not None and surface.pure_error.kind == "equal_repeats"
     assert surface.pure_error in surface.notes and "{{seed}}" in str(surface.pure_error)
 
 
@@ -145,7 +145,7 @@ def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path):
     template = TEMPLATE.replace("{{seed}}", "7")
     study = study_of(tmp_path, "", UNSEEDED, template)
     folder = StudyFolder(tmp_path / "runs")
-    with pytest.raises(UsageError, match=r"so it is stochastic\. Write replicates: 5"):
+    with pytest.raises(UsageError, match=r"the program is stochastic .*\. Write replicates: 5"):
         fit_response_surface(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 2
 

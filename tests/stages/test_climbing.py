@@ -111,18 +111,16 @@ CLIMB = ClimbResult(
     solution={"a": 1.0},
     error_percent=-1.26,
     coding={},
-    effects=Rows(),
-    significant=(),
 )
 
 
 def test_a_climb_that_passed_the_target() -> None:
     assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
-        "4 runs changed Stress and b together towards the target.",
-        "The target was passed; step 2 is the nearest (error 1.3 %).",
+        "The climb changed Stress and b together in 4 runs.",
+        "The climb passed the target; step 2 has the smallest error (1.3 %).",
     ]
 
 
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
-    assert ClimbShowing().outcome(short, Names())[1].startswith("The target was not reached; step 2 is the nearest")
+    assert ClimbShowing().outcome(short, Names())[1].startswith("The climb did not reach the target; step 2 has")

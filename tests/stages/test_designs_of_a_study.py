@@ -63,11 +63,11 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
     [
         (
             "rsm: {factors: [density, yield_stress], design: box-behnken}\n",
-            "box-behnken exists for 3 to 7 factors, not 2",
+            "box-behnken requires 3 to 7 factors, not 2",
         ),
         (
             THREE.format("design: latin-hypercube, runs: 9"),
-            "9 runs cannot determine the 10 coefficients of 3 factors; take 20",
+            "9 runs cannot determine the 10 coefficients of 3 factors; write 20",
         ),
         (THREE.format("runs: 30"), "the number of factors determines the size of central-composite"),
         ("screen: {design: taguchi}\n", "screen.design"),

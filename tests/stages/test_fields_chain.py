@@ -8,13 +8,12 @@ import pytest
 
 from stemcal.doe.designs.aliases import alias_matrix, aliases_note
 from stemcal.doe.designs.catalogue import plackett_burman
-from stemcal.errors import SpecError, UsageError
+from stemcal.errors import SpecError
 from stemcal.note import Note
 from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import shear_test
-from stemcal.stages.climb.analysis import own_path
-from stemcal.stages.surface.options import surface_factors
+from stemcal.stages.surface.options import doubts, surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -58,9 +57,11 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     study = study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
-    assert [note.kind for note in said] == ["strongest_asked"]
-    assert said[0].text.endswith("a, b and c. Of these, b and c are not significant.")
-    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith("a, b and c. Significant but not used: d.")
+    assert [note.kind for note in said] == ["strongest_factors"]
+    assert said[0].text.endswith("a, b and c. b and c are not significant.")
+    assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith(
+        "a, b and c. The surface omits the significant factor d."
+    )
 
 
 @pytest.mark.parametrize(
@@ -129,41 +130,21 @@ def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
     assert short.loading.longer(2.0).stroke_at(8.0) == pytest.approx(4.0)
 
 
-def test_box_behnken_says_beforehand_how_many_factors_it_wants(tmp_path):
-    (said,) = beforehand(study_of(tmp_path, "rsm: {design: BBD}"))
-    assert said.kind == "factors_wanted" and "3 to 7 factors" in said.text
-    (few,) = beforehand(study_of(tmp_path, "rsm: {design: BBD}", "ab"))
-    assert few.kind == "too_few_factors" and "this study has 2" in few.text
-    assert list(beforehand(study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}"))) == []
+def test_box_behnken_requires_three_factors(tmp_path):
+    with pytest.raises(SpecError, match="box-behnken requires 3 to 7 factors, not 2"):
+        study_of(tmp_path, "rsm: {design: BBD}", "ab")
 
 
 def test_a_factor_that_no_run_varies_is_named(tmp_path):
-    (said,) = beforehand(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
-    assert said.kind == "not_varied" and said.text.startswith("c is neither") and "at 0.5 in" in said.text
-    assert list(beforehand(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
+    (said,) = doubts(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
+    assert said.path == ("rsm", "factors") and "no run varies the factor c" in said.message
+    assert list(doubts(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
 
 
 def test_an_exponent_is_not_screened_where_its_growth_is_one():
     study = load_study(Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml")
     without = study.with_(rsm={"factors": [name for name in study.rsm.factors if name not in study.exponents]})
-    assert "not_varied" not in {note.kind for note in beforehand(study)}
-    unvaried = [note.text for note in beforehand(without) if note.kind == "not_varied"]
+    assert list(doubts(study)) == []
+    unvaried = [finding.message for finding in doubts(without)]
     assert len(unvaried) == len(study.exponents)
-    assert all(text.startswith(f"{name} ") for name, text in zip(study.exponents, unvaried, strict=True))
-
-
-def test_own_steps_walk_as_far_as_the_ranges():
-    """a leads by 0.3 of its half range; b has its own step; c, without one, has half a's slope and so 0.15."""
-    path = own_path([8.0, -4.0, 4.0], [0.3, 0.2, None], 10, rise=True)
-    assert path[1] == pytest.approx([0.3, -0.2, 0.15])
-    assert len(path) == 1 + 3 and path[-1] == pytest.approx([0.9, -0.6, 0.45])
-    assert own_path([8.0, -4.0], [0.3, None], 2, rise=False)[-1] == pytest.approx([-0.6, 0.3])
-
-
-def test_steps_out_of_the_ranges_are_refused(tmp_path):
-    with pytest.raises(UsageError, match="first step is outside the ranges"):
-        own_path([1.0, 8.0], [0.5, None], 5, rise=True)
-    with pytest.raises(SpecError, match=r"a step of 0\.6 from 0\.5 leaves the range 0 to 1; use at most 0\.5"):
-        study_of(tmp_path, "climb: {step_sizes: {a: 0.6}}")
-    with pytest.raises(SpecError, match="'z' is not a factor"):
-        study_of(tmp_path, "climb: {step_sizes: {z: 0.1}}")
+    assert all(f"the factor {name}," in text for name, text in zip(study.exponents, unvaried, strict=True))

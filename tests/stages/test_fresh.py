@@ -89,7 +89,7 @@ def test_what_other_code_has_made_is_stale_and_told(place: Path, monkeypatch: py
     study, folder = load_study(place / "paper-replay.yaml"), StudyFolder(place / "out")
     monkeypatch.setattr("stemcal.stages.fresh.code_version", lambda: "0.0.1+other")
     assert changes_since(study, None, folder, "screen") == ["stemcal"]
-    with pytest.raises(UsageError, match=r"another version of stemcal; run `stemcal screen SPEC` again"):
+    with pytest.raises(UsageError, match=r"out of date \(stemcal changed\)\. Run `stemcal screen SPEC` again"):
         require_fresh(study, None, folder, "screen")
     assert made(place) == ["screen"] and made(place) == []
 

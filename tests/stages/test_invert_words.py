@@ -36,7 +36,7 @@ JOINT = JointFitted(
 def joint(results: Any) -> InvertResult:
     one = results.of(InvertResult)
     both = replace(one.certainty, source="joint", free=(), scatter="pooled")
-    return replace(one, joint=JOINT, certainty=both, certainty_alone=one.certainty)
+    return replace(one, joint=JOINT, certainty=both)
 
 
 def kinds(stage: InvertResult) -> dict[str, str]:
@@ -46,33 +46,26 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith(
-        "The surface gives the measured 159.2 N at Yield stress = 18.37"
+        "The response surface equals the measured 159.2 N at Yield stress = 18.37"
     )
-    kept, free, assumed = words.known(stage.certainty, stage, LABELLED)
+    kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at 8 mm alone determines Yield stress between 15.")
     assert free.endswith(" does not determine failure_strain and strain_rate_c.")
-    assert assumed == "The measured value is treated as exact because no SD was given."
+    assert len(unseen) == 2 and all("insensitive" in text for text in unseen)
+    assert assumed == "The measured value is treated as exact because no standard deviation is given."
     assert kinds(stage)["one_of_many"] == "caution"
     point = replace(stage.point, inside=False, coded_radius=2.0)
     assert kinds(replace(stage, point=point))["solution_outside"] == "warning"
 
 
 def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
-    assert words.certainty(joint, LABELLED)[-1].endswith("no better than a formula.")
     found = kinds(joint)
-    assert found["without_mechanics"] == found["misfit_too_large"] == "warning" and "one_of_many" not in found
+    assert found["beside_formula"] == "warning" and "one_of_many" not in found
     better = replace(joint, joint=replace(JOINT, max_abs_left_out_error_percent=4.0))
-    assert kinds(better)["without_mechanics"] == "info"
+    assert kinds(better)["beside_formula"] == "info"
 
 
 def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint: InvertResult) -> None:
     assert words.assumption(joint.certainty) == []
     (said,) = words.assumption(replace(joint.certainty, surface_error_known=False))
     assert "unknown" in said and "10 %" in said
-
-
-def test_what_the_curves_show_of_the_machine() -> None:
-    found = words.machine("stiffness", 1500.0, 60.0, (1474.3, 1638.2), False)
-    assert found.kind == "machine_found" and "1474 to 1638 N/mm (95 %)" in found.text
-    rigid = words.machine("stiffness", 1500.0, 60.0, (None, None), True)
-    assert rigid.kind == "machine_contradicted" and rigid.remedy is not None

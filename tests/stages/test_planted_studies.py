@@ -139,7 +139,7 @@ def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(t
     joint, _ = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
     reason = not_identified(joint)
     assert joint.verdict == "with_reservations" and reason is not None
-    assert reason.remedy.edit is None and "give failure_strain a prior" in reason.remedy.text
+    assert reason.remedy.edit is None and "add a prior of failure_strain" in reason.remedy.text
     known = f"failure_strain: {0.03 + 0.02 * truth[1]:.6g}, hardening_parameter"
     held = RSM.replace("[yield_stress, failure_strain]", "[yield_stress]").replace("centre_points: 4", "alpha: 1")
     drop = "  - {name: failure_strain, low: 0.01, high: 0.05}\n"
@@ -197,7 +197,7 @@ def test_the_physics_of_the_calibrated_run_alone_is_judged(tmp_path, monkeypatch
     before, _ = plant.judged("one", more + "solver: {kind: embedded, element_size: d/16}\n")
     (reason,) = before.reasons
     assert (before.verdict, reason.kind) == (word, "physics_of_solution")
-    assert f"{percent:g} % of internal energy at 8 mm" in reason.text
+    assert f"{percent:g} % of the internal energy at 8 mm" in reason.text
     finer = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
     after, _ = finer.judged("finer", more + "solver: {kind: embedded, element_size: d/20}\n")
     assert after.verdict == "calibrated"

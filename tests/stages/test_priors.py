@@ -10,8 +10,8 @@ from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.report.showing import shown_notes
+from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.invert.words import certainty
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -57,8 +57,8 @@ def test_one_force_and_a_prior_fix_both_parameters(tmp_path: Path) -> None:
     known = found.certainty
     assert known is not None and known.free == () and known.not_identified == ()
     assert known.intervals["failure_strain"] == pytest.approx((0.04 - 0.00392, 0.04 + 0.00392), abs=2e-4)
-    said = certainty(found, Names(study.naming))
-    assert said[0] == "Prior of failure_strain: 0.04 ± 0.002 (axial tension, n = 12)."
+    said = words.known(known, found, Names(study.naming))
+    assert said[0] == "The prior of failure_strain is 0.04 ± 0.002 (axial tension, n = 12)."
 
 
 def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:
     assert found.joint is not None and found.joint.scatter == "misfit" and (found.joint.p or 0.0) > 0.05
     assert found.point.solution["failure_strain"] == pytest.approx(0.04, abs=5e-4)
     assert found.certainty is not None and found.certainty.free == ()
-    assert any("the scatter is estimated from the misfit" in note.text for note in shown_notes(found, True))
+    assert any("the misfit determines the scatter" in note.text for note in shown_notes(found, True))
 
 
 def test_a_prior_of_a_factor_that_the_surface_holds_is_told_of(tmp_path: Path) -> None:

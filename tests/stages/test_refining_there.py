@@ -150,7 +150,7 @@ def test_within_the_ranges_it_may_be_out_of_reach(tmp_path: Path) -> None:
     stage = refined(tmp_path, adjust="{failure_strain: [0.001, 0.05]}")
     assert stage["stopped"] == "out_of_reach" and stage["parameters"]["failure_strain"] == 0.05
     assert next(row["after"] for row in stage["rows"] if row["condition"] == 8.0) == pytest.approx(100.745, abs=1e-3)
-    assert stage["notes"][0]["kind"] == "not_reached" and "failure_strain" in stage["notes"][0]["text"]
+    assert stage["notes"][0]["kind"] == "not_reached" and "failure_strain" in stage["notes"][0]["remedy"]["text"]
 
 
 def test_the_second_factor_moves_once_the_first_is_at_its_end(tmp_path: Path) -> None:
@@ -170,7 +170,7 @@ def test_failed_runs_are_data(tmp_path: Path) -> None:
     stage = refined(tmp_path, trouble="if strain > 0.085: sys.exit(3)", more="tolerance_percent: 4\n  budget: 12")
     failed = [run for run in stage["runs"] if run["status"] == "failed"]
     assert stage["converged"] and failed and failed[0]["reason"] == "exit_code"
-    with pytest.raises(RunsFailed, match=r"refine: each simulated point had a failed run \(\d+ runs: exit_code: "):
+    with pytest.raises(RunsFailed, match=r"refine: every simulated point has a failed run \(\d+ runs; exit_code: "):
         refined(tmp_path, trouble="sys.exit(3)")
 
 

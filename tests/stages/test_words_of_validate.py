@@ -59,14 +59,5 @@ def test_a_machines_travel_is_compared_with_the_simulated(results: Any) -> None:
         return replace(results.of(ValidateResult), rows=Rows(rows))
 
     found = notes(with_travel(3.0, 5.0))["travel_apart"]
-    assert found.severity == "caution" and "at 3.00 to 5.00 mm" in found.text and "0.700 mm" in found.text
+    assert found.severity == "caution" and "up to 86 %" in found.text
     assert "travel_apart" not in notes(with_travel(0.75, 0.9)) | notes(results.of(ValidateResult))
-
-
-def test_failed_runs_are_named_by_their_condition(results: Any) -> None:
-    failed = rows_with(results.of(ValidateResult), simulated=None)
-    assert notes(failed)["failed"].severity == "warning"
-    assert "maximum force at 7, 8, 9, 10 and 11 mm" in notes(failed)["failed"].text
-    moist = replace(ANGLE, condition=Named("moisture", "Moisture", "w", "%"))
-    assert "angle of repose at moisture 7, 8, 9, 10 and 11 %" in notes(failed, moist)["failed"].text
-    assert "angle of repose: the run" in notes(failed, ANGLE)["failed"].text

@@ -32,7 +32,7 @@ def make(work, head):
     return MiddleResult(head=head, force=outcome.response)
 
 class MiddleShowing(Showing):
-    def tables(self, result, names, judged=False):
+    def tables(self, result, names):
         column = Column("force", "Maximum force", "N", "{:.1f}".format)
         return [Table((column,), ((result.force,),), "Force in the middle of the ranges")]
 

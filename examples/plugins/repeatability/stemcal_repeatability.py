@@ -77,7 +77,7 @@ class RepeatShowing(Showing[RepeatResult]):
     def outcome(self, result: RepeatResult, names: Names) -> list[str]:
         return [note.text for note in result.notes]
 
-    def tables(self, result: RepeatResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: RepeatResult, names: Names) -> list[Table]:
         columns = (Column("position", "Position", form=format), Column("force", "Maximum force", "N", significant))
         return [Table(columns, tuple(enumerate(result.forces, 1)), "Force over positions of the mesh")]
 

@@ -143,7 +143,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         next=next_step(verdict),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
         first=[drawn(plot, shared) for plot in first],
-        certainty=certainty(results, verdict.holds, labels),
+        certainty=certainty(results, verdict.holds),
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
@@ -171,7 +171,7 @@ def section(
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = _part_of(
-        visible(tables_of(result, labels, judged=True), verdict.holds),
+        visible(tables_of(result, labels), verdict.holds),
         pictures,
         shared,
         [str(note) for note in shown_notes(result, verdict.holds)],

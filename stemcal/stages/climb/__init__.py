@@ -23,11 +23,11 @@ class Climbing(Stage["ClimbResult"]):
     one_by_one = True
     help = """Move the centre of the surface design towards the measured value.
 
-        The climb changes the active factors together, in at most climb.steps steps along the slope of the screening,
-        until the response passes the target; the best step is the new centre. `stemcal run` includes the climb if the
-        spec has a `climb` section.
+        The climb changes the significant factors together until the response passes the target. The direction follows
+        from the effects of the screening, and climb.steps is the maximum number of steps. The best step is the centre
+        of the surface design. `stemcal run` includes the climb if the spec has a `climb` section.
         """
-    purpose = "Between stages 1 and 2: steps towards the target; skipped without this section."
+    purpose = "Between stages 1 and 2: steps towards the target. A study without this section has no climb."
     by_section = True
 
     def needs(self, study: Study) -> str | None:

@@ -56,27 +56,25 @@ def climb(work: Work, head: Head) -> ClimbResult:
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
-        effects=before.effects,
-        significant=before.active_factors,
         notes=(*_notes(rows, best, reached, Names(study.naming)), *chosen),
     )
 
 
 def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names) -> Iterator[Note]:
-    """Yield where the surface is centred, and that the walk ended before the target."""
+    """Yield where the surface is centred, and that the climb ended before the target."""
     error = minus(f"{best.error_percent or 0.0:+.1f}")
     text = (
-        f"Step {best.step} of {len(rows)} along the slope of the screening is nearest to the target (error {error} %). "
-        "The surface is centred there."
+        f"The response surface is centred at step {best.step} of {len(rows)}, which is nearest to the target (error "
+        f"{error} %)."
     )
     yield Note("nearest_step", "info", text)
     if not reached:
         response = names.response.long
         text = (
-            f"The steps reached the edge of the ranges before the {response} passed the target, so the target may be "
-            "outside the ranges."
+            f"The {response} did not pass the target before the steps reached the limits of the ranges, so the target "
+            "may be out of reach."
         )
-        remedy = Remedy(f"Widen the ranges, or check whether the {response} can reach the target at all.")
+        remedy = Remedy("Widen the ranges of the factors, or check the target.")
         yield Note("target_not_passed", "warning", text, remedy)
 
 
@@ -88,9 +86,9 @@ def _walk(
     start = _rows(study, names, [[0.0] * len(names)], simulate)
     if start[0].outcome.response is None:
         failed = start[0].outcome
-        raise RunsFailed(f"climb: the run at mid-levels failed ({failed.reason}): {failed.message}")
+        raise RunsFailed(f"climb: the run at mid-level failed ({failed.reason}): {failed.message}")
     rows = start
-    path = _path(study, names, effects, options, start[0].outcome.response < target)
+    path = ascent_path(effects, options.steps, start[0].outcome.response < target)
     for step, point in enumerate(path[1:], 1):
         rows += _rows(study, names, [point], simulate, step)
         if passed([row.outcome.response for row in rows], target):
@@ -109,19 +107,10 @@ def _leap(
     """Simulate the whole path together; the mean of the screening is what a plane has at its centre."""
     known = [run.response for run in design.runs if run.response is not None]
     rise = sum(known) / len(known) < study.calibration_target.response
-    rows = _rows(study, names, _path(study, names, effects, options, rise), simulate)
+    rows = _rows(study, names, ascent_path(effects, options.steps, rise), simulate)
     if all(row.outcome.response is None for row in rows):
         raise RunsFailed(f"climb: all {len(rows)} runs failed ({rows[0].outcome.reason}): {rows[0].outcome.message}")
     return rows
-
-
-def _path(study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, rise: bool) -> Array:
-    """Return the coded points of the walk; with the steps of the spec if it has them."""
-    own = options.step_sizes
-    if not any(name in own for name in names):
-        return ascent_path(effects, options.steps, rise)
-    sizes = [own[name] / study.factor(name).half_range if name in own else None for name in names]
-    return own_path(effects, sizes, options.steps, rise)
 
 
 def _rows(
@@ -154,10 +143,8 @@ def later(study: Study) -> Later | None:
     """Return the usual and the largest number of steps."""
     if (options := study.given(ClimbOptions)) is None:
         return None
-    most = f"at most {counted(options.steps + 1, 'more run')}"
-    note = Note("decided_later", "caution", f"climb: {most}, chosen one by one.")
-    if options.at_once:
-        note = Note("asked_together", "caution", f"climb: {most}, all at once after the previous stage.")
+    when = "all at once" if options.at_once else "one by one"
+    note = Note("decided_later", "caution", f"The climb adds at most {counted(options.steps + 1, 'run')}, {when}.")
     step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
     return Later([[step]] * (options.steps // 2), note)
 
@@ -181,35 +168,9 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     slopes = np.asarray(effects, dtype=float)
     longest = float(np.abs(slopes).max(initial=0.0))
     if longest == 0.0:
-        raise UsageError("climb: no active factor has an effect, so there is no slope to follow")
+        raise UsageError("climb: no significant factor has an effect (no slope). Remove the `climb` section.")
     direction = slopes / longest * (1.0 if rise else -1.0)
     return np.linspace(0.0, 1.0, steps + 1)[:, None] * direction
-
-
-def own_path(effects: ArrayLike, sizes: Sequence[float | None], steps: int, rise: bool) -> Array:
-    """Return (m + 1, k) coded points from the centre in given steps, m ≤ `steps` of which stay in the ranges.
-
-    Parameters
-    ----------
-    sizes : sequence of k
-        Coded length of a step; None for factors that follow in the ratio of their slope to that of the steepest
-        factor with a size (D. C. Montgomery, Design and Analysis of Experiments, section 11.2).
-
-    >>> own_path([40.0, -20.0], [0.4, None], 5, rise=True).tolist()
-    [[0.0, -0.0], [0.4, -0.2], [0.8, -0.4]]
-    """
-    slopes = np.asarray(effects, dtype=float)
-    own = np.array([np.nan if size is None else size for size in sizes])
-    led = np.flatnonzero(np.isfinite(own) & (slopes != 0.0))
-    if not len(led):
-        raise UsageError("climb.step_sizes: none of these factors has an effect; choose an active factor")
-    base = led[np.argmax(np.abs(slopes[led]))]
-    along = np.abs(slopes) * own[base] / abs(slopes[base])
-    step = np.where(np.isfinite(own), own, along) * np.sign(slopes) * (1.0 if rise else -1.0)
-    inside = int(np.floor(1.0 / np.abs(step).max() + 1e-9))
-    if inside < 1:
-        raise UsageError("climb.step_sizes: the first step is outside the ranges; use smaller steps")
-    return np.asarray(np.arange(min(steps, inside) + 1)[:, None] * step)
 
 
 def passed(responses: Sequence[float | None], target: float) -> bool:

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stemcal.doe.effects import Effect
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, inline
 from stemcal.note import Note
@@ -40,19 +39,12 @@ class ClimbResult(StageResult):
     solution: dict[str, float]
     error_percent: float
     coding: dict[str, CodedScale]
-    effects: Rows[Effect]
-    significant: tuple[str, ...]
     notes: tuple[Note, ...] = ()
 
     @property
-    def shares(self) -> dict[str, float]:
-        """What each factor contributes, %."""
-        return {effect.factor: effect.contribution_percent or 0.0 for effect in self.effects}
-
-    @property
-    def active_factors(self) -> tuple[str, ...]:
-        """The factors that matter."""
-        return self.significant
+    def recentred(self) -> dict[str, CodedScale]:
+        """The factors of the surface, coded around the best step."""
+        return self.coding
 
     def _tables(self) -> dict[str, Table]:
         """Return the steps."""

@@ -6,6 +6,7 @@ from stemcal.numbers import fixed, significant
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, PaperTable, levels, printed, run_heads, simulated
 from stemcal.stages.climb.result import ClimbResult
+from stemcal.words import counted
 
 
 class ClimbShowing(Showing[ClimbResult]):
@@ -13,14 +14,12 @@ class ClimbShowing(Showing[ClimbResult]):
 
     def outcome(self, result: ClimbResult, names: Names) -> list[str]:
         """Return how near the steps came to the target."""
-        stepped = f"{len(result.rows)} runs changed {names.factors(result.names)} together towards the target."
-        reached = "The target was passed" if result.passed else "The target was not reached"
-        return [
-            "1 run was made at the centre." if len(result.rows) == 1 else stepped,
-            f"{reached}; step {result.best_step} is the nearest (error {fixed(abs(result.error_percent), 1)} %).",
-        ]
+        stepped = f"The climb changed {names.factors(result.names)} together in {counted(len(result.rows), 'run')}."
+        reached = "passed" if result.passed else "did not reach"
+        error = f"{fixed(abs(result.error_percent), 1)} %"
+        return [stepped, f"The climb {reached} the target; step {result.best_step} has the smallest error ({error})."]
 
-    def tables(self, result: ClimbResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: ClimbResult, names: Names) -> list[Table]:
         return [_climb_table(result, names)]
 
     def printed(self, result: ClimbResult, setting: Setting) -> list[PaperTable]:

@@ -21,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Find the parameters that give the measured value, and their intervals."
+    help = "Find the parameters that reproduce the measured value, with intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."
 
     def needs(self, study: Study) -> str | None:
@@ -61,7 +61,7 @@ class Calibration(Stage["InvertResult"]):
         return invert
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.invert.reasons import RULES
+        from stemcal.stages.invert.verdict_rules import RULES
 
         return RULES
 

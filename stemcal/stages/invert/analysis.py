@@ -29,7 +29,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, fit_over, measured_means, measured_of
+from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import (
@@ -47,7 +47,6 @@ from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import MachineSection, Study
 
-_NORMAL = 1.96  # 95 % of a normal distribution are within this number of standard deviations
 _UNTOLD = 1e-4  # of the prior variance of the machine: a smaller reduction is no information
 
 
@@ -79,7 +78,6 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         ranges=dict(zip(coding.names, map(tuple, natural), strict=True)),
         coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
         rule=found.rule,
-        notes=tuple(words.of_level_set(found.free, found.second)),
     )
 
 
@@ -88,14 +86,9 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
 
 def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
-    coding, means, target = surface.scales, measured_means(study), study.calibration_target
+    coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
     found, flat = settled(whole)
-    first = measured_of(target, [FIRST], study.naming)
-    if first[0] in means:
-        single = whole.only([means.index(first[0])])
-    else:  # a joint fit may leave the force at the calibration diameter out
-        single = fit_over(first, [surface.fitted], whole.region, whole.priors)
     units = {name: study.factor(name).unit for name in coding.names}
     return InvertResult.of(
         study,
@@ -105,36 +98,25 @@ def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         _certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),
-        certainty_alone=_certainty_of(study, coding, single, "single"),
         priors=prior_rows(study, coding),
         notes=(
             *(words.flat_direction(_changes_along(coding, row), units) for row in flat),
-            *machine_found(study.machine, whole),
+            *machine_contradicted(study.machine, whole),
         ),
     )
 
 
-def machine_found(machine: MachineSection, known: Fit) -> Iterator[Note]:
-    """Yield what the fit shows of the machine: z deviations of its compliance or of the toe."""
+def machine_contradicted(machine: MachineSection, known: Fit) -> Iterator[Note]:
+    """Yield where the curves contradict what is stated of the machine: its compliance or the toe."""
     from scipy.special import chdtrc
 
-    stated = ("stiffness", machine.stiffness or 0.0, machine.stiffness_sd), ("toe", 0.0, machine.toe_sd)
-    for of, value, sd in stated:
+    stiffness = f"{machine.stiffness or 0.0:.4g} ± {machine.stiffness_sd:.3g} N/mm"
+    for of, stated in (("stiffness", stiffness), ("toe", f"0 ± {machine.toe_sd:.3g} mm")):
         if told := known.told_of(of):
             z, spread = told
-            scatter = max(1.0 - spread**2, _UNTOLD)
-            contradicted = chdtrc(1.0, z**2 / scatter) < LEVEL
-            if contradicted:  # then by the curves alone
-                z, spread = z / scatter, spread / scatter**0.5
-            ends = [z - _NORMAL * spread, z + _NORMAL * spread]
-            low, high = (_stiffness(value, sd, end) if value else sd * end for end in ends)
-            yield words.machine(of, value, sd, (low, high), contradicted)
-
-
-def _stiffness(stated: float, sd: float, z: float) -> float | None:
-    """Return k of the compliance 1/k₀ − z·sd/k₀²; None where that is not above 0, as a rigid machine's."""
-    compliance = (1.0 - z * sd / stated) / stated
-    return 1.0 / compliance if compliance > 0.0 else None
+            off = abs(z) / max(1.0 - spread**2, _UNTOLD) ** 0.5  # by the curves alone
+            if chdtrc(1.0, off**2) < LEVEL:
+                yield words.machine_contradicted(of, stated, off)
 
 
 def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> JointFitted:

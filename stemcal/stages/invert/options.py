@@ -30,22 +30,22 @@ Responses = Annotated[
 
 
 class InvertOptions(Frozen):
-    """Which of the points that give the target is called the solution; with `conditions`, the joint fit over them.
+    """The fitted conditions and responses, and the rule that selects the solution.
 
-    More `responses` than the force make a joint fit even of one diameter.
+    Several conditions or responses are fitted jointly.
     """
 
     rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
-    """Rule that selects one of the solutions: the nearest to the centre, or the one with all factors
-    except the strongest at their centre."""
+    """Rule that selects the solution: the point nearest to the centre, or the point with all factors except the
+    strongest at the centre."""
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
     )
-    """The diameters, or other conditions, that are fitted: `all` or a list. With several the surface's design is run at
-    each. By default `specimen.outer_diameter` if it was measured, otherwise the first row of `targets`. The parameters
-    are calibrated at the first of a list."""
+    """The fitted diameters or other conditions: `all` or a list. The design of the surface runs at every fitted
+    condition. The parameters are calibrated at the first condition of the list. The default is
+    `specimen.outer_diameter` if a target has this diameter, otherwise the first row of `targets`."""
     responses: Responses = (FIRST,)
-    """Fitted responses: only the force, or also travel and work up to the maximum."""
+    """The fitted responses: the force, and optionally the travel and work up to peak force."""
 
 
 def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
@@ -53,7 +53,7 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     if (wanted := draft.study.of(InvertOptions).conditions) is None:
         return
     if draft.naming.condition is None:
-        remedy = "declare a condition under conditions, or remove this key"
+        remedy = "declare a condition under conditions, or remove the key"
         yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
         return
     if wanted == "all":
@@ -76,10 +76,10 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     if names == (FIRST,):
         return
     if named.is_cutting and not draft.kind.travel_and_work:
-        yield Finding(path, f"solver {draft.study.solver.kind} returns only a force", "remove it")
+        yield Finding(path, f"the solver {draft.study.solver.kind} returns only a force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
-        message = f"{listed}: the list must contain the {named.response.noun}, and each response only once"
+        message = f"the list must contain the {named.response.noun}, and each response only once ({listed})"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
         yield from _weighed(draft.study.targets.means, name, draft.naming)
@@ -104,7 +104,7 @@ def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
-        remedy = "omit the rule: with priors the solution is the best fit to forces and priors"
+        remedy = "remove the rule: with priors, the solution is the best fit to measurements and priors"
         yield Finding(("invert", "rule"), f"{draft.study.of(InvertOptions).rule} ignores the priors", remedy)
 
 
@@ -116,7 +116,7 @@ def doubts(study: Study) -> Iterator[Finding]:
     if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
-        yield Finding(("invert", "responses"), message, "fit only the force, or include this error in their sd")
+        yield Finding(("invert", "responses"), message, "fit only the force, or include the error in sd")
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -14,7 +14,7 @@ from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.note import Note
-from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.study.model import Study
 
 
@@ -162,8 +162,8 @@ class JointFitted:
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
 
-    `joint` and `certainty_alone` of several measured means. `belongs_to`
-    are the solver's settings that the values hold for, as they are at the calibration diameter.
+    `joint` is the fit to several measured means. `belongs_to` are the settings of the solver at the calibration
+    diameter that the values depend on.
     """
 
     name: ClassVar[str] = "invert"
@@ -183,7 +183,6 @@ class InvertResult(StageResult):
     parameters: dict[str, float]
     belongs_to: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
-    certainty_alone: Certainty | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
     notes: tuple[Note, ...] = ()
 
@@ -231,16 +230,6 @@ class InvertResult(StageResult):
         return None if self.joint is None else self.joint.max_abs_left_out_error_percent
 
     @property
-    def surface_error_known(self) -> bool | None:
-        """Whether the surfaces that were fitted show their error."""
-        return None if self.certainty is None else self.certainty.surface_error_known
-
-    @property
-    def known(self) -> list[Certainty]:
-        """What is known of the parameters: from all measured means, and from the force alone next to a joint fit."""
-        return [part for part in (self.certainty, self.certainty_alone) if part is not None]
-
-    @property
     def cited(self) -> dict[str, Interval]:
         """The range of each parameter to cite: its 95 % interval, where there is one, else all exact solutions."""
         return self.ranges if self.certainty is None else self.certainty.intervals
@@ -258,17 +247,3 @@ class InvertResult(StageResult):
             columns = ("condition", "response", "measured", "predicted", "error_percent", "left_out_error_percent")
             tables["invert_responses"] = Table.of(columns, (*self.joint.rows, *self.joint.further))
         return tables
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield the fields with a value for each factor of the solution."""
-        names = self.point.solution
-        mappings: dict[str, Collection[str]] = {
-            "coded": self.point.coded,
-            "ranges": self.ranges,
-            "coded_ranges": self.coded_ranges,
-        }
-        for place, part in (("certainty", self.certainty), ("certainty_alone", self.certainty_alone)):
-            if part is not None:
-                by_factor = "intervals", "coded_intervals", "bounded", "share", "profiles"
-                mappings |= {f"{place}.{key}": getattr(part, key) for key in by_factor}
-        yield from ((place, mapping, names) for place, mapping in (mappings | {"parameters": self.parameters}).items())

@@ -18,13 +18,9 @@ from stemcal.report.figures.style import (
     BLUE,
     FAINT,
     INK,
-    ORANGE,
-    Axes,
     Figure,
     axis_of,
-    legend_above,
     new_figure,
-    plain,
 )
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -43,7 +39,7 @@ from stemcal.report.tables.columns import (
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
-from stemcal.stages.invert.words import assumption, assumptions, range_to_cite, source, valid_for
+from stemcal.stages.invert.words import assumptions, range_to_cite, valid_for
 from stemcal.study.model import Factor, Study
 
 _JOINT = "Fitted together"
@@ -57,22 +53,19 @@ class InvertShowing(Showing[InvertResult]):
     def outcome(self, result: InvertResult, names: Names) -> list[str]:
         return words.outcome(result, names)
 
-    def certainty(self, result: InvertResult, names: Names) -> list[str]:
-        return words.certainty(result, names)
-
-    def tables(self, result: InvertResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: InvertResult, names: Names) -> list[Table]:
         return [calibration_table(result, names), *_joint_tables(result, names)]
 
-    def findings(self, result: InvertResult, names: Names) -> list[Table]:
-        return _joint_tables(result, names) if result.joint is not None else []
-
-    def spoken(self, result: InvertResult, names: Names) -> list[str]:
-        each = [(words.known(part, result, names), words.unseen_changes(part, result, names)) for part in result.known]
-        return [line for keeps, changes in each for line in (" ".join(keeps), *changes)]
-
     def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
-        surface = setting.results.of(Surfaces)
-        return [] if surface is None else plots(surface, result, setting.labels)
+        if result.certainty is None:
+            return []
+        units = {name: setting.study.factor(name).unit for name in result.point.solution}
+        labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
+        text = (
+            "Misfit versus each factor, with the other factors refitted. The 95 % interval (shaded) is where the curve "
+            "is below the dashed line. The vertical line is the calibrated value."
+        )
+        return [Plot("profiles", "invert", text, partial(profiles, result, result.certainty, labels), claims=True)]
 
     def in_notebook(self, result: InvertResult, setting: Setting) -> InvertResult:
         found = object.__new__(Inversion)
@@ -186,27 +179,9 @@ def _share_of_range(part: Certainty, name: str) -> str:
     return "free" if name in part.free else f"{100.0 * part.share[name]:.0f} %"
 
 
-def _interval_table(stage: InvertResult, names: Names) -> Table:
-    """Return the interval of each parameter from one measured value and from all of them, side by side."""
-    columns = [factor(names)]
-    for part in stage.known:
-        columns.append(Column(part.source, source(part, stage, names), form=str))
-        columns.append(Column(f"share {part.source}", "% of factor range", form=str))
-    rows = [
-        {"factor": name}
-        | {part.source: interval(part.intervals[name], bounded=part.bounded[name]) for part in stage.known}
-        | {f"share {part.source}": _share_of_range(part, name) for part in stage.known}
-        for name in stage.point.solution
-    ]
-    assumed = dict.fromkeys(sentence for part in stage.known for sentence in assumption(part))
-    profile = "95 % intervals by profile likelihood. Free: the interval covers at least half of the factor range."
-    return Table.of(columns, rows, "Identifiability of the parameters", (profile, *assumed), claims=True)
-
-
 def _joint_tables(stage: InvertResult, names: Names) -> list[Table]:
-    """Return what was measured next to the surfaces, what it leaves of each parameter; nothing of a single response."""
+    """Return the measured values next to the surfaces; nothing of a single response."""
     tables = [_joint_table(stage.joint, names)] if stage.joint is not None else []
-    tables += [_interval_table(stage, names)] if len(stage.known) > 1 else []
     if stage.joint is not None and stage.joint.further:
         predicted = "predicted", "Predicted", significant
         tables.append(further_table(map(to_json, stage.joint.further), predicted, names))
@@ -221,7 +196,7 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error {fixed(error)} %.", *scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
@@ -250,56 +225,28 @@ def _published(
         Column("known", titled(head), of=known),
     ]
     fixed = any(factor.name not in found for factor in study.factors)
-    note = "fixed: not calibrated, set to the middle of its range." if fixed else ""
+    note = "Fixed parameters are not calibrated and have the mid-level of the range." if fixed else ""
     of = "Parameters of the finite element simulation." if study.naming.is_cutting else "Parameters of the simulation."
     return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)
 
 
-def plots(surface: Surfaces, invert: InvertResult, labels: Mapping[str, str]) -> list[Plot]:
-    """Return the figures of a calibration."""
-    known, plots = invert.certainty, []
-    likelihoods = (
-        "Profile of the misfit for each factor, with the other factors refitted. The 95 % interval (shaded) is where "
-        "the curve is below the dashed line; vertical line: the calibrated value."
-    )
-    exact = (
-        "Exact solutions of the surface: range of each factor in coded units. Star: selected solution; dashed: ±1; "
-        "dotted: limit of the design region. The error of the surface is not included."
-    )
-    units = {name: axis_of(labels.get(name, name), surface.factor(name).unit) for name in invert.point.solution}
-    if known is not None:
-        plots.append(Plot("profiles", "invert", likelihoods, partial(profiles, invert, units), claims=True))
-    draw = partial(solutions, surface, invert, labels)
-    return [*plots, Plot("solutions", "invert", exact, draw, detail=True, claims=True)]
-
-
-def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
+def profiles(invert: InvertResult, part: Certainty, labels: Mapping[str, str] | None = None) -> Figure:
     """Return the misfit of each factor with all others free: its interval is below the dashed line.
 
-    `labels` has what to write at the axis of a factor, its name by default.
+    `labels` has the labels of the axes by factor, its name by default.
     """
-    names, called = list(invert.point.solution), Names(invert.naming)
+    names = list(invert.point.solution)
     with new_figure(height=1.5 * len(names) + 0.4) as figure:
         for row, name in enumerate(names, 1):
             axes = figure.add_subplot(len(names), 1, row)
-            if invert.certainty_alone is not None:
-                _profile(axes, invert.certainty_alone, name, ORANGE, source(invert.certainty_alone, invert, called))
-            if invert.certainty is not None:
-                _profile(axes, invert.certainty, name, BLUE, source(invert.certainty, invert, called))
+            axes.plot(*zip(*profile_points(part, name), strict=True), color=BLUE)
+            axes.axvspan(*part.intervals[name], color=BLUE, alpha=0.12, linewidth=0)
             axes.axhline(1.0, color=FAINT, linestyle="--", linewidth=1)
             axes.axvline(invert.point.solution[name], color=INK, linewidth=0.8)
             axes.set_ylim(0.0, 3.0)
             axes.set_xlabel((labels or {}).get(name, name))
-            if row == 1 and invert.certainty_alone is not None:
-                legend_above(axes)
         figure.supylabel("increase in misfit (1: 95 % limit)", fontsize=9)
     return figure
-
-
-def _profile(axes: Axes, part: Certainty, name: str, colour: str, label: str) -> None:
-    points = profile_points(part, name)
-    axes.plot(*zip(*points, strict=True), color=colour, label=label)
-    axes.axvspan(*part.intervals[name], color=colour, alpha=0.12, linewidth=0)
 
 
 def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
@@ -307,22 +254,3 @@ def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
     curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
     points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])
-
-
-def solutions(surface: Surfaces, invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return for each factor, in coded units, the range over all solutions and the point that was chosen."""
-    names = list(invert.point.solution)
-    with new_figure(height=1.3 + 0.42 * len(names)) as figure:
-        axes = figure.add_subplot()
-        for row, name in enumerate(reversed(names)):
-            low, high = ((bound - surface.coding[name].center) / surface.coding[name].half_step
-                         for bound in invert.ranges[name])  # fmt: skip
-            axes.plot([low, high], [row, row], color=BLUE, linewidth=6, solid_capstyle="butt", alpha=0.6)
-            axes.plot(invert.point.coded[name], row, "*", color=ORANGE, markersize=12, markeredgecolor="white")
-        reach = surface.radius or 1.0
-        for place, style in ((-reach, ":"), (-1.0, "--"), (1.0, "--"), (reach, ":")):
-            axes.axvline(place, color=FAINT, linestyle=style, linewidth=0.9)
-        axes.set_yticks(range(len(names)), [plain((labels or {}).get(name, name)) for name in reversed(names)])
-        axes.set_ylim(-0.6, len(names) - 0.4)
-        axes.set_xlabel("coded value")
-    return figure

@@ -24,14 +24,13 @@ class Refinement(Stage["RefineResult"]):
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
-        The stage stops within refine.tolerance_percent of the measured value, or after refine.budget simulations. For a
-        joint fit (invert.diameters) every fitted diameter is simulated; the stage also stops when the fit no longer
-        changes. `stemcal run` includes the stage if the spec has a `refine` section, and the validation then uses the
-        refined parameters. With refine.in the stage runs after the validation, in the program or on the mesh where the
-        parameters will be used.
+        The refinement stops if the error is below refine.tolerance_percent, or after refine.budget simulations. After a
+        joint fit (invert.diameters), every fitted diameter is simulated. `stemcal run` includes the refinement if the
+        spec has a `refine` section, and the validation then uses the refined parameters. With refine.in, the refinement
+        follows the validation and uses the program or mesh where the parameters will be used.
         """
-    purpose = """Stage 4: simulate at the solution and correct it, also in another program; skipped without this
-        section."""
+    purpose = """Stage 4: correction of the solution by simulation, also in another program. A study without this
+        section has no refinement."""
     by_section = True
 
     def needs(self, study: Study) -> str | None:
@@ -85,7 +84,7 @@ class Refinement(Stage["RefineResult"]):
         return refine
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.refine.showing import RULES
+        from stemcal.stages.refine.verdict_rules import RULES
 
         return RULES
 

@@ -8,7 +8,7 @@ from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.naming import FIRST, Names
+from stemcal.naming import FIRST, Names, program
 from stemcal.note import Note, Remedy
 from stemcal.runs.answer import ignore
 from stemcal.solvers.protocol import Request
@@ -120,8 +120,8 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     """Return the path along the factors that may move, from the calibrated point."""
     surface = work.result(Surfaces)
     if unknown := [name for name in options.adjust if name not in surface.names]:
-        has = f"the surface has {listed(surface.names)}"
-        raise UsageError(f"refine.adjust: the effect of {', '.join(unknown)} is not known; {has}")
+        known = f"Choose {listed(surface.names)}, which the response surface varies."
+        raise UsageError(f"refine.adjust: the effect of {', '.join(unknown)} is unknown. {known}")
     point = surface.scales.to_coded([start[name] for name in surface.names])
     relative = surface.fitted.gradient(point) / float(surface.fitted.predict(point)[0])
     slopes = dict(zip(surface.names, relative.tolist(), strict=True))
@@ -172,7 +172,7 @@ def later(study: Study) -> Later | None:
         return None
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
-    text = f"refine: at most {counted(options.budget, 'more run')}, chosen one by one."
+    text = f"The refinement adds at most {counted(options.budget, 'run')}, one by one."
     return Later([round_] * min(_USUAL_ROUNDS, options.budget), Note("decided_later", "caution", text))
 
 
@@ -182,60 +182,39 @@ def later(study: Study) -> Later | None:
 def notes_of(stage: RefineResult, study: Study) -> list[Note]:
     """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
     names = Names(stage.naming)
-    return [
-        *_not_reached(stage, names),
-        *_first_outside(stage, names),
-        *(_in_another_model(stage, study, names) if stage.elsewhere else _found_by_simulation(stage)),
-    ]
+    there = _in_another_model(stage, study, names) if stage.elsewhere else ()
+    return [*_not_reached(stage, names), *_first_outside(stage, names), *there]
 
 
 def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
     if stage.stopped == "tolerance":
         return
-    missed, response = abs(stage.error_percent), names.response.long
-    factors = names.factors(one.factor for one in stage.adjusted)
-    still = f"The {response} is still {missed:.2f} % from the target; the best point is kept."
-    text, remedy = {
-        (False, "budget"): (
-            still,
-            f"Raise refine.budget, or check whether the {response} jumps between neighbouring points.",
-        ),
-        (False, "settled"): (
-            f"Neighbouring parameters do not reduce the error of {missed:.2f} %. The remaining error is model error or "
-            "measurement scatter.",
-            "",
-        ),
-        (True, "budget"): (still, f"Raise refine.budget, or give {factors} a wider range under refine.adjust."),
-        (True, "out_of_reach"): (
-            f"The {response} is {missed:.1f} % from the target at the limit of the range of {factors}.",
-            "Under refine.adjust, give this factor a wider range or add another factor.",
-        ),
-        (True, "settled"): (
-            f"The {response} is {missed:.1f} % from the target, and smaller steps do not help: the response jumps, or "
-            f"does not depend on {factors}.",
-            "Average over several positions of the mesh (`replicates` of the embedded solver), or adjust another "
-            "factor.",
-        ),
-    }[stage.elsewhere, stage.stopped]
-    yield Note("not_reached", "warning", text, Remedy(remedy) if remedy else None)
+    place = f" in {program(stage.model.kind)}" if stage.elsewhere else ""
+    text = (
+        f"The simulated {names.response.long}{place} differs from the target by {abs(stage.error_percent):.2f} % after "
+        f"{counted(len(stage.made), 'run')}."
+    )
+    budget, factors = 2 * stage.budget, names.factors(one.factor for one in stage.adjusted)
+    wider = f", or widen the range of {factors} in refine.adjust" if factors else ""
+    remedies = {
+        "budget": Remedy(f"Raise refine.budget to {budget}{wider}.", f"refine: {{budget: {budget}}}"),
+        "out_of_reach": Remedy(f"Widen the range of {factors} in refine.adjust, or add another factor."),
+        "settled": Remedy(f"Adjust other factors than {factors}, or average over mesh positions with `replicates`."),
+    }
+    settled_here = stage.stopped == "settled" and not stage.elsewhere
+    text += " Neighbouring parameter values do not reduce the error." if settled_here else ""
+    yield Note("not_reached", "warning", text, None if settled_here else remedies[stage.stopped])
 
 
 def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
     """Compare the runs of the first point, the solution of the surface, with their prediction intervals."""
     first = [run for run in stage.made if run.levels == stage.made[0].levels and run.how == stage.made[0].how]
     if outside := [run.condition for run in first if run.inside_interval is False]:
-        where = f" ({names.conditions(outside)})" if names.placed else ""
         text = (
-            f"At the solution of the surface the simulated {names.response.long} is outside its prediction "
-            f"interval{where}: the surface is less accurate there than its residuals indicate."
+            f"The response surface is less accurate than the residuals indicate: the simulated {names.response.long}"
+            f"{names.at(*outside)} is outside the prediction interval."
         )
         yield Note("first_outside", "warning", text)
-
-
-def _found_by_simulation(stage: RefineResult) -> Iterator[Note]:
-    if stage.parameters != stage.made[0].levels:
-        text = "The parameters are results of the refinement, not of `invert.rule`."
-        yield Note("found_by_simulation", "info", text)
 
 
 def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterator[Note]:
@@ -243,21 +222,19 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
         factor = study.factor(one.factor)
         if not factor.low <= one.value <= factor.high:
             text = (
-                f"{one.factor} {one.value:.4g} is outside the study's range ({factor.low:g} to {factor.high:g}); that "
-                "range is for the study's own model."
+                f"The value {one.value:.4g} of {one.factor} is outside the range of the study ({factor.low:g} to "
+                f"{factor.high:g}). That range applies only to the model of the study."
             )
             yield Note("beyond_range", "warning", text)
     if censored := sum(run.outcome.censored for run in stage.made):
-        bounds = "it is a lower bound" if censored == 1 else "they are lower bounds"
-        runs = counted(censored, "run")
-        text = f"In {runs} the {names.response.long} was still rising at the end of the stroke: {bounds}."
+        text = (
+            f"In {counted(censored, 'run')}, the {names.response.long} was still rising at the end of the stroke, so "
+            "the maximum is only a lower bound."
+        )
         yield Note("still_rose", "warning", text, Remedy("Increase refine.duration."))
-    after = {run.condition: run.outcome for run in stage.made if run.levels == stage.parameters}
-    if left := [row.condition for row in stage.rows if row.condition not in after]:
-        why = "the budget is spent" if stage.converged else "the target at the calibration was not reached"
+    simulated = {run.condition for run in stage.made if run.levels == stage.parameters}
+    if left := [row.condition for row in stage.rows if row.condition not in simulated]:
+        why = "the budget is spent" if stage.converged else "the target was not reached"
         remedy = Remedy("Raise refine.budget.") if stage.converged else None
-        text = f"The result was not simulated at {names.conditions(left)} because {why}."
+        text = f"The refined parameters were not simulated at {names.conditions(left)} because {why}."
         yield Note("not_run_there", "warning", text, remedy)
-    if failed := [at for at, found in after.items() if not found.ok]:
-        text = f"Simulations of the result failed{names.at(*failed)} ({after[failed[0]].reason})."
-        yield Note("failed_there", "warning", text)

@@ -35,28 +35,28 @@ class RefineOptions(Frozen):
     """Simulate the solution and correct it until the response is within the tolerance."""
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
-    """The program or mesh in which the parameters will be used: any solver with its keys, also `embedded` with another
-    mesh. Omitted keys are those of the study if its solver has the same kind. By default the model of the study."""
+    """The program or mesh in which the parameters will be used: any solver with its keys, or `embedded` with another
+    mesh. Omitted keys have the values of the study if the kind of solver is the same. The default is the model of the
+    study."""
     internal_length: StemLengthOrZero | None = None
-    """`material.internal_length` in `in`; `0 mm` for local failure."""
+    """Value of `material.internal_length` in the model of `in`; `0 mm` for local failure."""
     edge_spread: StemLengthOrZero | None = None
-    """`blade.edge_spread` in `in`; `0 mm` for a sharp edge."""
+    """Value of `blade.edge_spread` in the model of `in`; `0 mm` for a sharp edge."""
     duration: Time | None = None
-    """`loading.duration` in `in`: without lengths the same force may require a longer stroke."""
+    """Value of `loading.duration` in the model of `in`. Without characteristic lengths, the same force may require a
+    longer stroke."""
     adjust: Annotated[
         dict[str, tuple[Number, Number] | None],
         BeforeValidator(_by_name),
-        WithJsonSchema(
-            {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}]}
-        ),
+        WithJsonSchema({"anyOf": [_NAMES, _RANGES]}),
     ] = {}
-    """Factors that may change in `in`, in this order: names, or `name: [low, high]`. By default the failure strain if
-    the surface has it, otherwise the strongest factor. By default a factor keeps the range of the study; the failure
-    strain may range from a tenth of its lower limit to 1."""
+    """Factors that may change in the model of `in`, in this order: names, or `name: [low, high]`. The default is the
+    failure strain if the response surface varies it, otherwise the strongest factor. A factor without limits has the
+    range of the study; the range of the failure strain is from a tenth of the lower limit to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
-    """Largest error of the simulated response at the solution."""
+    """Largest allowed error of the simulated response at the solution, in percent."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
-    """Maximum number of runs. With `in`, remaining runs simulate the other measured conditions."""
+    """Maximum number of runs. With `in`, the remaining runs simulate the other measured conditions."""
 
     @property
     def changes(self) -> dict[str, dict[str, object]]:
@@ -105,7 +105,7 @@ def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
             yield Finding(("refine", "adjust", name), message, "widen the range")
     if not refine.elsewhere and (refine.adjust or refine.changes):
         key = "adjust" if refine.adjust else next(iter(next(iter(refine.changes.values()))))
-        message = "this key applies only to another model, but the key `in` is missing"
+        message = "the key applies only to another model, but the key `in` is missing"
         yield Finding(("refine", key), message, "add refine.in, or remove this key", at_key=True)
     if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
         message = "the runs of the study are already entered by hand, and a sheet can serve only one program"

@@ -9,7 +9,7 @@ from stemcal.files.typed import absent, inline, key
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.loop import RefineRun, Stopped
-from stemcal.stages.result import Entries, Head, Interval, StageResult
+from stemcal.stages.result import Head, Interval, StageResult
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,3 @@ class RefineResult(StageResult):
         """Yield label and outcome of every run."""
         for one in self.made:
             yield f"refine {one.run}{self.naming.at(one.condition) if self.elsewhere else ''}", one.outcome
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield the parameters, which must have every factor that may move."""
-        yield "parameters", self.parameters, [one.factor for one in self.adjusted]

@@ -1,19 +1,16 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
-from collections.abc import Iterator
 from functools import partial
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names, program
-from stemcal.note import Note, Remedy
 from stemcal.numbers import interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, PaperTable, condition, factor, levels, printed, run_heads, simulated
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.verdict.rules import Evidence
-from stemcal.words import counted, series
+from stemcal.words import series
 
 _SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
 
@@ -28,35 +25,26 @@ class RefineShowing(Showing[RefineResult]):
         if result.elsewhere:
             return _there(result, names)
         count = len(result.made)
-        runs = "Solution checked in 1 run" if count == 1 else f"Solution corrected in {count} runs"
-        error = f"{abs(result.error_percent):.2f} %, {'' if result.converged else 'not '}within the tolerance of"
-        return [f"{runs}: the error is {error} {result.tolerance_percent:g} %."]
+        done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
+        tolerance = f"{'inside' if result.converged else 'outside'} the tolerance of {result.tolerance_percent:g} %"
+        return [f"The solution was {done}. The error is {abs(result.error_percent):.2f} %, {tolerance}."]
 
-    def certainty(self, result: RefineResult, names: Names) -> list[str]:
-        """Return how large the errors are in another model."""
-        if not result.elsewhere or result.max_abs_error_percent is None:
-            return []
-        at = [row.condition for row in result.rows if row.error_percent is not None]
-        where = f" ({names.conditions(at)})" if names.placed else ""
-        return [f"In {program(result.model.kind)} the largest error is {result.max_abs_error_percent:.1f} %{where}."]
-
-    def warnings(self, result: RefineResult) -> list[str]:
-        return [] if result.converged else [_shortfall(result)]
-
-    def tables(self, result: RefineResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
 
-    def findings(self, result: RefineResult, names: Names) -> list[Table]:
-        return [table for table in refine_tables(result, names) if not table.detail] if result.elsewhere else []
+    def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
+        tables = refine_tables(result, Names(setting.study.naming)) if result.elsewhere else []
+        return [table for table in tables if not table.detail]
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
         response = result.naming.response.capital
-        text = f"{response}: measured, and simulated before and after the refinement. The target is circled."
+        text = f"{response} measured and simulated, before and after the refinement. The target is circled."
         return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
     def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
         heads = {**run_heads(setting.study, "run"), "predicted": "Predicted Value"}
-        caption, note = "Iterations of simulation and refitted surface.", "Predicted by the surface before the run."
+        caption = "Iterations of simulation and refitted surface."
+        note = "The surface predicted each value before the run."
         return [printed("refinement", caption, runs(result, setting.symbols), heads, note)]
 
 
@@ -79,11 +67,11 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
-        "Other parameters keep their calibrated values. The search ends at the first values within the tolerance; "
-        "other values may fit equally well."
+        "Other parameters retain their calibrated values. The search stops at the first values within the tolerance, "
+        "so other values may fit equally well."
     ]
-    foot += ["95 % range: from the scatter of the measured mean, other parameters fixed."] if known else []
-    foot += [f"They depend on {settings}."] if settings else []
+    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
+    foot += [f"The parameters are valid only with {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
 
@@ -100,14 +88,14 @@ def responses(stage: RefineResult, names: Names) -> Table:
         ERROR,
     ]
     foot = [
-        f"The best point is {'' if stage.converged else 'not '}within {stage.tolerance_percent:g} %, after "
+        f"The error at the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % after "
         f"{len(stage.made)} of {stage.budget} runs."
     ]
     if not stage.aims_at_measured:
-        foot += [f"After a joint fit the target is the result of the study's own model: {names.quantity(stage.aim)}."]
-    where = program(stage.model.kind) if stage.elsewhere else "the study's own model"
+        foot += [f"After a joint fit, the target is the result of the study's model ({names.quantity(stage.aim)})."]
+    where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
     foot += ["Error = 100·(measured − after)/measured."]
-    return Table.of(columns, stage.rows, f"Measured and simulated, {where}", foot)
+    return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
 
 
 def runs(stage: RefineResult, names: Names) -> Table:
@@ -122,8 +110,8 @@ def runs(stage: RefineResult, names: Names) -> Table:
         simulated(names.response, "Simulated"),
     ]
     foot = (
-        f"Predicted: before the run. Interval: whether the simulated {names.response.long} is inside its 95 % "
-        "prediction interval."
+        f"Predicted: value predicted before the run. Interval: whether the simulated {names.response.long} is inside "
+        "the 95 % prediction interval."
     )
     return Table.of(columns, stage.made, "Runs of the refinement", [foot], detail=True)
 
@@ -150,36 +138,9 @@ def _there(stage: RefineResult, names: Names) -> list[str]:
     row, there = stage.fitted, program(stage.model.kind)
     if row.after is None:
         return []
-    target = f"the target is {names.quantity(stage.aim)}"
     moved = [one for one in stage.adjusted if one.value != one.calibrated]
-    if not moved:
-        return [f"In {there} the calibrated parameters give {names.quantity(row.after)}; {target}."]
-    values = ", ".join(f"{names.factor(one.factor)} {significant(one.value)}" for one in moved)
-    before = "" if row.before is None else f", the calibrated values give {names.quantity(row.before)}"
-    return [f"For {there}: {values}. These give {names.quantity(row.after)}{before}; {target}."]
-
-
-def _shortfall(stage: RefineResult) -> str:
-    """Return how far from the target a refinement ended that did not reach it."""
-    return f"refine: {abs(stage.error_percent):.2f} % from the target after {counted(len(stage.made), 'run')}"
-
-
-def missed(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the other model does not reach its target."""
-    found = evidence.of(RefineResult)
-    if found is None or not found.elsewhere or found.converged:
-        return
-    budget, factors = 2 * found.budget, series([one.factor for one in found.adjusted])
-    wider = f"give {factors} a wider range under `refine.adjust`"
-    remedies = {
-        "budget": Remedy(f"Raise `refine.budget` to {budget}, or {wider}.", f"refine: {{budget: {budget}}}"),
-        "out_of_reach": Remedy(f"{wider.capitalize()}, or add another factor there."),
-    }
-    aim = "the measured one" if found.aims_at_measured else "that of the study's own model"
-    missed = f"differs from {aim} by {abs(found.error_percent):.1f} %."
-    text = f"In {found.model.kind} the {evidence.names.response.long} {missed}"
-    smoother = Remedy("Average over mesh positions in `refine.in`, or adjust another factor.")
-    yield Note("missed_there", "warning", text, remedies.get(found.stopped, smoother))
-
-
-RULES = (missed,)
+    values = series(f"{names.factor(one.factor)} = {significant(one.value)}" for one in moved)
+    given = f"refined parameters ({values})" if moved else "calibrated parameters"
+    return [
+        f"In {there}, the {given} result in {names.quantity(row.after)}. The target is {names.quantity(stage.aim)}."
+    ]

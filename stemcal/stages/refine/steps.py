@@ -30,13 +30,26 @@ from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, joint_surfaces, measured_means, measured_of, priors_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.loop import How, Judged, Point, Predicted, Stopped
+from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
 from stemcal.study.model import Study
 
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded
 _NEWTON_STEPS = 60
 _PROGRESS = 0.5  # a step is good if it leaves less than this part of the error
 _SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps of one target, of a joint fit, are not worth a run
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A point that was simulated, in coded units, and every response there in the order of the observations."""
+
+    coded: Array
+    responses: Array
+
+    @property
+    def response(self) -> float:
+        """The first response."""
+        return float(self.responses[0])
 
 
 class SurfaceSteps:
@@ -55,7 +68,7 @@ class SurfaceSteps:
         )
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
-        self.trials: list[JointTrial] = []
+        self.trials: list[Trial] = []
         self.surfaces = self._refitted()
         self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
         self.reach = FIRST_RADIUS
@@ -70,7 +83,7 @@ class SurfaceSteps:
         self.visited.append(point.place)
         if not np.all(np.isfinite(values)):
             return Judged(point)
-        self.trials.append(JointTrial(point.place, values))
+        self.trials.append(Trial(point.place, values))
         self.surfaces = self._refitted()
         errors = [
             error_percent(mean.value, float(value)) or 0.0
@@ -96,18 +109,17 @@ class SurfaceSteps:
         (levels,) = self.coding.runs([coded], self.solution.parameters)
         first = [(mean.condition, i) for i, mean in enumerate(self.means) if mean.response == FIRST]
         predicted = {condition: self._predicted(coded, self.surfaces[i]) for condition, i in first}
-        return Point(levels, how, coded, {c: predicted.get(c, Predicted(None)) for c in self.conditions})
+        return Point(levels, how, coded, {c: predicted.get(c, NOTHING) for c in self.conditions})
 
     def _predicted(self, coded: Array, surface: Surface) -> Predicted:
         low, high = map(float, surface.prediction_interval(coded)[0])
-        interval = (low, high) if isfinite(low) and isfinite(high) else None
-        return Predicted(float(surface.predict(coded)[0]), interval)
+        return float(surface.predict(coded)[0]), (low, high) if isfinite(low) and isfinite(high) else None
 
     def _refitted(self) -> list[Surface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
         if self.joint:
             return joint_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
-        further = [(trial.coded, float(trial.responses[0])) for trial in self.trials]
+        further = [(trial.coded, trial.response) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
     def _simulated_before(self) -> Array:
@@ -117,17 +129,16 @@ class SurfaceSteps:
         if self.joint:
             return np.zeros(len(self.coding.names))
         runs = [run for run in self.surface.design.runs if run.response is not None]
-        trials = [Trial(self.coding.point(run.coded), run.response or 0.0) for run in runs]
+        trials = [Trial(self.coding.point(run.coded), np.array([run.response])) for run in runs]
         return best_of(trials, self.solution.target).coded
 
-    def _missed(self, trial: JointTrial) -> float:
+    def _missed(self, trial: Trial) -> float:
         return missed_by(self.fit, trial)
 
     def _to_one(self) -> tuple[Array, How]:
-        trials = [Trial(trial.coded, float(trial.responses[0])) for trial in self.trials]
-        step = next_step(self.surfaces[0], self.solution.target, self.region, trials, self.reach)
-        self.reach = step.radius
-        return step.coded, step.how
+        target = self.solution.target
+        coded, how, self.reach = next_step(self.surfaces[0], target, self.region, self.trials, self.reach)
+        return coded, how
 
     def _to_many(self) -> tuple[Array, How]:
         best, before = min(self.trials, key=self._missed), [self._missed(trial) for trial in self.trials[:-1]]
@@ -140,30 +151,15 @@ class SurfaceSteps:
 # ---- to one response
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A point that was simulated, in coded units, and the response there."""
-
-    coded: Array
-    response: float
-
-
-@dataclass(frozen=True, eq=False)
-class _ApproachStep:
-    """The next point, how it was found, and the radius it was sought within."""
-
-    coded: Array
-    how: How
-    radius: float
-
-
 def best_of(trials: Sequence[Trial], target: float) -> Trial:
     """Return the trial nearest to the target, the earliest of equals."""
     return min(trials, key=lambda trial: abs(trial.response - target))
 
 
-def next_step(surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float) -> _ApproachStep:
-    """Return where to simulate next.
+def next_step(
+    surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float
+) -> tuple[Array, How, float]:
+    """Return the next point, how it was found, and the radius that it was sought within.
 
     Parameters
     ----------
@@ -179,9 +175,9 @@ def next_step(surface: Surface, target: float, region: Region, trials: Sequence[
     radius = radius if helped else SHRINK * radius
     other = _across(trials, best, target)
     if other is not None and not helped:
-        return _ApproachStep(_between(best, other, target), "bracket", radius)
+        return _between(best, other, target), "bracket", radius
     shifted = target - (best.response - float(surface.predict(best.coded)[0]))
-    return _ApproachStep(toward(surface, shifted, region, best.coded, radius), "surface", radius)
+    return toward(surface, shifted, region, best.coded, radius), "surface", radius
 
 
 def toward(surface: Surface, level: float, region: Region, start: Array, radius: float) -> Array:
@@ -223,22 +219,14 @@ def _between(best: Trial, other: Trial, target: float) -> Array:
 # ---- several responses together
 
 
-@dataclass(frozen=True, eq=False)
-class JointTrial:
-    """A point that was simulated, coded, and every response there in the order of the observations."""
-
-    coded: Array
-    responses: Array
-
-
-def missed_by(fit: Fit, trial: JointTrial) -> float:
+def missed_by(fit: Fit, trial: Trial) -> float:
     """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
     gap = fit.measured - trial.responses
     m = len(gap)
     return float(gap @ fit.precision[:m, :m] @ gap)
 
 
-def through(fit: Fit, surfaces: Sequence[Surface], trial: JointTrial) -> Fit:
+def through(fit: Fit, surfaces: Sequence[Surface], trial: Trial) -> Fit:
     """Take these surfaces, each moved up or down to pass through a trial; the weights stay."""
     moved = []
     for surface, observation, response in zip(surfaces, fit.observations, trial.responses, strict=True):

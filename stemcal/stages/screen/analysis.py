@@ -7,6 +7,7 @@ otherwise Lenth's method. The residual holds the columns without a factor, repea
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,18 +31,18 @@ from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST, Names
-from stemcal.note import Note, Remedy
+from stemcal.note import Note
 from stemcal.numbers import signed_probability
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
+from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
 from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult, fields_of
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
-from stemcal.words import counted, series
+from stemcal.words import counted
 
 _LEVEL_TOLERANCE = 1e-6
 
@@ -66,29 +67,10 @@ def screen(work: Work, head: Head) -> ScreenResult:
             )
             for name in (FIRST, *study.own_further)
         )
-    notes = (*first.notes, *lower_bound_notes(answers), *_unexpected_signs(study, first))
+    notes = (*first.notes, *lower_bound_notes(answers))
     further = dict(zip(study.own_further, others, strict=True)) or None
     found = fields_of(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
-
-
-def _unexpected_signs(study: Study, found: Screening) -> list[Note]:
-    """Return a note on each significant effect whose sign is not the one that the spec expects."""
-    expected = {factor.name: factor.expected_sign for factor in study.factors}
-    effects = [effect for effect in found.effects if effect.factor in found.significant]
-    return [
-        _unexpected(study, effect, sign)
-        for effect in effects
-        if (sign := expected[effect.factor]) and sign != ("+" if effect.effect > 0.0 else "-")
-    ]
-
-
-def _unexpected(study: Study, effect: Effect, expected: str) -> Note:
-    size = Names(study.naming).quantity(effect.effect, "+.4g")
-    text = f"The effect of {effect.factor} is {size}, but the expected sign is {expected}."
-    return Note(
-        "unexpected_sign", "warning", text, Remedy("Check the unit of the factor and the aliases of its effect.")
-    )
 
 
 # ---- the design
@@ -102,15 +84,15 @@ def screening_design(study: Study, solver: Solver) -> Design:
     if given is None:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
-            raise UsageError("screen.design is none; choose a design to screen factors")
+            raise UsageError("screen.design: the value is none. Choose a design to screen the factors.")
         corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
         return once.repeated(study.replicates)
-    coded = given_coded(coding, given)
-    _require_two_levels(coding, coded, given)
-    return Design("screen", "given", coding, coded.round(), given_levels(study, given), order=1)
+    design = given_design("screen", study, coding, given, order=1)
+    _require_two_levels(coding, design.coded, given)
+    return replace(design, coded=design.coded.round())
 
 
 def foresee(study: Study, solver: Solver) -> Asked:
@@ -126,8 +108,8 @@ def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[st
         for name, miss in zip(coding.names, values, strict=True):
             if miss > _LEVEL_TOLERANCE:
                 raise UsageError(
-                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is neither low nor high; "
-                    f"set factors.{name}.low and high to the two levels of the table"
+                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is not a level of the factor. "
+                    f"Set `low` and `high` of {name} to the two levels of the table."
                 )
 
 
@@ -171,15 +153,16 @@ def analyse_screening(
     fit = fit_least_squares(matrix, y[present])
     if n_failed and fit.df < 1:
         raise RunsFailed(
-            f"screening: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom to test the "
-            "effects; correct the failed runs and repeat the stage"
+            f"screen: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom. Correct the "
+            "cause and repeat the failed runs with `stemcal run SPEC --retry`."
         )
     residual, mean_square = residual_of(fit, centre)
     changes = changes_of(fit)
     size = lenth(changes, alpha)
     effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
     tested = mean_square is not None and residual.df >= LEAST_DF
-    significant = [stands_out(e, size) if size.me is not None and not tested else _below(e, alpha) for e in effects]
+    by_lenth = size.me is not None and not tested
+    significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
     curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
     notes = _screening_notes(
         fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
@@ -201,13 +184,9 @@ def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tup
     design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if design.ndim != 2 or design.shape != (y.size, len(names)):
         raise UsageError(
-            f"screening: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
+            f"screen: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
         )
     return design, y
-
-
-def _below(effect: Effect, alpha: float) -> bool:
-    return effect.p is not None and effect.p < alpha
 
 
 # ---- which test decides, where the tests disagree, what hides what
@@ -229,63 +208,42 @@ def _screening_notes(
     found = [] if curvature is None else [_curvature(curvature, written)]
     if n_failed:
         text = (
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed: the design is no longer orthogonal. Effects "
-            f"and sums of squares are least-squares (type III) estimates with {fit.df} residual df that do not add up "
-            "to the total; Lenth's method is approximate."
+            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. Sums of "
+            f"squares (type III, {fit.df} residual df) do not add up to the total. Lenth's method is approximate."
         )
         found.append(Note("screening_runs_failed", "warning", text))
     if fit.flat:
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
-        text = f"Lenth's method needs at least {FEWEST} effects: the F test selects the factors."
+        text = f"The F test selects the significant factors because Lenth's method requires at least {FEWEST} effects."
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
-        few = f"The residual has {counted(df, 'degree')} of freedom, fewer than {LEAST_DF}"
-        reason = few if df < LEAST_DF else "The residual is zero, so there is no F test"
-        found.append(Note("lenth_decides", "caution", f"{reason}: Lenth's method selects the factors."))
+        few = f"the residual has only {counted(df, 'degree')} of freedom" if df < LEAST_DF else "the residual is zero"
+        text = f"Lenth's method selects the significant factors because {few}."
+        found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
-    names = [effect.factor for effect in effects]
-    return (*found, aliases_note(design, names), *_interaction_note(design, effects))
+    return (*found, aliases_note(design, [effect.factor for effect in effects]))
 
 
 def _curvature(found: Curvature, written: Names) -> Note:
     means = (
-        f"Curvature: the mean response is {written.quantity(found.corners)} at the corners and "
+        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners and "
         f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:
-        return Note("curvature", "caution", f"{means} Without an estimate of error the difference cannot be tested.")
-    outcome = "the response is curved, so a plane does not fit" if found.curved else "no curvature beyond the error"
+        return Note("curvature", "caution", f"{means} The curvature cannot be tested without an estimate of the error.")
+    significance = "significant" if found.curved else "not significant"
     test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
-    return Note("curvature", "caution", f"{means} {test}: {outcome}.")
+    return Note("curvature", "caution", f"{means} The curvature is {significance} ({test}).")
 
 
 def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Names) -> Iterator[Note]:
     for effect in effects:
         if effect.p is None or size.me is None or (effect.p < alpha) == stands_out(effect, size):
             continue
-        below, beyond = ("below", "is within") if effect.p < alpha else ("not below", "exceeds")
+        yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
         text = (
-            f"The two methods disagree on {effect.factor}: p {signed_probability(effect.p)} is {below} {alpha:g}, but "
-            f"its effect {written.quantity(effect.effect, '+.4g')} {beyond} Lenth's margin of error "
-            f"{written.quantity(size.me)}."
+            f"{effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; effect "
+            f"{written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
         )
         yield Note("methods_disagree", "warning", text)
-
-
-def _interaction_note(design: Array, effects: Sequence[Effect]) -> Iterator[Note]:
-    """The interaction of the two strongest factors is the likeliest to distort the other effects."""
-    ranked = sorted(range(len(effects)), key=lambda i: -abs(effects[i].effect))
-    if len(ranked) < 3:
-        return
-    a, b = sorted(ranked[:2])
-    main = np.column_stack([np.ones(len(design)), design])
-    weights = np.linalg.lstsq(main, design[:, a] * design[:, b], rcond=None)[0][1:]
-    touched = [effects[i].factor for i in range(len(effects)) if abs(weights[i]) > 1e-9]
-    if touched:
-        pair = f"{effects[a].factor}:{effects[b].factor}"
-        text = (
-            f"An interaction of the two strongest factors, {pair}, would bias the estimated effects of "
-            f"{series(touched)}."
-        )
-        yield Note("interaction_of_strongest", "caution", text)

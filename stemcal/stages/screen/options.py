@@ -17,7 +17,7 @@ ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-facto
 class ScreenOptions(Frozen):
     """The screening design and its significance level.
 
-    PB is plackett-burman. With none there is no screening: `rsm.factors` lists the factors of the surface.
+    The short name of plackett-burman is PB. With the design none, `rsm.factors` lists the factors of the surface.
     """
 
     design: Annotated[
@@ -25,13 +25,13 @@ class ScreenOptions(Frozen):
     ] = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
-    """Runs at the centre of all ranges, which reveal curvature and scatter."""
+    """Number of runs at the centre of all ranges, to detect curvature and scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
-    """Number of runs instead of the default: Plackett–Burman has 12 for 5 to 11 factors."""
+    """Number of runs. The default of Plackett–Burman is 12 runs for 5 to 11 factors."""
     fold_over: Flag = False
-    """Repeat every run with all signs reversed: main effects are then clear of two-factor interactions."""
+    """Whether every run is repeated with reversed signs, so that main effects are clear of two-factor interactions."""
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
-    """Significance level; factors with a smaller p are significant."""
+    """Significance level. Factors with a smaller p-value are significant."""
 
 
 def is_screened(study: Study) -> bool:

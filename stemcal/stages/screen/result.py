@@ -13,7 +13,7 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
-from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, StageResult
+from stemcal.stages.result import DesignRuns, Head, StageResult
 
 LEAST_DF = 3
 """Residual degrees of freedom from which the F test selects the factors."""
@@ -84,11 +84,6 @@ class ScreenResult(StageResult):
         return tuple(effect.factor for effect in self.effects if effect.factor in moved)
 
     @property
-    def coding(self) -> dict[str, CodedScale]:
-        """The coding that it found for the surface: none."""
-        return {}
-
-    @property
     def shares(self) -> dict[str, float]:
         """The largest contribution of each factor to any response, %."""
         each = self.all_responses
@@ -134,11 +129,6 @@ class ScreenResult(StageResult):
         """Yield label and outcome of every run."""
         for run in self.design.runs:
             yield f"screen {run.run}", run.outcome
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield what every run must have, and the effects that are significant."""
-        yield from self.design.entries(self.design.varied)
-        yield "effects", [effect.factor for effect in self.effects], self.significant
 
 
 def fields_of(found: Screening) -> dict[str, Any]:

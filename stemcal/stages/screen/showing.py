@@ -41,41 +41,21 @@ class ScreenShowing(Showing[ScreenResult]):
         count = f"{len(effects)} factors were screened in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
-            shares = series(
-                f"{names.factor(name)} ({fixed(effects[name].contribution_percent, 1)} %)" for name in chosen
-            )
-            return [count, f"Factors that affect the {response} (share of the sum of squares): {shares}."]
+            shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
+            found = series(f"{names.factor(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
+            verb = "factor is" if len(chosen) == 1 else "factors are"
+            return [count, f"For the {response}, the significant {verb} {found}."]
         if (largest := _largest_untested(result)) is None:
             return [count, f"No factor has a significant effect on the {response}."]
         effect = names.quantity(largest.effect, "+.4g")
         return [
             count,
-            f"Without an estimate of error, effects on the {response} cannot be tested. The largest is that of "
-            f"{names.factor(largest.factor)} ({effect}, {largest.contribution_percent:.1f} % of the sum of squares).",
+            f"The effects on the {response} cannot be tested without an estimate of the error. The largest effect is "
+            f"{effect} ({names.factor(largest.factor)}, {largest.contribution_percent:.1f} % of the variation).",
         ]
 
-    def certainty(self, result: ScreenResult, names: Names) -> list[str]:
-        """Return which of the significant factors the other method confirms."""
-        me = result.lenth.me
-        chosen = [effect for effect in result.effects if effect.factor in result.significant]
-        if me is None or not chosen:
-            return []
-        if result.by_lenth:
-            method, other = "Lenth's method", "F test"
-            votes = [(effect.factor, effect.p is not None and effect.p < result.alpha) for effect in chosen]
-        else:
-            method, other = "F test", "Lenth's method"
-            votes = [(effect.factor, abs(effect.effect) > me) for effect in chosen]
-        found = [f"The factors are selected by {method}."]
-        firm, weak = ([name for name, vote in votes if vote is wanted] for wanted in (True, False))
-        if firm:
-            found.append(f"The other method ({other}) confirms {names.factors(firm)}.")
-        if weak:
-            found.append(f"The other method ({other}) does not confirm {names.factors(weak)}.")
-        return found
-
-    def tables(self, result: ScreenResult, names: Names, judged: bool = False) -> list[Table]:
-        return [_effects_table(one, names.of(one.naming), judged) for one in result.all_responses]
+    def tables(self, result: ScreenResult, names: Names) -> list[Table]:
+        return [_effects_table(one, names.of(one.naming)) for one in result.all_responses]
 
     def early(self, result: ScreenResult, names: Names) -> list[Table]:
         return [_effects_table(result, names)]
@@ -96,18 +76,17 @@ class ScreenShowing(Showing[ScreenResult]):
         ]
 
 
-def _effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> Table:
-    """Return the effects as papers print them, with F test and Lenth's t; a `judged` table has a verdict in words."""
+def _effects_table(stage: ScreenResult, names: Names) -> Table:
+    """Return the effects as papers print them, with F test and Lenth's t."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
-    rows = [{**to_json(e), "p": (e.p, stars(e.p)), "standing": standing(e, stage)} for e in effects]
-    empty = dict.fromkeys(("symbol", "standing", "effect", "f", "lenth_t"), "")
+    rows = [{**to_json(e), "p": (e.p, stars(e.p))} for e in effects]
+    empty = dict.fromkeys(("symbol", "effect", "f", "lenth_t"), "")
     share = 100.0 * residual.sum_of_squares / (stage.total_sum_of_squares or 1.0)
     rows.append({**empty, "factor": "Residual", "contribution_percent": share, **to_json(residual)})
     places = response_decimals(response, [e.effect for e in effects])
     columns = [
         Column("symbol", ""),
         factor(names),
-        *([Column("standing", "Verdict")] if judged else []),
         Column("effect", "Effect", response.written, to_decimals(places)),
         Column("contribution_percent", "Share", "%", percent),
         Column("sum_of_squares", "Sum of squares", form=squares),
@@ -115,17 +94,13 @@ def _effects_table(stage: ScreenResult, names: Names, judged: bool = False) -> T
         Column("p", "p", form=starred),
         Column("lenth_t", "Lenth t", form=fixed),
     ]
-    rule = (
-        "Lenth's method selects the factors: the residual has fewer than 3 degrees of freedom or is zero."
-        if stage.by_lenth
-        else "The F test selects the factors: its residual has at least 3 degrees of freedom."
-    )
+    method = "Lenth's method" if stage.by_lenth else "the F test"
+    rule = f"Bold factors are significant by {method}."
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
         margins.append(
-            f"Lenth's method: pseudo standard error {pse}; an effect beyond ±{me} is significant, beyond ±{sme} also "
-            "after correction for the number of effects."
+            f"Lenth's method: pseudo standard error {pse}, margin of error {me}, simultaneous margin of error {sme}."
         )
     shares = "** p < 0.01, * p < 0.05. Share: percentage of the total sum of squares."
     strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)
@@ -139,13 +114,13 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     response = screen.naming.response.noun
     bars = (
-        f"Effects by size: blue effects increase the {response}, orange effects decrease it. An effect beyond Lenth's "
-        "margin of error (ME) or the limit of the t test is significant; beyond the simultaneous margin (SME) it "
-        "remains significant after correction for the number of effects."
+        f"Pareto chart of the effects. Blue effects increase the {response}, orange effects decrease the {response}. "
+        "An effect is significant beyond Lenth's margin of error (ME) or beyond the limit of the t test. An effect "
+        "beyond the simultaneous margin of error (SME) is significant even among many effects."
     )
     line = (
-        "Half-normal plot: significant effects are above the line and beyond Lenth's margins. Symbols: see "
-        "the table of effects."
+        "Half-normal plot of the effects. Significant effects are above the line and beyond Lenth's margin of error. "
+        "The table of effects explains the symbols."
     )
     return [
         Plot("pareto", "screen", bars, partial(pareto, screen, labels), early=True),
@@ -220,14 +195,3 @@ def _largest_untested(stage: ScreenResult) -> Effect | None:
     if largest is None or largest.effect == 0.0 or any(effect.p is not None for effect in stage.effects):
         return None
     return largest if stage.lenth.me is None else None
-
-
-def standing(effect: Effect, stage: ScreenResult) -> str:
-    """Return in a word or two whether a factor is significant."""
-    votes = [] if effect.p is None else [effect.p < stage.alpha]
-    votes += [] if stage.lenth.me is None else [abs(effect.effect) > stage.lenth.me]
-    if not votes:
-        return "not tested"
-    if len(set(votes)) > 1:
-        return "methods disagree"
-    return "significant" if votes[0] else "not significant"

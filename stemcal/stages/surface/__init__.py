@@ -24,7 +24,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    help = "Simulate the response surface design and fit the surface."
+    help = "Simulate the design of the response surface and fit the surface."
     purpose = "Stage 2: the response surface."
 
     def needs(self, study: Study) -> str | None:
@@ -43,11 +43,6 @@ class ResponseSurface(Stage["SurfaceResult"]):
         from stemcal.stages.surface.options import RsmOptions
 
         return study.of(RsmOptions)
-
-    def beforehand(self, study: Study) -> Iterator[Note]:
-        from stemcal.stages.surface.analysis import beforehand
-
-        return beforehand(study)
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         from stemcal.stages.surface.analysis import foresee
@@ -80,7 +75,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
         return fit_response_surface
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.surface.reasons import RULES
+        from stemcal.stages.surface.verdict_rules import RULES
 
         return RULES
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from math import isclose
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from stemcal.doe.designs import catalogue
 from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_surface
-from stemcal.doe.regression.canonical import Shape, canonical_analysis
+from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
@@ -22,16 +23,15 @@ from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.design import Asked, Design, given_coded, given_levels, runs_of
+from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
-from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head
-from stemcal.stages.screen.options import is_screened
+from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
 from stemcal.stages.stage import stage_called
-from stemcal.stages.surface.options import RsmOptions, Screened, factors_taken, surface_factors
+from stemcal.stages.surface.options import RsmOptions, surface_factors
 from stemcal.stages.surface.result import SurfaceResult, told_by
 from stemcal.stages.work import Work, a_stage, repeats_itself
-from stemcal.study.model import Growth, Study, Target
+from stemcal.study.model import Study, Target
 from stemcal.words import series
 
 _USUAL_FACTORS = 3  # that a screening keeps
@@ -42,56 +42,16 @@ _KEPT_P = 0.1  # terms with a larger p are removed
 def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
-    before = _read_before(study, solver, work.folder)
-    names, chosen = surface_factors(study, solver, before)
-    design = surface_design(_recentred(study, before), solver, names)
+    names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
+    design = surface_design(study, solver, names, coding)
     requests = design.requests(study.targets.calibrate_at)
     answers = work.answers(requests)
-    runs = runs_of(design, requests, answers, solver).runs
+    runs = runs_of(design, requests, answers, solver)
     with reasons_given(requests, answers):
-        fit, reduction = _fit_terms(study, design, runs)
-    result = _result(study, head, design, DesignRuns(design.kind, Rows(runs)), fit, reduction)
-    result = replace(
-        result, conditions=Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
-    )
-    return replace(result, notes=(*chosen, *fit.notes, *lower_bound_notes(answers), *_notes(result)))
-
-
-def _notes(result: SurfaceResult) -> Iterator[Note]:
-    """Yield what the reduction, the shape and repeated runs show."""
-    if result.reduction is not None:
-        removed = (
-            f"Backward elimination removed {series(step.term for step in result.reduction)}. The same runs selected "
-            f"the terms, so p-values and intervals are slightly optimistic."
-        )
-        yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
-    if result.canonical is not None:
-        yield Note("shape", "info", _shape(result.canonical, Names(result.naming)))
-    repeats = result.pure_error
-    if repeats is not None and (repeats.kind in ("scatter_of_seeds", "equal_seeds") or result.lack_of_fit_testable):
-        yield repeats
-
-
-def _shape(shape: Shape, names: Names) -> str:
-    if shape.predicted is None:
-        return "The surface has no single stationary point: it is a plane, or constant along some direction."
-    return (
-        f"The stationary point ({shape.called}, {names.quantity(shape.predicted)}) is at coded radius "
-        f"{shape.coded_radius:.2f}, {'inside' if shape.inside else 'outside'} the design region."
-    )
-
-
-def _result(
-    study: Study,
-    head: Head,
-    design: Design,
-    runs: DesignRuns,
-    fit: Surface,
-    reduction: tuple[ReductionStep, ...] | None,
-) -> SurfaceResult:
-    """Return the result without what other conditions add."""
-    entries = [_entry(study, design, j) for j in range(len(design.names))]
-    return SurfaceResult(
+        fit, reduction = _fit_terms(study, design, runs.runs)
+    factors = zip(map(study.factor, names), design.coding.centre, design.coding.half_step, strict=True)
+    entries = [FactorCoding(f.name, at, half, f.symbol, f.label, f.unit, f.low, f.high) for f, at, half in factors]
+    result = SurfaceResult(
         head=head,
         names=design.names,
         factors=Rows(entries),
@@ -106,28 +66,21 @@ def _result(
         deterministic=repeats_itself(study),
         pure_error=_pure_error_of(runs, Names(study.naming), study.replicates > 0),
     )
+    conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
+    notes = (*chosen, *fit.notes, *lower_bound_notes(answers), *_notes(result))
+    return replace(result, conditions=conditions, notes=notes)
 
 
-def _entry(study: Study, design: Design, j: int) -> FactorCoding:
-    f, coding = study.factor(design.names[j]), design.coding
-    return FactorCoding(f.name, coding.centre[j], coding.half_step[j], f.symbol, f.label, f.unit, f.low, f.high)
-
-
-def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> Screened | None:
-    """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
-    before = stage_called("rsm").needs(study)
-    return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
-
-
-def _recentred(study: Study, before: Screened | None) -> Study:
-    """Return the study with the coding that a climb found; what the spec itself codes stays."""
-    if before is None or not before.coding:
-        return study
-    rsm, found = (
-        study.of(RsmOptions),
-        {n: (e.center - e.half_step, e.center + e.half_step) for n, e in before.coding.items()},
-    )
-    return study.model_copy(update={"rsm": rsm.model_copy(update={"coding": {**found, **rsm.coding}})})
+def _notes(result: SurfaceResult) -> Iterator[Note]:
+    """Yield what the reduction and repeated runs show."""
+    if result.reduction is not None:
+        removed = (
+            f"Backward elimination removed {series(step.term for step in result.reduction)}. P-values and intervals "
+            "are slightly optimistic because the same runs selected the terms."
+        )
+        yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
+    if (repeats := result.pure_error) is not None and (repeats.kind == "scatter" or repeats.remedy):
+        yield repeats
 
 
 def _fit_terms(
@@ -140,38 +93,41 @@ def _fit_terms(
     return reduce_surface(*given, _KEPT_P, names)
 
 
-# ---- before it is run
+# ---- the factors, before and after what comes before the surface is known
+
+
+def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResult | None:
+    """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
+    before = stage_called("rsm").needs(study)
+    return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
+
+
+def _factors(
+    study: Study, solver: Solver, before: Any
+) -> tuple[Sequence[str], Mapping[str, CodedScale], Sequence[Note]]:
+    """Return the factors, the coding that a climb found for them, and notes on how they were chosen."""
+    if before is not None and before.recentred is not None:
+        return tuple(before.recentred), before.recentred, ()
+    names, chosen = surface_factors(study, solver, before)
+    return names, {}, chosen
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return the runs of the design, of an assumed number of factors as long as a screening has to choose."""
-    known = _names(study, solver, folder)
-    names = known or [factor.name for factor in study.factors[:_USUAL_FACTORS]]
-    design = surface_design(_recentred(study, _known_before(study, solver, folder)), solver, names)
+    before, given = None, solver.given_design("rsm")
+    with suppress(UsageError):
+        before = None if folder is None else _read_before(study, solver, folder)
+    undecided = before is None and stage_called("rsm").needs(study) is not None
+    if undecided:
+        names = given[0] if given else study.names[:_USUAL_FACTORS]
+        design = surface_design(study, solver, [name for name in names if name in study.names])
+    else:
+        design = surface_design(study, solver, *_factors(study, solver, before)[:2])
+    known = given is not None or not undecided
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    text = f"The plan assumes {len(names)} factors for the surface; the screening decides which."
-    assumed = None if known else Note("factors_assumed", "caution", text)
-    return Asked("rsm", requests, known is not None, assumed, design)
-
-
-def _names(study: Study, solver: Solver, folder: StudyFolder | None) -> list[str] | None:
-    """Return the factors of the surface as far as they are known now; None if a screening has still to choose."""
-    before = stage_called("rsm").needs(study)
-    given = solver.given_design("rsm")
-    if before is None:
-        return surface_factors(study, solver, None)[0]
-    if given is not None:
-        return [name for name in given[0] if name in study.names]
-    known = _known_before(study, solver, folder)
-    return None if known is None else surface_factors(study, solver, known)[0]
-
-
-def _known_before(study: Study, solver: Solver, folder: StudyFolder | None) -> Screened | None:
-    """Return the screening, or the climb that centres the surface, if it is there."""
-    with suppress(UsageError):
-        return None if folder is None else _read_before(study, solver, folder)
-    return None
+    text = f"The plan assumes {len(design.names)} factors for the response surface; the screening selects the factors."
+    return Asked("rsm", requests, known, None if known else Note("factors_assumed", "caution", text), design)
 
 
 # ---- the design run at the other diameters of a joint fit
@@ -197,11 +153,10 @@ def _summary(
     """Return what is kept of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
     if silent:
-        place = f"{study.naming.place(condition)}: ".removeprefix(": ")
-        name = study.naming.named(response).name
         raise RunsFailed(
-            f"{place}the record of run {silent[0]} has no {name} because another version or solver wrote it; use "
-            "another study folder (--out), or remove the response from invert.responses"
+            f"rsm: the record of run {silent[0]}{study.naming.at(condition)} contains no "
+            f"{study.naming.named(response).name}. Choose another study folder with --out, or remove the response from "
+            "invert.responses."
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
 
@@ -209,105 +164,46 @@ def _summary(
 # ---- the design, and the notes of `check` on it
 
 
-def surface_design(study: Study, solver: Solver, names: Sequence[str]) -> Design:
-    """Return the design of the spec over the named factors, or the rows the solver has."""
-    coding, rsm = _surface_coding(study, names), study.of(RsmOptions)
+def surface_design(
+    study: Study, solver: Solver, names: Sequence[str], found: Mapping[str, CodedScale] = MappingProxyType({})
+) -> Design:
+    """Return the design of the spec over the named factors, or the rows the solver has.
+
+    The coding of a factor is that of the spec, else the one `found` by a climb, else the outermost runs are at low and
+    high.
+    """
+    rsm, factors = study.of(RsmOptions), [study.factor(name) for name in names]
+    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=rsm.reach(len(names)))
+    own = {name: (scale.center, scale.half_step) for name, scale in found.items()}
+    own |= {name: rsm.coded(name) for name in rsm.coding}
+    each = zip(names, ranged.centre, ranged.half_step, strict=True)
+    pairs = [own.get(name, (centre, half_step)) for name, centre, half_step in each]
+    coding = Coding(tuple(names), tuple(centre for centre, _ in pairs), tuple(half for _, half in pairs))
     given = solver.given_design("rsm")
     if given is None:
         coded = catalogue.surface_runs(len(names), rsm.chosen())
         once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once.repeated(study.replicates)
-    return Design("rsm", "given", coding, given_coded(coding, given), given_levels(study, given))
-
-
-def _surface_coding(study: Study, names: Sequence[str]) -> Coding:
-    """Return the coding of the spec; factors without one have the outermost runs at low and high."""
-    factors, rsm = [study.factor(name) for name in names], study.of(RsmOptions)
-    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=rsm.reach(len(names)))
-    coded = {name: rsm.coded(name) for name in rsm.coding}
-    return Coding(
-        tuple(names),
-        tuple(coded[n][0] if n in coded else c for n, c in zip(names, ranged.centre, strict=True)),
-        tuple(coded[n][1] if n in coded else h for n, h in zip(names, ranged.half_step, strict=True)),
-    )
-
-
-def beforehand(study: Study) -> Iterator[Note]:
-    """Yield notes on a design that takes other numbers of factors than may be significant, and on factors left out."""
-    rsm = study.of(RsmOptions)
-    least, most = factors_taken(rsm.design)
-    if least > 2 and rsm.factors == "significant":
-        yield _factors_wanted(rsm.design, least, most, len(study.factors))
-    if not isinstance(rsm.factors, str):
-        yield from _not_varied(study, rsm.factors)
-
-
-def _factors_wanted(design: str, least: int, most: int, factors: int) -> Note:
-    needs = f"rsm.design {design} requires {least} to {most} factors"
-    if factors < least:
-        text = f"{needs}, but this study has {factors}: the study will stop after the screening."
-        return Note("too_few_factors", "caution", text, Remedy("Use central-composite."))
-    text = (
-        f"{needs}. If fewer factors are significant, the surface uses the {least} factors with the largest "
-        f"contribution, and some terms are noise; if more are significant, it uses the {most} strongest."
-    )
-    remedy = Remedy(f"Set `rsm.factors: strongest {least}`, or use central-composite, which needs only two factors.")
-    return Note("factors_wanted", "caution", text, remedy)
-
-
-def _not_varied(study: Study, chosen: Sequence[str]) -> Iterator[Note]:
-    """Yield the factors that stay at mid-level; an exponent changes nothing where its growth is one."""
-    at = study.targets.calibrate_at
-    grown = [growth for growth in study.material.growing().values() if isinstance(growth, Growth)]
-    unseen = {growth.exponent for growth in grown if isclose(growth.at, at)}
-    for factor in study.factors:
-        screened = is_screened(study) and factor.name not in unseen
-        if not screened and factor.name not in chosen:
-            text = (
-                f"{factor.name} is neither screened nor listed in rsm.factors, so it stays at {factor.centre:g} in all "
-                "runs."
-            )
-            remedy = Remedy("List the factor in rsm.factors, or set a fixed value instead of the range.")
-            yield Note("not_varied", "caution", text, remedy)
+    return given_design("rsm", study, coding, given)
 
 
 # ---- what repeated runs show
 
 
-def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool = False) -> Note | None:
-    """Return what repeated runs show; None if there are none.
-
-    A solver that computes gives equal answers to equal inputs; repeated runs that differ were not equal, but for a
-    program with chance in it.
-    """
+def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool) -> Note | None:
+    """Return whether runs at the same levels agree, or how much they scatter; None without such runs."""
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
         if run.response is not None:
             groups.setdefault(tuple(run.coded.values()), []).append(run.response)
-    repeated = [responses for responses in groups.values() if len(responses) > 1]
+    repeated = [np.array(responses) for responses in groups.values() if len(responses) > 1]
     if not repeated:
         return None
-    widest = max(repeated, key=lambda responses: max(responses) - min(responses))
-    same = max(widest) - min(widest) <= 1e-9 * max(map(abs, widest))
-    if same and by_chance:
-        remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.")
-        return Note("equal_seeds", "caution", "Runs with different seeds agree exactly.", remedy)
-    if same:
-        text = "Repeated runs agree exactly: the solver is deterministic, and there is no pure error."
-        return Note("equal_repeats", "caution", text)
-    if by_chance:
-        return _scatter(repeated, names)
-    text = (
-        f"{len(widest)} runs at the same levels gave responses from {names.quantity(min(widest), 'g')} to "
-        f"{names.quantity(max(widest), 'g')}. A deterministic solver gives one response for one set of levels, so "
-        "these runs must differ in something that is not recorded."
-    )
-    return Note("unequal_repeats", "caution", text)
-
-
-def _scatter(repeated: Sequence[Sequence[float]], names: Names) -> Note:
+    if all(np.ptp(responses) <= 1e-9 * np.abs(responses).max() for responses in repeated):
+        text = "Repeated runs agree exactly, so the runs have no pure error."
+        remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.") if by_chance else None
+        return Note("equal_repeats", "caution", text, remedy)
     df = sum(len(responses) - 1 for responses in repeated)
-    square = sum(float(np.sum((np.array(responses) - np.mean(responses)) ** 2)) for responses in repeated) / df
+    square = sum(float(np.sum((responses - responses.mean()) ** 2)) for responses in repeated) / df
     sd = names.quantity(square**0.5, ".3g")
-    text = f"Runs at the same levels, each with its own seed, scatter with a standard deviation of {sd} ({df} df)."
-    return Note("scatter_of_seeds", "caution", text)
+    return Note("scatter", "caution", f"Runs at the same levels have a standard deviation of {sd} ({df} df).")

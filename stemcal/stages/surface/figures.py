@@ -1,29 +1,58 @@
 """The figures of a response surface: how well it fits its runs, and itself over each pair of factors."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from statistics import NormalDist
+from typing import Any
+
+import numpy as np
 
 from stemcal.naming import Names
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, FAINT, ORANGE, Axes, Figure, new_figure, plain
-from stemcal.stages.surface.contour import Solution, contours, relief
+from stemcal.report.figures.style import (
+    BLUE,
+    FAINT,
+    ORANGE,
+    Axes,
+    Figure,
+    axis_of,
+    frame_in_space,
+    in_lines,
+    new_figure,
+    plain,
+)
 from stemcal.stages.surface.result import SurfaceResult
 
 _NORMAL = NormalDist()
+_GRID, _COARSE = 41, 25  # values of each factor, in contours and in reliefs
+_LONGEST, _LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
+_ROOM = 0.03  # what a number needs on each side, as a share of the axes
+_HEIGHT = "viridis"  # its lightness rises steadily with the force
+
+_Place = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The calibrated level of every factor, and the measured response that the surface has there."""
+
+    levels: Mapping[str, float]
+    target: float
 
 
 def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
-    observed = f"Simulated {rsm.naming.response.noun} versus the value predicted by the response surface."
+    observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
-        "Normal plot of the residuals (a straight line if normal), residuals in run order (no trend expected), and the "
-        "influence of each run (strong above a Cook's distance of 1, dashed line)."
+        "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
+        "(right). Normally distributed residuals follow the line. A run has a strong influence above a Cook's distance "
+        "of 1."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
-        Plot("residuals", "rsm", "Residuals of the surface for each run.", partial(residuals, rsm), detail=True),
     ]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
@@ -38,12 +67,12 @@ def _pair_plots(
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if alone else f", with the other factors at the {'solution' if solved else 'centre'}"
-    unit = f" in {response.written}" if response.written else ""
-    met = f" Orange: the measured {response.noun}; star: the solution." if solved else ""
-    lines = f"Contours of the {response.noun}{unit} {over}{held}.{met} White dots: design points; numbers: repeats."
-    dots = " Dots: runs, filled above the surface and open below it." if alone else ""
-    relieved = f"Response surface of the {response.noun} {over}{held}, with contours projected onto the base.{dots}"
+    held = "" if alone else f" (other factors at the {'solution' if solved else 'centre'})"
+    unit = f", {response.written}," if response.written else ""
+    met = f" The orange line is the measured {response.long}, the star is the solution." if solved else ""
+    lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
+    dots = " Filled dots are runs above the surface, open dots are runs below the surface." if alone else ""
+    relieved = f"Response surface of the {response.long} {over}{held}, with contours on the base.{dots}"
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),
@@ -51,16 +80,10 @@ def _pair_plots(
     ]
 
 
-def _fit(rsm: SurfaceResult) -> tuple[list[int], list[float], list[float]]:
-    """Return run numbers, observed and predicted forces of the runs that gave one."""
-    runs = [(run.run, run.response, run.coded) for run in rsm.design.runs if run.response is not None]
-    predicted = [float(rsm.response_at(coded)) for _, _, coded in runs]
-    return [number for number, _, _ in runs], [response for _, response, _ in runs], predicted
-
-
 def observed_predicted(rsm: SurfaceResult) -> Figure:
     """Return simulated forces against what the surface predicts for them."""
-    _, observed, predicted = _fit(rsm)
+    runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
+    observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
     with new_figure() as figure:
         axes = figure.add_subplot()
         ends = [min(observed + predicted), max(observed + predicted)]
@@ -71,55 +94,25 @@ def observed_predicted(rsm: SurfaceResult) -> Figure:
     return figure
 
 
-def residuals(rsm: SurfaceResult) -> Figure:
-    """Return residuals over predicted force, the largest named by its run."""
-    runs, observed, predicted = _fit(rsm)
-    rest = [o - p for o, p in zip(observed, predicted, strict=True)]
-    with new_figure() as figure:
-        axes = figure.add_subplot()
-        axes.axhline(0, color=FAINT, linewidth=1)
-        axes.plot(predicted, rest, "o", color=BLUE, alpha=0.85)
-        worst = max(range(len(rest)), key=lambda i: abs(rest[i]))
-        axes.annotate(
-            f"run {runs[worst]}",
-            (predicted[worst], rest[worst]),
-            (6, 0),
-            textcoords="offset points",
-            va="center",
-            size=8,
-        )
-        axes.set_xlabel(plain(rsm.naming.response.axis("predicted by the surface")))
-        axes.set_ylabel(plain(rsm.naming.response.axis("simulated − predicted")))
-        axes.margins(x=0.1)
-    return figure
-
-
 def diagnostics(rsm: SurfaceResult) -> Figure:
-    """Return residuals against the normal law and over the runs, and how strongly each run influences the surface.
+    """Return residuals versus the normal law and the prediction, and how strongly each run influences the surface.
 
     Source: Montgomery, Design and Analysis of Experiments, ch. 10.
     """
-    rows, residuals = rsm.runs_diagnostics, studentised(rsm)
-    runs = [row.run for row in rows]
+    rows = rsm.runs_diagnostics
+    residuals = [row.studentised or 0.0 for row in rows]  # None where the surface passes through the run
     with new_figure(width=6.4, height=2.4) as figure:
-        normal, order, influence = figure.subplots(1, 3)
+        normal, over, influence = figure.subplots(1, 3)
         _normal_plot(normal, residuals)
-        order.axhline(0, color=FAINT, linewidth=1)
-        order.plot(runs, residuals, "o", color=BLUE, markersize=4)
-        order.set_ylabel("studentised residual")
-        influence.bar(runs, [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
+        over.axhline(0, color=FAINT, linewidth=1)
+        over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
+        over.set_xlabel(plain(rsm.naming.response.axis("predicted")))
+        over.set_ylabel("studentised residual")
+        influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
         influence.set_ylabel("Cook's distance")
-        for axes in (order, influence):
-            axes.set_xlabel("run")
+        influence.set_xlabel("run")
     return figure
-
-
-def studentised(rsm: SurfaceResult) -> list[float]:
-    """Return the residuals over their own standard errors, r/(s·√(1 − h)); 0 where the surface must meet the run."""
-    scatter = row.mean_square if (row := rsm.anova_row("Residual")) else None
-    parts = [(row.residual, (scatter or 0.0) * (1.0 - row.leverage)) for row in rsm.runs_diagnostics]
-    return [residual / variance**0.5 if variance > 1e-12 * (scatter or 1.0) else 0.0 for residual, variance in parts]
 
 
 def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
@@ -130,3 +123,175 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
     axes.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
     axes.set_xlabel("normal score")
     axes.set_ylabel("studentised residual")
+
+
+# ---- over two factors, as contours and as a relief
+
+
+@dataclass(frozen=True)
+class _Section:
+    """The surface over two factors, the others held: values (_GRID, _GRID) in natural units, force in N."""
+
+    across: Any
+    up: Any
+    response: Any
+
+
+def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, count: int) -> _Section:
+    """Return the surface over a pair, the others at the solution, or at the centre without one."""
+    centre = {name: scale.center for name, scale in rsm.coding.items()}
+    levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
+    at = rsm.scales.by_name(rsm.scales.to_coded(levels))
+    x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), count) for name in pair))
+    response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
+    return _Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
+
+
+def contours(
+    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+) -> Figure:
+    """Return lines of equal force over two factors, the others at the solution (at centre without one).
+
+    `labels` has what to write for a factor, its name by default.
+    """
+    section = _section_of(rsm, pair, solved, _GRID)
+    levels = levels_of(section.response)
+    with new_figure(height=3.7) as figure:
+        axes = figure.add_subplot()
+        filled = axes.contourf(section.across, section.up, section.response, levels=levels, cmap=_HEIGHT)
+        lines = axes.contour(
+            section.across, section.up, section.response, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
+        )
+        figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
+        marks = _draw_runs(axes, rsm, pair)
+        if solved is not None:
+            marks += _mark_target(axes, section, solved, pair)
+        _number(axes, lines, marks)
+        _label(axes, rsm, pair, labels)
+    return figure
+
+
+def _height(rsm: SurfaceResult) -> str:
+    """Return what is drawn as height."""
+    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
+
+
+def levels_of(response: Any) -> Any:
+    """Return round levels that span all forces."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
+
+
+def _number(axes: Axes, lines: Any, marks: list[_Place]) -> None:
+    """Write the force on each line, at its place farthest from the marks and the frame; on none that has no room."""
+    share = axes.transData + axes.transAxes.inverted()  # from natural units to shares of the axes
+    places = []
+    for path in lines.get_paths():
+        along = share.transform(path.vertices)
+        if len(along):
+            room = np.linalg.norm(along[:, None] - share.transform(np.array(marks)), axis=2).min(axis=1)
+            room = np.minimum(room, np.minimum(along, 1.0 - along).min(axis=1))
+            places += [path.vertices[int(np.argmax(room))]] if room.max() > _ROOM else []
+    for text in axes.clabel(lines, fmt="%g", fontsize=7.5, inline_spacing=3, manual=places) if places else []:
+        text.set_color("white")
+        text.set_path_effects(_halo("#00000090", 1.2))
+
+
+def _halo(colour: str, width: float) -> list[Any]:
+    from matplotlib import patheffects
+
+    return [patheffects.withStroke(linewidth=width, foreground=colour)]
+
+
+def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[_Place]:
+    """Draw the points of the design, where several runs lie at one with their number; return them."""
+    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
+    dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
+    axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+    for place, count in counts.items():
+        if count > 1:
+            axes.annotate(
+                str(count), place, (5, 4), textcoords="offset points", size=8, color="white",
+                path_effects=_halo("black", 1.5),
+            )  # fmt: skip
+    return list(counts)
+
+
+def _label(
+    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = _LONGEST
+) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), most))
+        axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
+
+
+def _mark_target(axes: Axes, section: _Section, solved: Solution, pair: tuple[str, str]) -> list[_Place]:
+    """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
+    solution = (solved.levels[pair[0]], solved.levels[pair[1]])
+    places = [solution]
+    if section.response.min() < solved.target < section.response.max():
+        line = axes.contour(
+            section.across, section.up, section.response, levels=[solved.target], colors=[ORANGE], linewidths=2.2
+        )
+        line.set_path_effects(_halo("white", 3.2))
+        places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
+    axes.plot(*solution, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
+    return places
+
+
+def relief(
+    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+) -> Figure:
+    """Return the predicted force as height over two factors, the others at the solution (at centre without one).
+
+    On the floor lie the lines of equal force; dots are the runs, full above the surface and open below it.
+    """
+    section = _section_of(rsm, pair, solved, _COARSE)
+    levels = levels_of(section.response)
+    floor = levels[0] - 0.35 * (levels[-1] - levels[0])
+    with new_figure(width=4.7, height=3.9) as figure:
+        axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+        axes.contourf(section.across, section.up, section.response, levels=levels, zdir="z", offset=floor, cmap=_HEIGHT,
+                      alpha=0.45, zorder=0)  # fmt: skip
+        lines = {"levels": levels, "zdir": "z", "offset": floor, "cmap": _HEIGHT, "linewidths": 1.2, "zorder": 1}
+        axes.contour(section.across, section.up, section.response, **lines)
+        axes.plot_surface(
+            section.across, section.up, section.response, cmap=_HEIGHT, vmin=levels[0], vmax=levels[-1],
+            edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
+        )  # fmt: skip
+        _raise_runs(axes, rsm, pair)
+        if solved is not None:
+            point = *(solved.levels[name] for name in pair), rsm.predict(solved.levels).response
+            axes.plot(*([one] for one in point), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
+        _frame(axes, rsm, pair, labels)
+        axes.set_zlim(floor, levels[-1])
+        axes.set_zticks([level for level in levels[::2] if level > floor])
+    return figure
+
+
+def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
+    """Draw the runs of a surface over two factors at their forces; with more factors they lie elsewhere."""
+    if len(rsm.names) > 2:
+        return
+    for run in rsm.design.runs:
+        if run.response is not None:
+            above = run.response >= float(rsm.response_at(run.coded))
+            place = ([run.levels[name]] for name in pair)
+            axes.plot(*place, [run.response], "o", color="black" if above else "white", markeredgecolor="black",
+                      markersize=3.6, markeredgewidth=0.7, zorder=8)  # fmt: skip
+
+
+def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+    """Name the axes and look at the surface from where it rises away."""
+    _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
+    axes.set_zlabel(_height(rsm))
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.label.set_size(8)
+        axis.set_pane_color((0.5, 0.5, 0.5, 0.06))
+        axis.line.set_color(FAINT)
+    axes.tick_params(labelsize=7, pad=0)
+    axes.view_init(elev=24, azim=-128)
+    frame_in_space(axes)

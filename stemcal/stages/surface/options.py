@@ -1,4 +1,4 @@
-"""The section rsm: design and terms of the response surface, and what must hold for them."""
+"""The `rsm` section: design and terms of the response surface, its rules, and the choice of its factors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from stemcal.words import series
 if TYPE_CHECKING:
     from stemcal.doe.designs.catalogue import SurfaceOptions
     from stemcal.solvers.protocol import Solver
-    from stemcal.stages.result import CodedScale
     from stemcal.study.model import Study
     from stemcal.study.rules import Draft
 
@@ -51,7 +50,7 @@ def _chosen_or_names(given: Any) -> Any:
         return given
     if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
         return " ".join(given.split())
-    message = "should be 'significant', 'strongest 3' or a list of factor names"
+    message = "is not 'significant', 'strongest 3' or a list of factor names"
     raise complain(message, "write factors: significant")
 
 
@@ -79,8 +78,8 @@ class RsmOptions(Frozen):
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design. Box–Behnken requires 3 to 7 factors, full-factorial at most 7, others any number. From five factors
-    on, central-composite uses a fraction of the corners that estimates the same terms (resolution V)."""
+    """The design. Box–Behnken requires 3 to 7 factors, a full factorial at most 7. With five or more factors, a central
+    composite design uses a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -95,23 +94,23 @@ class RsmOptions(Frozen):
             }
         ),
     ] = "significant"
-    """The significant factors of the screening, its `strongest 3`, or a list of names without a screening."""
+    """The significant factors of the screening, the `strongest 3`, or a list of names."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
-    """Runs at the centre. The embedded solver is deterministic, so repeated runs add no information."""
+    """Number of runs at the centre. Repeated runs of a deterministic solver add no information."""
     alpha: Annotated[
         AlphaRule | float,
         BeforeValidator(_axial_distance),
         WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
     ] = "rotatable"
-    """Distance of the axial points from the centre, by a rule or in coded units."""
+    """Distance of the axial points from the centre: a rule or a number in coded units."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
     """Number of runs of a Latin hypercube."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
-    """Further runs where the surface is least certain. If you increase the number, earlier runs are reused."""
+    """Number of further runs where the response surface is least certain. Earlier runs are reused."""
     reduce: Literal["none", "backward"] = "none"
-    """`backward` removes terms with p above 0.1, one by one; the hierarchy of terms is kept."""
+    """With `backward`, terms with p above 0.1 are removed one by one; the hierarchy of terms is kept."""
     coding: dict[str, tuple[Number, Number]] = {}
-    """Values at coded −1 and +1 by factor, as in `yield_stress: [12, 18]`; other factors use their range."""
+    """Factor values at coded −1 and +1, as in `yield_stress: [12, 18]`. Other factors use their range."""
 
     def coded(self, name: str) -> tuple[float, float]:
         """Return centre and half step of a factor in `coding`."""
@@ -162,10 +161,10 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         elif name in chosen[:index]:
             yield Finding(path, f"{name} is listed twice", "remove one")
     if not chosen:
-        yield Finding(("rsm", "factors"), "a response surface needs at least one factor", "name one")
+        yield Finding(("rsm", "factors"), "a response surface requires at least one factor", "list a factor")
     if len(chosen) > MOST_CCD_FACTORS:
-        message = f"{len(chosen)} factors make too many corner runs"
-        yield Finding(("rsm", "factors"), message, f"keep at most {MOST_CCD_FACTORS}")
+        message = f"{len(chosen)} factors require too many corner runs"
+        yield Finding(("rsm", "factors"), message, f"list at most {MOST_CCD_FACTORS}")
 
 
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:
@@ -173,35 +172,26 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     chosen = draft.study.of(RsmOptions).factors
     if not is_screened(draft.study) and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
-        message = f"without a screening it is unknown which factors are {chosen}"
-        yield Finding(("rsm",), message, f"name the factors, as in factors: [{names}], or remove screen.design: none")
-
-
-def _strongest_are_enough(draft: Draft) -> Iterator[Finding]:
-    """`rsm.factors: strongest 3` asks for as many factors as the design takes and the study has."""
-    rsm = draft.study.of(RsmOptions)
-    least, most = factors_taken(rsm.design)
-    most = min(most, MOST_CCD_FACTORS, len(draft.names))
-    if rsm.strongest and not least <= rsm.strongest <= most:
-        known = len(draft.names)
-        message = f"{rsm.design} requires {least} to {most} of these {known} factors, not {rsm.strongest}"
-        yield Finding(("rsm", "factors"), message, f"write strongest {least}")
+        message = f"the value `factors: {chosen}` requires a screening, which this study does not have"
+        yield Finding(("rsm",), message, f"list the factors, as in factors: [{names}], or remove screen.design: none")
 
 
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     """The design of the surface exists for its factors and has enough runs for a quadratic."""
-    rsm = draft.study.of(RsmOptions)
-    if isinstance(rsm.factors, str):
-        return
-    k = len(rsm.factors)
-    fewest, most = factors_taken(rsm.design)
-    if (fewest > 2 and k < fewest) or k > most:
-        message = f"{rsm.design} exists for {fewest} to {most} factors, not {k}"
-        yield Finding(("rsm", "design"), message, "write central-composite")
+    rsm, known = draft.study.of(RsmOptions), len(draft.names)
+    listed, (fewest, most) = not isinstance(rsm.factors, str), factors_taken(rsm.design)
+    k = len(rsm.factors) if listed else rsm.strongest or known
+    if rsm.strongest:
+        most = min(most, MOST_CCD_FACTORS, known)
+    if (k < fewest and (fewest > 2 or rsm.strongest)) or (k > most and (listed or rsm.strongest)):
+        path, remedy = ("rsm", "design"), "write central-composite"
+        if rsm.strongest:
+            path, remedy = ("rsm", "factors"), f"write strongest {fewest}"
+        yield Finding(path, f"{rsm.design} requires {fewest} to {most} factors, not {k}", remedy)
     least = (k + 1) * (k + 2) // 2
-    if rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
+    if listed and rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
         message = f"{rsm.runs} runs cannot determine the {least} coefficients of {k} factors"
-        yield Finding(("rsm", "runs"), message, f"take {2 * least}")
+        yield Finding(("rsm", "runs"), message, f"write {2 * least}")
 
 
 def _runs_are_used(draft: Draft) -> Iterator[Finding]:
@@ -232,7 +222,6 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
 RULES = (
     _surface_factors_exist,
     _factors_are_found,
-    _strongest_are_enough,
     _surface_design_takes_factors,
     _runs_are_used,
     _coding_fits,
@@ -240,45 +229,59 @@ RULES = (
 
 
 def doubts(study: Study) -> Iterator[Finding]:
-    """Question a screening at the reference diameter of a growing parameter, which cannot see its exponent."""
-    at = study.targets.calibrate_at
-    if not is_screened(study) or not isinstance(study.of(RsmOptions).factors, str):
-        return
-    for name, growth in study.material.growing().items():
-        exponent, seen_at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
-        if exponent in study.names and math.isclose(seen_at, at):
-            message = f"the screening, at {at:g} mm, cannot estimate {exponent}, which has no effect there"
-            remedy = "name the factors of the surface under rsm.factors, or write another diameter as `at`"
-            yield Finding(("material", name, "at"), message, remedy)
+    """Question factors that no run varies, and exponents that a screening cannot estimate.
+
+    At its reference diameter the exponent of a growing parameter has no effect.
+    """
+    at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
+    exponents = {
+        getattr(growth, "exponent", None): name
+        for name, growth in study.material.growing().items()
+        if math.isclose(getattr(growth, "at", 0.0), at)
+    }
+    for factor in study.factors:
+        screened, unseen = is_screened(study), factor.name in exponents
+        if isinstance(chosen, str) and screened and unseen:
+            message = f"the screening at {at:g} mm cannot estimate {factor.name}, which has no effect at that diameter"
+            remedy = "list the factors of the surface under rsm.factors, or write another diameter as `at`"
+            yield Finding(("material", exponents[factor.name], "at"), message, remedy)
+        elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
+            message = f"no run varies the factor {factor.name}, which is neither screened nor listed"
+            yield Finding(("rsm", "factors"), message, "list the factor, or set a fixed value instead of its range")
 
 
 # ---- which factors the surface has
 
 
 class Screened(Protocol):
-    """A screening, or a climb that hands on what it found."""
+    """What a screening found."""
 
     @property
     def shares(self) -> Mapping[str, float]:
-        """What each factor contributes, %; of several responses to the one it moves most."""
+        """What each factor contributes, %; of several responses to the one with the largest contribution."""
 
     @property
     def active_factors(self) -> Sequence[str]:
-        """Names of the factors that matter."""
-
-    @property
-    def coding(self) -> Mapping[str, CodedScale]:
-        """The coding that it found for the surface, by factor; a screening finds none."""
+        """Names of the significant factors."""
 
 
-def surface_factors(study: Study, solver: Solver, before: Screened | None) -> tuple[list[str], list[Note]]:
-    """Return the factors of the surface, the strongest first, and notes on how they were chosen."""
+def surface_factors(study: Study, solver: Solver, screened: Screened | None) -> tuple[list[str], list[Note]]:
+    """Return the factors of the surface, the strongest first, and notes on how they were chosen.
+
+    They are the significant factors, or those of largest contribution if the spec or the design requires a number.
+    """
     rsm, given = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
-    if before is None:
-        raise UsageError(f"rsm.factors: {rsm.factors} needs a screening; run `stemcal screen SPEC` first")
-    chosen, notes = _strongest(before, rsm)
+    if screened is None:
+        raise UsageError(f"rsm.factors: {rsm.factors} requires a screening. Run `stemcal screen SPEC` first.")
+    shares, (least, most) = screened.shares, factors_taken(rsm.design)
+    ranked = sorted(shares, key=lambda name: -shares[name])
+    chosen = significant = [name for name in ranked if name in screened.active_factors]
+    notes = []
+    if rsm.strongest or not least <= len(significant) <= most:
+        chosen = ranked[: rsm.strongest or min(max(len(significant), least), most)]
+        notes = [_strongest_factors(chosen, significant)]
     if given is None:
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
@@ -288,30 +291,10 @@ def surface_factors(study: Study, solver: Solver, before: Screened | None) -> tu
     return columns, notes
 
 
-def _strongest(before: Screened, rsm: RsmOptions) -> tuple[list[str], list[Note]]:
-    """Return the significant factors, or those of largest contribution if the spec or the design requires a number."""
-    shares = before.shares
-    ranked = sorted(shares, key=lambda name: -shares[name])
-    found = [name for name in ranked if name in before.active_factors]
-    asked, (least, most) = rsm.strongest, factors_taken(rsm.design)
-    if asked:
-        return ranked[:asked], [_strongest_asked(ranked[:asked], found)]
-    if least <= len(found) <= most:
-        return found, []
-    chosen = ranked[: min(max(len(found), least), most)]
-    if len(found) < least:
-        few = f"only {series(found)}" if found else "no factor"
-        text = f"The screening found {few} significant; the surface uses the strongest factors, {series(chosen)}."
-        return chosen, [Note("few_significant", "caution", text)]
-    text = f"The screening found {series(found)} significant; {rsm.design} uses the {most} strongest of these factors."
-    return chosen, [Note("many_significant", "caution", text)]
-
-
-def _strongest_asked(chosen: Sequence[str], significant: Sequence[str]) -> Note:
-    """Return the note on the factors that `rsm.factors: strongest N` chose."""
-    text = f"The surface uses the strongest factors (`rsm.factors`): {series(chosen)}."
+def _strongest_factors(chosen: Sequence[str], significant: Sequence[str]) -> Note:
+    text = f"The response surface uses the factors with the largest contributions: {series(chosen)}."
     if weak := [name for name in chosen if name not in significant]:
-        text += f" Of these, {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
+        text += f" {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
     if left := [name for name in significant if name not in chosen]:
-        text += f" Significant but not used: {series(left)}."
-    return Note("strongest_asked", "caution", text)
+        text += f" The surface omits the significant {'factor' if len(left) == 1 else 'factors'} {series(left)}."
+    return Note("strongest_factors", "caution", text)

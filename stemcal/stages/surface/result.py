@@ -21,7 +21,7 @@ from stemcal.files.typed import absent, inline, to_json
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
-from stemcal.stages.result import CodedScale, DesignRuns, Entries, Head, Interval
+from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")
@@ -110,21 +110,12 @@ class SurfaceResult(Surfaces):
         """Return a term's coefficient."""
         return next((row for row in self.coefficients if row.term == term), None)
 
-    @property
-    def surface_error_known(self) -> bool:
-        """Whether the fit has degrees of freedom left."""
-        return self.fitted.df > 0
-
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
         """Return the sign of the slope at the centre where its 95 % interval excludes 0."""
         slope = self.coefficient(factor)
         if slope is None or slope.low is None or slope.high is None or slope.low * slope.high <= 0.0:
             return None
         return "+" if slope.value > 0.0 else "-"
-
-    def anova_row(self, source: str) -> AnovaRow | None:
-        """Return a line of the analysis of variance."""
-        return next((row for row in self.anova if row.source == source), None)
 
     @property
     def without_scatter(self) -> bool:
@@ -157,16 +148,6 @@ class SurfaceResult(Surfaces):
                 yield f"rsm {answered.run}{self.naming.at(part.condition)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
-
-    def entries(self) -> Iterator[Entries]:
-        """Yield what every run must have, and how every factor is coded."""
-        yield "design", ["runs"] if self.design.runs else [], ["runs"]
-        yield from self.design.entries(self.names)
-        yield "coding", self.coding, self.names
-        yield "factors", [entry.factor for entry in self.factors], self.names
-        terms = [row.term for row in self.coefficients]
-        yield "coefficients", terms, ("1",)
-        yield "names", term_names(self.names), terms
 
 
 _TOLD = (

@@ -10,7 +10,7 @@ from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FORCE, Named, Names
-from stemcal.numbers import fixed, short, signed_probability, significant
+from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -30,7 +30,7 @@ from stemcal.report.tables.columns import (
 )
 from stemcal.report.tables.of_designs import design_table
 from stemcal.stages.surface import figures
-from stemcal.stages.surface.contour import Solution
+from stemcal.stages.surface.figures import Solution
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading.messages import checked_number
@@ -48,25 +48,15 @@ class SurfaceShowing(Showing[SurfaceResult]):
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         text = (
-            f"A quadratic surface in {names.factors(result.names)} was fitted to {count} runs, with responses from "
-            f"{names.quantity(min(responses))} to {names.quantity(max(responses))}."
+            f"A quadratic response surface in {names.factors(result.names)} was fitted to {count} runs (responses from "
+            f"{names.quantity(min(responses))} to {names.quantity(max(responses))})."
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
-            text += f" {copies} of {len(responses)} runs are repeats, which add no information without scatter."
+            text += f" Another {copies} runs only repeat the result of the deterministic solver."
         return [text]
 
-    def certainty(self, result: SurfaceResult, names: Names) -> list[str]:
-        """Return how well the surface explains its runs."""
-        if result.r2 is None:
-            return ["All runs gave the same response, so the surface has no variation to explain."]
-        explained = (
-            f"The surface explains {fixed(100.0 * result.r2, 1)} % of the variation between its runs "
-            f"(R² {fixed(result.r2, 3)}, predicted R² {fixed(result.predicted_r2, 3)})."
-        )
-        return [explained, _lack_of_fit(result)]
-
-    def tables(self, result: SurfaceResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
         return [*_surface_tables(result, names), *_of_others(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
@@ -107,7 +97,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: the level of {', '.join(missing)} is missing; pass it by name, as in {{{missing[0]!r}: …}}"
+                f"predict: the level of {', '.join(missing)} is missing. Pass levels by name: {{{missing[0]!r}: …}}."
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -162,7 +152,7 @@ def anova_table(stage: SurfaceResult) -> Table:
         Column("f", "F", form=ratio),
         Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
     ]
-    foot = () if stage.lack_of_fit_testable else ["Lack of fit cannot be tested."]
+    foot = () if stage.lack_of_fit_testable else ["The lack of fit cannot be tested without pure error."]
     strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
     return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 
@@ -209,16 +199,16 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, heads, to_decimals(3)),
     ]
-    point = "No single stationary point: the surface is a plane, or constant along some direction."
+    point = "The response surface has no single stationary point: the surface is a plane, or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
-            f"Stationary point: {shape.called}, {names.quantity(shape.predicted)} at "
-            f"{level_list(shape.natural, names)}; coded radius {shape.coded_radius:.2f}, "
-            f"{'inside' if shape.inside else 'outside'} the design region."
+            f"The stationary point is a {shape.called} with {names.quantity(shape.predicted)} at "
+            f"{level_list(shape.natural, names)} (coded radius {shape.coded_radius:.2f}), "
+            f"{'inside' if shape.inside else 'outside'} the range of the design."
         )
     curved = (
-        f"Negative curvature: the {names.response.long} decreases on both sides along that axis. The last columns are "
-        "the direction of the axis in coded units."
+        f"The {names.response.long} decreases on both sides along an axis of negative curvature. The last columns "
+        "contain the direction of each axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
@@ -236,7 +226,7 @@ def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
             title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
             tables.append(replace(table, title=title))
     if len(fitted) > MOST_FITS:
-        more = f"{len(fitted) - MOST_FITS} more fitted responses are in `rsm.json`."
+        more = f"The file `rsm.json` contains {len(fitted) - MOST_FITS} more fitted responses."
         tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
     return tables
 
@@ -250,11 +240,3 @@ def _levels(stage: SurfaceResult) -> PaperTable:
     return PaperTable(
         NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
     )
-
-
-def _lack_of_fit(stage: SurfaceResult) -> str:
-    lack = stage.anova_row("Lack of fit")
-    if lack is None or lack.p is None or not stage.lack_of_fit_testable:
-        return "The lack of fit of the surface cannot be tested."
-    significance = "significant" if lack.p < 0.05 else "not significant"
-    return f"The lack of fit of the surface is {significance} (p {signed_probability(lack.p)})."

@@ -50,7 +50,7 @@ class Validating(Stage["ValidateResult"]):
         return validate
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.validate.reasons import RULES
+        from stemcal.stages.validate.verdict_rules import RULES
 
         return RULES
 

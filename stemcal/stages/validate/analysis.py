@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -13,8 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
-from stemcal.note import Note, Severity
-from stemcal.numbers import interval, significant
+from stemcal.note import Note, Remedy
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
@@ -87,7 +86,7 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
-        text = f"The simulated {response} is read from a table, so the values may be for other parameters."
+        text = f"The simulated {response} is read from a table, so the values may be those of other parameters."
         yield Note("from_table", "warning", text)
 
 
@@ -139,54 +138,50 @@ def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome
 
 
 def notes_of(stage: ValidateResult) -> list[Note]:
-    """Return what follows from the comparison: its independence, failed runs, growth, travel and a formula."""
+    """Return what follows from the comparison: its independence, growth, travel and a formula."""
     names = Names(stage.naming)
-    severity: Severity = "warning" if stage.no_better_than_formula else "info"
     return [
         *_fitted(stage, names),
-        *_failed(stage, names),
         *_growth(stage),
         *_travel(stage, names),
-        *(Note("beside_formula", severity, text) for text in stage.beside_formula(names)),
+        *_beside_formula(stage, names),
     ]
 
 
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
-        where = names.at(*stage.fitted) if names.placed else " to this response"
-        text = f"The parameters were fitted{where}, so the error there is not an independent check."
+        where = names.at(*stage.fitted) if names.placed else " of a fitted response"
+        text = f"The error{where} is not an independent check because the parameters were fitted to this value."
         yield Note("fitted", "info", text)
-
-
-def _failed(stage: ValidateResult, names: Names) -> Iterator[Note]:
-    failed = [row.condition for row in stage.compared if row.simulated is None]
-    if failed:
-        text = f"There is no simulated {names.response.long}{names.at(*failed)}: the run failed."
-        yield Note("failed", "warning", text)
 
 
 def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = f"The measured force grows as d^{lab.value:.2f}, the simulated force as d^{model.value:.2f}."
+        text = f"The measured force grows as d^{lab.value:.2f}, and the simulated force grows as d^{model.value:.2f}."
         yield Note("growth", "info", text)
+
+
+def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
+    """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
+    formula, model = stage.formula, stage.worst_held_out_percent
+    if formula is not None and model is not None:
+        text = (
+            f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
+            f"F = a·d^{formula.exponent:.3g} through the forces at {names.conditions(stage.fitted)} and {model:.1f} % "
+            "with the model."
+        )
+        yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 
 
 def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
     """Compare the travel to the maximum, where a machine's was measured besides the forces of stems."""
     pairs = [one for row in stage.rows for one in row.further if one.response == "travel"]
-    if not names.naming.is_cutting or all(abs(one.error_percent or 0.0) <= _TRAVEL_APART for one in pairs):
-        return
-    measured, simulated = _range(one.measured for one in pairs), _range(one.simulated for one in pairs)
-    text = (
-        f"The measured force has its maximum at {measured} mm of travel, the simulated force at {simulated} mm. A "
-        "measured travel includes the compliance of the machine's frame and clamps and of the stem between preload "
-        "and cut. Compare the forces; fit the travel only after that compliance is measured and subtracted."
-    )
-    yield Note("travel_apart", "caution", text)
-
-
-def _range(values: Iterable[float]) -> str:
-    values = sorted(values)
-    low, high = values[0], values[-1]
-    return significant(low, 3) if low == high else interval((low, high), 3)
+    worst = max((abs(one.error_percent or 0.0) for one in pairs), default=0.0)
+    if names.naming.is_cutting and worst > _TRAVEL_APART:
+        text = (
+            f"The simulated travel to the maximum force differs from the measured travel by up to {worst:.0f} %. The "
+            "measured travel includes the compliance of the testing machine."
+        )
+        remedy = Remedy("Compare the forces. Fit the travel only after the compliance is measured and subtracted.")
+        yield Note("travel_apart", "caution", text, remedy)

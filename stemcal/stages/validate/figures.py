@@ -26,15 +26,15 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         spread = _spread_of(study, response)
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
-            text += "; the parameters are fitted to the circled values" if validate.fitted else ""
-        text += ". Bars: standard deviation of the measurements." if spread else "."
+            text += "; circled values were fitted" if validate.fitted else ""
+        text += ". Bars show the standard deviation of the measurements." if spread else "."
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw, on_page = partial(validation, validate, spread, response), response.name in shown
         if response is naming.response and len(responses) > len(shown):
-            text += f" {len(shown)} of {len(responses)} responses are shown: the first and those of the largest errors."
+            text += f" The report shows the {len(shown)} of {len(responses)} responses with the largest errors."
         plots.append(Plot(name, "validate", text, draw, on_page))
     if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
-        text = "The same forces on logarithmic axes; the slope is the exponent n in F ∝ dⁿ."
+        text = "Measured and simulated force on logarithmic axes. The slope is the exponent n in F ∝ dⁿ."
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
 
@@ -71,13 +71,42 @@ def validation(
     """Return a response measured and simulated over the condition; that of the calibration is ringed.
 
     `spread` has the standard deviations of the measurements by the condition; the first response is the default.
-    Without a condition the two are side by side.
+    Without a condition the values have one place.
     """
     condition, response = validate.naming.condition, response or validate.naming.response
-    pairs = _pairs(validate, response)
-    if condition is None:
-        return _side_by_side(pairs, spread or {}, response)
-    return _over(condition, pairs, spread, response)
+    rows = _pairs(validate, response)
+    with new_figure(height=2.9) as figure:
+        axes = figure.add_subplot()
+        axes.plot([r.condition for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
+        done = [(r.condition, r.simulated) for r in rows if r.simulated is not None]
+        axes.plot(
+            [place for place, _ in done],
+            [value for _, value in done],
+            "s--",
+            color=ORANGE,
+            label="simulated",
+        )
+        barred = [r for r in rows if r.condition in (spread or {})]
+        if spread and barred:
+            at, means = [r.condition for r in barred], [r.measured for r in barred]
+            lengths = [spread[r.condition] for r in barred]
+            axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
+        for row in rows:
+            if row.role == "fitted":
+                axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
+        axes.set_xlabel("" if condition is None else plain(condition.axis()))
+        axes.set_ylabel(plain(response.axis()))
+        if response.apart:
+            axes.margins(y=0.1)
+        else:
+            axes.set_ylim(
+                0.0,
+                max(axes.get_ylim()[1], *(1.03 * (r.measured + (spread or {}).get(r.condition, 0.0)) for r in rows)),
+            )
+        if len(at := sorted({row.condition for row in rows})) <= _MOST_TICKS:
+            axes.set_xticks(at, [f"{place:g}" if condition is not None else "" for place in at])
+        legend_above(axes)
+    return figure
 
 
 def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
@@ -94,56 +123,6 @@ def _pairs(validate: ValidateResult, response: Named) -> list[_Pair]:
         for further in row.further
         if further.response == response.name
     ]
-
-
-def _side_by_side(pairs: Sequence[_Pair], spread: Mapping[float, float], response: Named) -> Figure:
-    """Draw what was measured, with its scatter, next to what was simulated."""
-    with new_figure(width=3.4, height=2.9) as figure:
-        axes = figure.add_subplot()
-        for pair in pairs:
-            axes.errorbar(0, pair.measured, yerr=spread.get(pair.condition), fmt="o", color=BLUE, capsize=4)
-            if pair.simulated is not None:
-                axes.plot(1, pair.simulated, "s", color=ORANGE)
-        axes.set_xticks([0, 1], ["measured", "simulated"])
-        axes.set_xlim(-0.6, 1.6)
-        axes.set_ylabel(plain(response.axis()))
-        axes.margins(y=0.4)
-    return figure
-
-
-def _over(condition: Named, rows: Sequence[_Pair], spread: Mapping[float, float] | None, response: Named) -> Figure:
-    with new_figure(height=2.9) as figure:
-        axes = figure.add_subplot()
-        axes.plot([r.condition for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
-        done = [(r.condition, r.simulated) for r in rows if r.simulated is not None]
-        axes.plot(
-            [condition for condition, _ in done],
-            [response for _, response in done],
-            "s--",
-            color=ORANGE,
-            label="simulated",
-        )
-        barred = [r for r in rows if r.condition in (spread or {})]
-        if spread and barred:
-            at, means = [r.condition for r in barred], [r.measured for r in barred]
-            lengths = [spread[r.condition] for r in barred]
-            axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
-        for row in rows:
-            if row.role == "fitted":
-                axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
-        axes.set_xlabel(plain(condition.axis()))
-        axes.set_ylabel(plain(response.axis()))
-        if response.apart:
-            axes.margins(y=0.1)
-        else:
-            axes.set_ylim(
-                0.0,
-                max(axes.get_ylim()[1], *(1.03 * (r.measured + (spread or {}).get(r.condition, 0.0)) for r in rows)),
-            )
-        if len(at := sorted({row.condition for row in rows})) <= _MOST_TICKS:
-            axes.set_xticks(at, [f"{condition:g}" for condition in at])
-        legend_above(axes)
-    return figure
 
 
 def growth(validate: ValidateResult) -> Figure:

@@ -13,4 +13,4 @@ class ValidateOptions(Frozen):
     """Comparison with the measurements."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Largest error at which simulated and measured response agree."""
+    """Largest error, in percent, at which the simulated response agrees with the measured response."""

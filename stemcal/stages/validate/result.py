@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
-from stemcal.naming import DIAMETER, Names
+from stemcal.naming import DIAMETER
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.solvers.replicates import Replicates
@@ -100,24 +100,6 @@ class ValidateResult(StageResult):
     def held_out(self) -> list[ValidationRow]:
         """The comparisons that check the result: what was not fitted, and was simulated."""
         return [row for row in self.compared if row.role == "held_out" and row.error_percent is not None]
-
-    @property
-    def no_better_than_formula(self) -> bool:
-        """Whether a formula through the fitted forces predicts the held-out ones at least as well."""
-        formula, model = self.formula, self.worst_held_out_percent
-        return formula is not None and model is not None and formula.worst_held_out_percent <= model
-
-    def beside_formula(self, names: Names) -> list[str]:
-        """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
-        formula, model = self.formula, self.worst_held_out_percent
-        if formula is None or model is None:
-            return []
-        only = "" if model < formula.worst_held_out_percent else "only "
-        return [
-            f"The empirical formula F = a·d^{formula.exponent:.3g} fitted at {names.conditions(self.fitted)} predicts "
-            f"the force at the other diameters to within {formula.worst_held_out_percent:.1f} %, the model {only}to "
-            f"within {model:.1f} %."
-        ]
 
     @property
     def formula_percent(self) -> float | None:

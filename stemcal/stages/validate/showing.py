@@ -39,22 +39,17 @@ class ValidateShowing(Showing[ValidateResult]):
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
-            return ["No run of the validation gave a response."]
+            return ["All runs of the validation failed."]
         if len(result.rows) == 1:
             return [_single_outcome(result, names)]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
         return [
-            f"At {len(result.rows)} values of the {names.condition.long}, the simulated and measured {responses} "
-            f"differ by at most {worst} %, on average by {mean} %."
+            f"The largest difference between simulated and measured {responses} is {worst} % at {len(result.rows)} "
+            f"values of the {names.condition.long} (mean difference {mean} %)."
         ]
 
-    def certainty(self, result: ValidateResult, names: Names) -> list[str]:
-        """Return what checks the result independently, and whether a formula does as well."""
-        tables = [note.text for note in result.notes if note.kind == "from_table"]
-        return [_independent(result, names), *result.beside_formula(names), *tables]
-
-    def tables(self, result: ValidateResult, names: Names, judged: bool = False) -> list[Table]:
+    def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         return _validation_tables(result, names)
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
@@ -95,18 +90,14 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
 
 
 def _errors_in_short(stage: ValidateResult, names: Names) -> str:
-    """Return the largest held-out error next to that of a formula, then the largest and the mean of all."""
-    of = "over all responses" if names.naming.others else "absolute"
-    every = f"argest error {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
+    """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
+    of = "all responses" if names.naming.others else "absolute"
+    every = f"Largest error: {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
     if stage.worst_held_out_percent is None:
-        return f"L{every}"
+        return every
     formula = stage.formula
-    beside = (
-        f" (F = a·d^{formula.exponent:.3g} through the fitted forces: {fixed(formula.worst_held_out_percent)} %)"
-        if formula is not None
-        else ""
-    )
-    return f"Largest held-out error {fixed(stage.worst_held_out_percent)} %{beside}; l{every}"
+    beside = f", formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %" if formula else ""
+    return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{beside}."
 
 
 def _printed_table(stage: ValidateResult) -> PaperTable:
@@ -114,7 +105,7 @@ def _printed_table(stage: ValidateResult) -> PaperTable:
     naming = stage.naming
     columns = [replace(one, label=titled(naming.condition.label)) for one in condition(naming) if naming.condition]
     for named in (naming.response, *naming.others):
-        label, of = label_of(named), _field_of(named, naming.response)
+        label, of = label_of(named), partial(_field_of, named, naming.response)
         columns += [
             Column("measured", f"{label} Measured", named.written, short, of("measured")),
             Column("simulated", f"{label} Simulation Value", named.written, significant, of("simulated")),
@@ -134,19 +125,16 @@ def _printed_table(stage: ValidateResult) -> PaperTable:
     return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
 
 
-def _field_of(named: Named, first: Named) -> Callable[[str], Callable[[ValidateRow], Any]]:
+def _field_of(named: Named, first: Named, key: str) -> Callable[[ValidateRow], Any]:
     """Return what reads a field of the comparison of a response."""
 
-    def compared(row: ValidateRow) -> object:
-        found = row.compared if named == first else None
-        return found or next((one for one in row.further if one.response == named.name), None)
-
-    def value(key: str, row: ValidateRow) -> Any:
-        found: Any = compared(row)
+    def value(row: ValidateRow) -> Any:
+        further = next((one for one in row.further if one.response == named.name), None)
+        found: Any = row.compared if named == first else further
         told = getattr(found, key, None)
-        return named.counted(told, found.measured) if told is not None and key in ("measured", "simulated") else told
+        return named.counted(told, found.measured) if told is not None and key != "error_percent" else told
 
-    return lambda key: partial(value, key)
+    return value
 
 
 def _single_outcome(stage: ValidateResult, names: Names) -> str:
@@ -155,18 +143,3 @@ def _single_outcome(stage: ValidateResult, names: Names) -> str:
     errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
     each = [f"{tenths(None if error is None else abs(error))} % ({response})" for response, error in errors.items()]
     return f"Simulated and measured values differ by {series(each)}."
-
-
-def _independent(stage: ValidateResult, names: Names) -> str:
-    errors = [abs(row.error_percent or 0.0) for row in stage.held_out]
-    if not errors:
-        return "Only fitted values were compared, so there is no independent check."
-    places, within = names.conditions(row.condition for row in stage.held_out), f"{stage.tolerance_percent:g} %"
-    if len(errors) == 1:
-        verdict = "within" if errors[0] <= stage.tolerance_percent else "outside"
-        return f"At {places}, not used for calibration, the error is {tenths(errors[0])} % ({verdict} {within})."
-    good = sum(error <= stage.tolerance_percent for error in errors)
-    return (
-        f"At {places}, which were not used for calibration, the error is at most {tenths(max(errors))} %; {good} of "
-        f"{len(errors)} values are within {within}."
-    )

@@ -1,15 +1,16 @@
 """Remedies with numbers: ranges that contain the target, changes that remove a trend, more runs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
 from stemcal.naming import DIAMETER, FIRST
-from stemcal.note import Remedy
+from stemcal.note import Note, Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
+from stemcal.stages.result import StageResult
 from stemcal.stages.verdict.trend import Change, Fitted, remedies_of
 from stemcal.study.model import PARAMETERS, Factor, Study
 from stemcal.words import series
@@ -19,10 +20,16 @@ _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
 _MOST_AVERAGED = 100  # replicates that a spec may ask for
 
-BETWEEN_DIAMETERS = Remedy(
-    "Use the parameters only between the measured diameters, or add another kind of test (`tests`), which no such "
-    "formula predicts."
+_BETWEEN_DIAMETERS = Remedy(
+    "Use the parameters only between the measured diameters, or add another kind of test (the `tests` section)."
 )
+
+
+def no_better_than_formula(result: StageResult) -> Iterator[Note]:
+    """Yield the note of a result that a formula without mechanics predicts the forces as well as the model."""
+    for note in result.notes:
+        if (note.kind, note.severity) == ("beside_formula", "warning"):
+            yield replace(note, kind="no_better_than_formula", remedy=_BETWEEN_DIAMETERS)
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:
@@ -52,7 +59,7 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
         return min(found, key=lambda entry: entry[0])[1]
     fixed = "loading and specimen" if study.naming.is_cutting else "the fixed values of the simulation"
     return Remedy(
-        f"Widening only one range ({series(surface.names)}) cannot include the target; check the units and {fixed}."
+        f"Check the units and {fixed}: no wider range of a single factor ({series(surface.names)}) includes the target."
     )
 
 
@@ -61,7 +68,7 @@ def _widened(factor: Factor, up: bool, width: float) -> Remedy:
     end = factor.high + width * (factor.high - factor.low) if up else factor.low - width * (factor.high - factor.low)
     value, key = outwards(end, up), "high" if up else "low"
     written = f"{value:g} {factor.unit}".removesuffix(" 1")
-    change = f"{'Raise' if up else 'Lower'} `{key}` of {factor.name} to about {written}."
+    change = f"{'Raise' if up else 'Lower'} `{key}` of {factor.name} to {written}."
     return Remedy(change, f"factors: [{{name: {factor.name}, {key}: {value:g}}}]")
 
 
@@ -79,24 +86,17 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
         stretch[j], shift[j] = 1.0 + width, (1.0 if up else -1.0) * 0.5 * width * (high[j] - low[j])
         return float(np.max(side * ((inside * stretch + shift - end) @ slope)))
 
-    most = _WIDEST if up else min(_WIDEST, _above_zero(factor))
-    return _first(lambda width: gained(width) >= side * goal, most)
+    from scipy.optimize import brentq
+
+    most, wanted = _WIDEST if up else min(_WIDEST, _above_zero(factor)), side * goal
+    if most <= 0.0 or gained(most) < wanted:
+        return None
+    return 0.0 if gained(0.0) >= wanted else float(brentq(lambda width: gained(width) - wanted, 0.0, most))
 
 
 def _above_zero(factor: Factor) -> float:
     """Return how far a range may grow downwards: what is positive stays above a tenth of its low end."""
     return _WIDEST if factor.low < 0.0 else 0.9 * factor.low / (factor.high - factor.low)
-
-
-def _first(enough: Callable[[float], bool], most: float) -> float | None:
-    """Return the least width that is enough, by halving."""
-    if most <= 0.0 or not enough(most):
-        return None
-    low, high = 0.0, most
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if enough(middle) else (middle, high)
-    return high
 
 
 def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Remedy:
@@ -109,7 +109,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
     end = surface.names[order[0]]
-    return Remedy(f"Add another factor: {end} is at the limit of its possible range.")
+    return Remedy(f"Add another factor, because the range of {end} cannot be widened.")
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
@@ -129,23 +129,17 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "No parameter of the surface can remove the trend within its range. Check wall thickness, gap and stroke; "
-            "then vary another parameter."
+            "Check wall thickness, gap and stroke, or vary another parameter. No parameter of the response surface "
+            "removes the trend within its range."
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
-    second = [f"Or {text[:1].lower()}{text[1:]}" for text in texts[1:]]
+    second = [f"Alternatively, {text[:1].lower()}{text[1:]}" for text in texts[1:]]
     return Remedy(" ".join([texts[0], *second]), "\n".join(each[0][1]))
 
 
 def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, list[str]]:
     """Return a change in words and as YAML, by section."""
-    left = f"predicted largest error {found.worst_percent:.1f} %"
-    if found.exponent is None:
-        factor, up = study.factor(found.factor), found.value > study.factor(found.factor).centre
-        value, key = outwards(found.value, up), "high" if up else "low"
-        change = f"{'Raise' if up else 'Lower'} `{key}` of {found.factor} to {value:g} {factor.unit}".removesuffix(" 1")
-        return f"{change} ({left})", [f"factors: [{{name: {found.factor}, {key}: {value:g}}}]"]
     at, name = study.calibration_target.condition, f"{found.factor}_growth"
     half = max(0.5, abs(found.exponent))
     low, high = (round(found.exponent + side * half, 2) for side in (-1, 1))
@@ -155,7 +149,8 @@ def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, lis
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
-    return f"Make {found.factor} grow with the diameter, exponent about {found.exponent:.2f} ({left})", edit
+    text = f"Make {found.factor} grow with the diameter with an exponent of {found.exponent:.2f}"
+    return f"{text} (predicted largest error: {found.worst_percent:.1f} %)", edit
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
@@ -163,51 +158,44 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
-    return Remedy(f"`{edit}` fits all measured {many} together. {then}".rstrip(), edit)
+    return Remedy(f"Fit all measured {many} together: `{edit}`. {then}".rstrip(), edit)
 
 
-def more_runs(study: Study, surface: Surfaces) -> Remedy:
-    """Return four times as many runs as coefficients, spread over the ranges, where the design has fewer.
-
-    If the design has them already, the remedy halves the ranges about the solution.
-    """
+def more_runs(surface: Surfaces) -> Remedy:
+    """Return four times as many runs as coefficients, or twice the runs of the design, spread over the ranges."""
     count = max(4 * len(surface.coefficients), 2 * len(surface.design.runs))
     text = f"Use more runs: `rsm: {{design: latin-hypercube, runs: {count}}}`."
     return Remedy(text, f"rsm: {{design: latin-hypercube, runs: {count}, extra_runs: 0}}")
-
-
-def _to_follow(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
-    """Return what makes a quadratic follow the response: more runs, then half the ranges about the solution."""
-    few = len(surface.design.runs) < 4 * len(surface.coefficients)
-    if few or levels is None:
-        return more_runs(study, surface)
-    edits = []
-    for name in surface.names:
-        factor = study.factor(name)
-        quarter = 0.25 * (factor.high - factor.low)
-        middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
-        edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
-    return Remedy("Halve the ranges around the solution, or add `refine: {}`.", f"factors: [{', '.join(edits)}]")
 
 
 def measure_more(study: Study) -> Remedy:
     """Return the remedy for a result that nothing checks."""
     naming = study.naming
     if naming.condition is None:
-        return Remedy("Measure under another condition, or measure a response that is not in `invert.responses`.")
-    other = f"Measure at another {naming.condition.long}"
-    fewer = ", or leave one out of `invert.diameters`" if len(study.joint_targets) > 1 else ""
-    return Remedy(f"{other}{fewer}.")
+        return Remedy("Measure under another condition, or measure a response that is not in invert.responses.")
+    fewer = ", or remove one value from invert.diameters" if len(study.joint_targets) > 1 else ""
+    return Remedy(f"Measure at another {naming.condition.long}{fewer}.")
 
 
 def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
-    """Return how a rough response is averaged, or a curved one followed."""
-    found = _to_follow(study, surface, levels)
+    """Return what makes a quadratic follow the response: more runs, then half the ranges about the solution.
+
+    Where the response may be rough, the remedy also averages over mesh positions or seeds.
+    """
+    if len(surface.design.runs) < 4 * len(surface.coefficients) or levels is None:
+        found = more_runs(surface)
+    else:
+        edits = []
+        for name in surface.names:
+            factor = study.factor(name)
+            quarter = 0.25 * (factor.high - factor.low)
+            middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
+            edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
+        text = "Halve the factor ranges around the solution, or add `refine: {}`."
+        found = Remedy(text, f"factors: [{', '.join(edits)}]")
     by_mesh = study.kind.replicates == "mesh"
-    if study.replicates or by_mesh:
-        replicates = min(max(5, 2 * study.replicates), _MOST_AVERAGED)
-        over = "mesh positions" if by_mesh else "seeds"
-        return Remedy(
-            f"{found.text} If the response is rough, `replicates: {replicates}` averages over {over}.", found.edit
-        )
-    return found
+    if not (study.replicates or by_mesh):
+        return found
+    replicates, over = min(max(5, 2 * study.replicates), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
+    average = f"If the response is rough, average over {over} with `replicates: {replicates}`."
+    return replace(found, text=f"{found.text} {average}")

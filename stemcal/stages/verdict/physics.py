@@ -121,7 +121,7 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver.explicit
     if solver is None:
-        return Remedy(f"Correct the input of the solver: use {_INPUT[doubt.kind]}.")
+        return Remedy(f"Use {_INPUT[doubt.kind]} in the input of the solver.")
     match doubt.kind:
         case "inertia":
             return _inertia(solver, doubt.worst or 0.0)
@@ -131,7 +131,8 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
             return _half_the_step(solver)
         case "stroke":
             ((key, value),) = study.loading.longer(2.0).written.items()
-            return Remedy(f"`{key}: {value}` under `loading` doubles the stroke.", _edit("loading", **{key: value}))
+            edit = _edit("loading", **{key: value})
+            return Remedy(f"Set `{key}: {value}` under `loading` to double the stroke.", edit)
 
 
 def _edit(section: str, **values: str) -> str:
@@ -146,7 +147,7 @@ def _edit(section: str, **values: str) -> str:
 def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
     """Return the remedy to set keys of the solver, whose effect follows them in the text."""
     keys = series(f"`{key}: {value}`" for key, value in values.items())
-    return Remedy(f"{keys} under `solver` {effect}", _edit("solver", **values))
+    return Remedy(f"Set {keys} under `solver` {effect}", _edit("solver", **values))
 
 
 def _inertia(solver: Explicit, worst: float) -> Remedy:
@@ -161,7 +162,7 @@ def _inertia(solver: Explicit, worst: float) -> Remedy:
     values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
     times = outwards(1.0 / swing, True)
     return _in_solver(
-        values, f"reduces inertia below {limit:g} % in most runs, but takes about {times:g} times as long."
+        values, f"to reduce inertia below {limit:g} % in most runs. The runs then take about {times:g} times as long."
     )
 
 
@@ -169,7 +170,7 @@ def _half_the_step(solver: Explicit) -> Remedy:
     """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
     safety = outwards(0.5 * solver.time_step_safety, False)
     values = {"time_step_safety": f"{safety:g}", **_time_step(solver, 0.5)}
-    return _in_solver(values, "halves the time step.")
+    return _in_solver(values, "to halve the time step.")
 
 
 def _time_step(solver: Explicit, part: float) -> dict[str, str]:
@@ -187,9 +188,11 @@ def _hourglass(solver: Explicit, worst: float) -> Remedy:
     limit, size = LIMITS["hourglass"], solver.element_size
     finer = worst / limit
     if finer**4 > _MOST_TIMES:
-        return Remedy(f"Use much finer elements or another mesh: {worst:.0f} % is {finer:.1f} times the limit.")
+        return Remedy(f"Use much finer elements or another mesh ({worst:.0f} % is {finer:.1f} times the limit).")
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
     return _in_solver(
-        values, f"may reduce it below {limit:g} %, but takes about {outwards(finer**4, True):g} times as long."
+        values,
+        f"to reduce the hourglass energy below about {limit:g} %. The runs then take about "
+        f"{outwards(finer**4, True):g} times as long.",
     )

@@ -1,7 +1,8 @@
-"""The verdict: reasons that every stage gives, and those about all runs, in one order.
+"""The verdict: the reasons of all rules, in one order.
 
 A rule looks at the evidence and yields reasons, as notes with a remedy. One of severity ``error`` means not calibrated,
-one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`.
+one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`. A rule has the name of
+the kind of its reasons. The rules about all runs are here, those of a stage in the file `verdict_rules` of its folder.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
 from stemcal.stages.validate.options import ValidateOptions
-from stemcal.stages.verdict import words
-from stemcal.stages.verdict.physics import LIMITS, DoubtAt, DoubtKind, Physics, for_physics, physics_of
+from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
+from stemcal.stages.verdict.words import size_of
 from stemcal.study.model import Study
+from stemcal.words import counted
 
 BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported
 
@@ -151,7 +153,9 @@ def physics(evidence: Evidence) -> Iterator[Note]:
     found = evidence.physics
     severity: Severity = "error" if found.share > MAJORITY else "warning"
     for doubt in found.doubts if found.share >= SOME else ():
-        yield Note("physics", severity, words.doubtful(doubt, found.checked), for_physics(evidence.study, doubt))
+        runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
+        text = f"The physics of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
+        yield Note("physics", severity, text, for_physics(evidence.study, doubt))
     worst: dict[DoubtKind, DoubtAt] = {}
     for at in found.at_solution if found.share <= MAJORITY else ():
         before = worst.get(at.doubt.kind)
@@ -159,9 +163,21 @@ def physics(evidence: Evidence) -> Iterator[Note]:
             worst[at.doubt.kind] = at
     for kind, at in worst.items():
         far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
-        text = words.doubtful_solution(at, evidence.names)
+        text = f"With the calibrated parameters, {_doubtful(at.doubt)}{evidence.names.at(at.condition)}."
+        if kind == "hourglass":
+            text += " Hourglass energy above 10 % may change the force by a third, above 20 % by half."
         remedy = for_physics(evidence.study, at.doubt)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
+
+
+def _doubtful(doubt: Doubt, up_to: str = "") -> str:
+    worst = f"{up_to}{size_of(doubt.worst or 0.0)} %"
+    return {
+        "hourglass": f"the hourglass energy is {worst} of the internal energy",
+        "inertia": f"inertia contributes {worst} of the force",
+        "drift": f"the energy balance drifts by {worst}",
+        "stroke": "the stroke is too short to capture the peak force",
+    }[doubt.kind]
 
 
 def unfinished(evidence: Evidence) -> Iterator[Note]:
@@ -169,10 +185,8 @@ def unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
-        by_hand = "Fill in the sheet of the study folder, then run `stemcal run SPEC`."
-        remedy = Remedy(
-            by_hand if evidence.study.kind.answers == "asks_people" else "Continue with `stemcal run SPEC`."
-        )
+        by_hand = "Fill in the sheet in the study folder. " if evidence.study.kind.answers == "asks_people" else ""
+        remedy = Remedy(f"{by_hand}Continue with `stemcal run SPEC`.")
         there_alone = all(stage.seen(evidence.study) is not evidence.study for stage in missing)
         severity: Severity = "warning" if there_alone else "error"
         titles = ", ".join(stage.title for stage in missing)

@@ -1,8 +1,7 @@
 """Advice for an error that follows the diameter, computed from the surfaces of a joint fit without new runs.
 
 A parameter θ that grows as θ(d) = θ₀ (d/d₀)ⁿ gives the force F_d(θ₀ (d/d₀)ⁿ) on each diameter's own surface, as long as
-every level stays inside the ranges. A parameter that stays the same for all stems removes a trend only if its
-elasticity ∂ln F/∂ln θ changes with the diameter; the range that it would need follows from ln F continued as a line.
+every level stays inside the ranges.
 """
 
 from __future__ import annotations
@@ -27,20 +26,16 @@ _BETTER = 0.6
 _NORMAL = 1.96
 _EXPONENTS = np.arange(-2.0, 2.001, 0.05)
 _CLOUD = 8
-_WIDEST = np.log(10.0)  # a range is widened tenfold at most
 
 
 @dataclass(frozen=True)
 class Change:
-    """θ = `value` (d/d₀)^`exponent`, or without an exponent a level outside the range; and the largest error predicted.
-
-    `worst_percent` is that error, in percent.
-    """
+    """θ = `value` (d/d₀)^`exponent`, and the largest error predicted, in percent."""
 
     factor: str
     value: float
     worst_percent: float
-    exponent: float | None = None
+    exponent: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,21 +110,20 @@ def trend_reason(
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "faster" if law.exponent > 0.0 else "more slowly"
         text = (
-            f"The error depends on the diameter: the measured force grows {how} than the simulated one, by a factor "
-            f"d^{abs(law.exponent):.2f} (largest error {worst_percent:.1f} %)."
+            f"The error depends on the diameter: the measured force grows {how} than the simulated force, by a factor "
+            f"of d^{abs(law.exponent):.2f}. The largest error is {worst_percent:.1f} %."
         )
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
     """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
-    found: list[Change] = [one for name in may_grow if (one := growing(fitted, name)) is not None]
-    found += widened(fitted)
+    found = [one for name in may_grow if (one := _growing(fitted, name)) is not None]
     enough = [one for one in found if one.worst_percent <= _BETTER * fitted.worst_percent]
     return sorted(enough, key=lambda one: one.worst_percent)[:2]
 
 
-def growing(fitted: Fitted, factor: str) -> Change | None:
+def _growing(fitted: Fitted, factor: str) -> Change | None:
     """Return the exponent with which a parameter fits all forces best; None if its levels are not all above 0."""
     from scipy.optimize import minimize
 
@@ -165,32 +159,6 @@ def growing(fitted: Fitted, factor: str) -> Change | None:
     forces = _forces(fitted, placed(best[:-1], best[-1]))[:, 0]
     value, worst = float(centre[j] + half[j] * best[j]), _worst(forces, fitted.measured)
     return Change(factor, value, worst, float(best[-1]))
-
-
-def widened(fitted: Fitted) -> Iterator[Change]:
-    """Yield each parameter whose level outside its range removes the trend, the others inside theirs.
-
-    ln F_d = ln F_d(x) + Σ_j e_dj Δln θ_j with the elasticities e_dj = θ_j/F ∂F/∂θ_j at the solution.
-    """
-    from scipy.optimize import lsq_linear
-
-    centre, half = np.asarray(fitted.coding.centre), np.asarray(fitted.coding.half_step)
-    level, (low, high) = centre + half * fitted.solution, fitted.region.bounds()
-    ends = np.vstack([centre + half * low, centre + half * high])
-    if np.any(ends <= 0.0):
-        return
-    predicted = fitted.predicted
-    slopes = np.array([surface.gradient(fitted.solution) for surface in fitted.surfaces])
-    elastic = slopes / half * level / predicted[:, None]
-    room = np.log(ends / level) + np.array([[-1e-9], [1e-9]])
-    wanted = np.log(fitted.measured / predicted)
-    for j, name in enumerate(fitted.coding.names):
-        lower, upper = room[0].copy(), room[1].copy()
-        lower[j], upper[j] = lower[j] - _WIDEST, upper[j] + _WIDEST
-        change = lsq_linear(elastic, wanted, (lower, upper)).x
-        if not room[0, j] <= change[j] <= room[1, j]:
-            forces = predicted * np.exp(elastic @ change)
-            yield Change(name, float(level[j] * np.exp(change[j])), _worst(forces, fitted.measured))
 
 
 def _forces(fitted: Fitted, at: Array) -> Array:

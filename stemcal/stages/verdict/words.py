@@ -1,4 +1,4 @@
-"""Sentences of the verdict: the verdict itself, where the result may be used, and its longer reasons."""
+"""Sentences of the verdict: the verdict itself, and where the result may be used."""
 
 from dataclasses import asdict
 from typing import Any
@@ -6,7 +6,6 @@ from typing import Any
 from stemcal.naming import Names
 from stemcal.numbers import fixed
 from stemcal.stages.result import Judged
-from stemcal.stages.verdict.physics import Doubt, DoubtAt
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.words import counted
 
@@ -30,7 +29,7 @@ def opening(verdict: Verdict) -> str:
 def lines(verdict: Verdict, names: Names) -> list[str]:
     """Return three lines at most: the verdict with its first reason, where it may be used, the next step."""
     more = len(verdict.reasons) - 1
-    rest = f" ({counted(more, 'more reason')}: `stemcal status SPEC`.)" if more > 0 else ""
+    rest = f" (`stemcal status SPEC` lists {counted(more, 'more reason')}.)" if more > 0 else ""
     next_step = [f"Next: {reason.remedy.text}" for reason in verdict.reasons[:1] if reason.remedy]
     return [opening(verdict) + rest, *uses(verdict, names), *next_step]
 
@@ -103,42 +102,13 @@ def miss(worst: Judged, names: Names) -> str:
 def _error(worst: Judged, names: Names) -> str:
     """Return the size of an error, its side and its place."""
     side = "low" if (worst.error_percent or 0.0) > 0.0 else "high"
-    return f"{_size(worst.size)} % {side}{names.at(worst.condition)}"
+    return f"{size_of(worst.size)} % {side}{names.at(worst.condition)}"
 
 
-def _size(percent: float) -> str:
+def size_of(percent: float) -> str:
     """Return a percentage, with a decimal below 10.
 
-    >>> _size(42.3), _size(4.23)
+    >>> size_of(42.3), size_of(4.23)
     ('42', '4.2')
     """
     return fixed(percent, 0 if percent >= 10.0 else 1)
-
-
-# ---- reasons
-
-
-def doubtful(doubt: Doubt, checked: int) -> str:
-    """Return in how many runs the physics is doubtful, and why.
-
-    >>> doubtful(Doubt("drift", 3, 16.2), 12)
-    'The physics of 3 of 12 runs is doubtful: the energy balance drifts by up to 16 %.'
-    """
-    return f"The physics of {doubt.runs} of {counted(checked, 'run')} is doubtful: {_doubt(doubt, 'up to ')}."
-
-
-def doubtful_solution(at: DoubtAt, names: Names) -> str:
-    """Return what is doubtful about the run with the calibrated parameters."""
-    said = f"With the calibrated parameters {_doubt(at.doubt)}{names.at(at.condition)}."
-    effect = "Above 10 % the force may be wrong by a third, above 20 % by half."
-    return f"{said} {effect}" if at.doubt.kind == "hourglass" else said
-
-
-def _doubt(doubt: Doubt, up_to: str = "") -> str:
-    worst = f"{up_to}{_size(doubt.worst or 0.0)} %"
-    return {
-        "hourglass": f"hourglass energy is {worst} of internal energy",
-        "inertia": f"inertia contributes {worst} of the force",
-        "drift": f"the energy balance drifts by {worst}",
-        "stroke": "the stroke ended before the peak force was clearly passed",
-    }[doubt.kind]

@@ -27,12 +27,11 @@ def region() -> Region:
 
 def steps_needed(response: Response, tolerance: float, budget: int = 30) -> int:
     start = np.array(solve_target(fitted(response), TARGET, [-2.0, -2.0], [2.0, 2.0], 2.0**0.5).point.coded)
-    trials, radius = [Trial(start, response(start))], FIRST_RADIUS
+    trials, radius = [Trial(start, np.array([response(start)]))], FIRST_RADIUS
     while abs(best_of(trials, TARGET).response - TARGET) > tolerance and len(trials) < budget:
-        step = next_step(fitted(response, trials), TARGET, region(), trials, radius)
-        assert region().contains(step.coded[None, :], 1e-9)[0]
-        radius = step.radius
-        trials.append(Trial(step.coded, response(step.coded)))
+        coded, _, radius = next_step(fitted(response, trials), TARGET, region(), trials, radius)
+        assert region().contains(coded[None, :], 1e-9)[0]
+        trials.append(Trial(coded, np.array([response(coded)])))
     return len(trials)
 
 
@@ -66,10 +65,10 @@ def test_toward_is_the_nearest_point_of_a_plane() -> None:
 
 def test_a_step_that_did_not_help_halves_the_radius_and_uses_the_bracket() -> None:
     surface = fitted(lambda x: 100.0 + 10.0 * x[0])
-    trials = [Trial(np.array([0.0, 0.0]), 150.0), Trial(np.array([1.0, 0.0]), 180.0)]
-    step = next_step(surface, TARGET, region(), trials, 1.0)
-    assert (step.how, step.radius) == ("bracket", 0.5)
-    assert step.coded == pytest.approx([1.0 / 3.0, 0.0])
+    trials = [Trial(np.array([a, 0.0]), np.array([force])) for a, force in ((0.0, 150.0), (1.0, 180.0))]
+    coded, how, radius = next_step(surface, TARGET, region(), trials, 1.0)
+    assert (how, radius) == ("bracket", 0.5)
+    assert coded == pytest.approx([1.0 / 3.0, 0.0])
 
 
 def test_nearest_point_of_a_region_off_centre() -> None:

@@ -1,4 +1,4 @@
-"""Reasons about the comparison with what was measured: targets missed, checks that fail, formulas that do as well."""
+"""Rules of the verdict on the validation: errors of held-out values, failed runs, a trend, a formula as good."""
 
 from collections.abc import Iterator
 
@@ -17,30 +17,32 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if (checked := evidence.of(ValidateResult)) is None:
         return
     if checked.is_given:
-        text = "The validation is read from a sheet, not simulated with these parameters."
-        yield Note("validation_from_table", "warning", text, Remedy("Validate with a solver that runs simulations."))
+        text = "The values of the validation are from a sheet, not from simulations with the calibrated parameters."
+        yield Note("validation_from_table", "warning", text, Remedy("Use a solver that runs simulations."))
         return
     held_out = [row for row in evidence.judged if not row.fitted]
     failed = tuple(row.condition for row in held_out if row.error_percent is None)
     if failed:
         names = evidence.names
-        text = f"The validation has no {names.response.long}{names.at(*failed)}: the run failed."
-        yield Note("validation_failed", "warning", text, Remedy("`stemcal run SPEC --retry` repeats failed runs."))
+        text = f"The simulation of the {names.response.long}{names.at(*failed)} failed."
+        remedy = Remedy("Repeat the failed runs with `stemcal run SPEC --retry`.")
+        yield Note("validation_failed", "warning", text, remedy)
     off = [row for row in held_out if row.size > evidence.equivalent_percent]
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
-        until = "Until then use the result only where simulation and measurement agree."
+        until = "In the meantime, use the parameters only where simulation and measurement agree."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and chose_conditions(study):  # no advice undoes an earlier one
             remedy = Remedy(
-                "Use the result only where simulation and measurement agree, or add a factor on which the "
-                "error depends."
+                "Use the parameters only where simulation and measurement agree, or add a factor that influences "
+                "the error."
             )
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
     if not held_out and not _predicted_in_turn(evidence):
-        yield Note("unchecked", "warning", "No independent measurement checks the result.", advice.measure_more(study))
+        text = "The parameters have no independent check because all measurements were fitted."
+        yield Note("unchecked", "warning", text, advice.measure_more(study))
 
 
 def trend(evidence: Evidence) -> Iterator[Note]:
@@ -53,21 +55,15 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         for row in checked.compared
         if row.simulated
     ]
-    then = "With surfaces at all diameters, stemcal can suggest how to remove the trend."
+    then = "The response surfaces at all diameters show how to remove the trend."
     remedy = advice.fit_all(study, "conditions", then)
     yield from trend_reason(evidence, rows, checked.worst_percent or 0.0, lambda: remedy)
 
 
-def formula(evidence: Evidence) -> Iterator[Note]:
+def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted at least as well."""
-    checked = evidence.of(ValidateResult)
-    if checked is None or checked.is_given or checked.formula is None or not checked.no_better_than_formula:
-        return
-    held_out = (
-        f"{checked.formula.worst_held_out_percent:.1f} %, the model to within {checked.worst_held_out_percent:.1f} %"
-    )
-    text = f"The formula F = a·d^{checked.formula.exponent:.3g} predicts the held-out forces to within {held_out}."
-    yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
+    if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
+        yield from advice.no_better_than_formula(checked)
 
 
 def _predicted_in_turn(evidence: Evidence) -> bool:
@@ -76,4 +72,4 @@ def _predicted_in_turn(evidence: Evidence) -> bool:
     return any(error is not None and error <= evidence.equivalent_percent for error in errors)
 
 
-RULES = (trend, validation, formula)
+RULES = (trend, validation, no_better_than_formula)

@@ -1,11 +1,10 @@
-"""Reasons about the calibration: an error that follows the diameter, contradictions, misfit, edges, what is unknown."""
+"""Rules of the verdict on the calibration: trend with the diameter, contradictions, misfit, edges, identifiability."""
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
-from stemcal.numbers import change, minus, signed_probability
+from stemcal.numbers import change, minus, short, signed_probability
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
@@ -47,24 +46,23 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
         text = _contradiction(apart, joint, evidence.names)
         yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
     elif missed and joint.p is None:
-        text = f"The joint fit misses a measured value by {joint.max_abs_error_percent:.0f} %."
+        text = f"The largest error of the joint fit is {joint.max_abs_error_percent:.0f} %."
         yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
 
 
 def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
     """Return which measured mean the others contradict, and how far it and they are from the joint fit."""
     named = names.naming.named(found.response)
-    measured, low, high = (
-        names.beside_mean(named, value, found.measured) for value in (found.measured, found.low, found.high)
-    )
+    values = (named.counted(value, found.measured) for value in (found.measured, found.low, found.high))
+    measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
     place = found.response, found.condition
     errors = {(row.response, row.condition): row.error_percent for row in (*joint.rows, *joint.further)}
     rest = [error for at, error in errors.items() if at != place]
     others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
     return minus(
-        f"The measured {named.long}{names.at(found.condition)}, {measured}, contradicts the other measurements, which "
-        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors away). This value differs from the "
-        f"joint fit by {errors[place]:+.0f} %, the other values by {others} %."
+        f"The measured {named.long}{names.at(found.condition)} ({measured}) contradicts the other measurements, which "
+        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors). The error of the joint fit is "
+        f"{errors[place]:+.0f} % for this measurement and {others} % for the others."
     )
 
 
@@ -78,7 +76,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     return _to_reconcile(evidence.study, joint)
 
 
-def edge(evidence: Evidence) -> Iterator[Note]:
+def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None:
@@ -88,7 +86,7 @@ def edge(evidence: Evidence) -> Iterator[Note]:
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(evidence, coded):
-        text = "The solution is on the edge of the search region."
+        text = "The solution is at the limit of the search range."
         yield Note("on_the_edge", "warning", text, _from_the_edge(evidence, coded))
 
 
@@ -122,7 +120,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
-    text = f"The misfit is {times:.1f} times that expected from the scatter of the measurements (p {p})."
+    text = f"The misfit is {times:.1f} times the misfit expected from the scatter of the measurements (p {p})."
     remedy = _check_prior(found) or _to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
@@ -133,11 +131,10 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
     if worst is None:
         return None
-    check = f"Check the prior of {worst.factor} against its source ({worst.source}), its unit and its test"
-    return Remedy(f"{check}; then check the model, or omit the prior.")
+    return Remedy(f"Check the source ({worst.source}) and the unit of the prior of {worst.factor}, or remove it.")
 
 
-def identified(evidence: Evidence) -> Iterator[Note]:
+def not_identified(evidence: Evidence) -> Iterator[Note]:
     """Yield which factors the measurements leave free."""
     found = evidence.of(InvertResult)
     known = None if found is None else found.certainty
@@ -152,11 +149,11 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return f"The fit does not determine {factors}: changing {series(changes)} hardly changes the fit."
-    return f"The fit does not determine {factors}, because the fitted responses hardly depend on it."
+        return f"The fit does not determine {factors}: the joint change {series(changes)} has almost no effect."
+    return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 
-def target(evidence: Evidence) -> Iterator[Note]:
+def target_missed(evidence: Evidence) -> Iterator[Note]:
     """Yield that a simulation misses what was fitted."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
@@ -171,25 +168,26 @@ def target(evidence: Evidence) -> Iterator[Note]:
     remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
         remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
-    yield Note("target_missed", severity, f"{words.miss(worst, evidence.names)}, although it was fitted.", remedy)
+    text = f"{words.miss(worst, evidence.names)}, although this value was fitted."
+    yield Note("target_missed", severity, text, remedy)
 
 
 def _refine_more(budget: int | None) -> Remedy:
     if budget is None:
-        return Remedy("Add `refine: {}` to the spec to simulate and correct the solution.", "refine: {}")
-    raised = f"Raise `budget` under `refine` to {2 * budget}, or check whether the response jumps between points."
+        return Remedy("Add `refine: {}` to the spec to correct the solution by simulation.", "refine: {}")
+    raised = f"Raise refine.budget to {2 * budget}, or check whether the response jumps between neighbouring points."
     return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
 def _to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
-    measure = f"measure another response or another kind of test, or give {widest} a prior from the literature."
+    measure = f"measure another response or another kind of test, or add a prior of {widest} from the literature."
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
-        return advice.fit_all(study, "responses", f"If that is not enough, {measure}")
+        return advice.fit_all(study, "responses", f"If {widest} is still undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
-        return advice.fit_all(study, "conditions", f"If that is not enough, {measure}")
+        return advice.fit_all(study, "conditions", f"If {widest} is still undetermined, {measure}")
     return Remedy(measure[:1].upper() + measure[1:])
 
 
@@ -200,38 +198,21 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     if len(conditions) > 1 and apart is not None:
         name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
         return Remedy(
-            f"Check unit, specimens and machine of the measured {name}{at}, and repeat the measurement. If the value "
-            "is confirmed, the model lacks a mechanism: add a factor that acts there."
+            f"Check the unit, the specimens and the testing machine of the measured {name}{at}, and repeat the "
+            "measurement. If the value is confirmed, add a factor with an effect under this condition."
         )
     if len(conditions) > 1:
-        return Remedy("Check the measurements. If the values are confirmed, the model lacks a mechanism: add a factor.")
-    return Remedy(
-        "Check these measurements; then add another factor or fit fewer responses (`invert.responses`): the model "
-        "cannot reproduce all measurements together."
-    )
+        return Remedy("Check the measurements. If the values are confirmed, add a factor to the model.")
+    return Remedy("Check the measurements. Then add another factor or fit fewer responses (`invert.responses`).")
 
 
-def formula(evidence: Evidence) -> Iterator[Note]:
+def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield that a formula predicts each diameter from the others as well as the fit, where no other check is left."""
     found, first = evidence.of(InvertResult), evidence.study.naming.response.name
-    joint = found.joint if found is not None else None
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)
-    if not compared or held_out or joint is None or joint.null is None:
-        return
-    null, missed = joint.null, joint.max_abs_left_out_error_percent
-    if null.beaten_by(missed) is not False:
-        return
-    laws = [
-        (null.max_abs_left_out_error_percent, null.exponent),
-        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
-    ]
-    error, exponent = min((error, b) for error, b in laws if error is not None and b is not None)
-    text = (
-        f"The formula F = a·d^{exponent:.3g} predicts each diameter from the others to within {error:.1f} %, the model "
-        f"to within {missed or 0.0:.1f} %."
-    )
-    yield Note("no_better_than_formula", "warning", text, advice.BETWEEN_DIAMETERS)
+    if found is not None and compared and not held_out:
+        yield from advice.no_better_than_formula(found)
 
 
-RULES = (trend, conflict, target, edge, misfit, identified, formula)
+RULES = (trend, conflict, target_missed, on_the_edge, misfit, not_identified, no_better_than_formula)

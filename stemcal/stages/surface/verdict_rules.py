@@ -1,9 +1,10 @@
-"""Reasons about the runs and the surface: chance, units, failed and few runs, reach, signs, roughness."""
+"""Rules of the verdict on runs and surface: chance, units, failed and few runs, reach, signs, roughness."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +27,10 @@ from stemcal.words import counted, series
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _FAR, _ROOM = 3.0, 0.25
 _MANY = 0.1  # share of failed runs that is a reservation by itself
+_RETRY = "Correct the cause of the failures (`stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
 
 
-# ---- chance
-
-
-def chance(evidence: Evidence) -> Iterator[Note]:
+def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
     if study.replicates or evidence.of(SurfaceResult) is not None:
@@ -45,15 +44,12 @@ def chance(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = f"The program returned {ends} for the same levels: it is stochastic, but not declared as such."
+            text = f"The program is stochastic (equal levels resulted in {ends}), but the spec has no `replicates`."
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
 
-# ---- units
-
-
-def units(evidence: Evidence) -> Iterator[Note]:
+def probable_unit(evidence: Evidence) -> Iterator[Note]:
     """Yield that measured values are out of reach by the ratio of two units."""
     for response, values in _reaches(evidence).items():
         times = [_times(value, low, high) for value, low, high in values]
@@ -63,13 +59,11 @@ def units(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"The measured {named.long} ({measured}) is about {size:.4g} times the result of the program ({ends}): "
-                f"probably a wrong unit ({name})."
+                f"A unit is probably wrong ({name}). The measured {named.long} is {measured}, about {size:.4g} times "
+                f"the simulated values ({ends})."
             )
-            kind = evidence.study.kind
-            own = kind.starts_program and kind.own_responses
-            place = "the target and of the program's result" if own else "the target"
-            yield Note("probable_unit", "error", text, Remedy(f"Check the unit of {place} before you change a range."))
+            remedy = Remedy("Check the units of the target and of the simulated response before you change a range.")
+            yield Note("probable_unit", "error", text, remedy)
 
 
 def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float]]]:
@@ -117,32 +111,32 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     failed = np.array([run.response is None for run in surface.design.runs])
     for part in surface.conditions:
         failed |= np.array([not answered.outcome.ok for answered in part.runs])
-    unknown = _error_unknown(evidence)
+    unknown = _error_unknown(evidence.study, surface)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
-    left = "its error is unknown" if unknown else f"its error has {counted(surface.fitted.df, 'degree')} of freedom"
     text = (
         f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}. The surface is fitted to the remaining runs; {left}."
+        f"{_where(surface, coded[failed])}."
     )
+    if unknown:
+        text += " The remaining runs do not determine the error of the surface."
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
 
 def few_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface has as many coefficients as runs, though none failed."""
     surface = evidence.of(SurfaceResult)
-    if surface is not None and _error_unknown(evidence) and not any(failed_runs(evidence)):
+    if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
-            f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so its error is "
-            "unknown and the intervals are wide."
+            f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so the error of the "
+            "surface is unknown and the intervals are wide."
         )
-        yield Note("few_runs", "warning", text, advice.more_runs(evidence.study, surface))
+        yield Note("few_runs", "warning", text, advice.more_runs(surface))
 
 
-def _error_unknown(evidence: Evidence) -> bool:
-    """Return whether the fit, and before it the surface, has no residual degrees of freedom."""
-    told = (result.surface_error_known for result in reversed(evidence.results.done))
-    return next((not known for known in told if known is not None), False)
+def _error_unknown(study: Study, surface: SurfaceResult) -> bool:
+    """Return whether a fitted surface has no residual degrees of freedom."""
+    return any(fitted.df < 1 for fitted in joint_surfaces(study, surface) or [surface.fitted])
 
 
 def _where(surface: SurfaceResult, coded: Array) -> str:
@@ -160,15 +154,11 @@ def _after_failures(study: Study, surface: SurfaceResult, coded: Array, failed: 
             bad, good = side * coded[failed, j], side * coded[~failed, j]
             if bad.min() > good.max() and bad.min() > 0.0:
                 end = float(f"{scale.natural(side * 0.5 * (bad.min() + good.max())):.3g}")
-                beyond = f"All runs with {name} {'above' if side > 0 else 'below'} {end:g} failed"
-                return Remedy(
-                    f"{beyond}: set `{key}` of it to {end:g}.", f"factors: [{{name: {name}, {key}: {end:g}}}]"
-                )
-    more = advice.more_runs(study, surface)
-    return Remedy(
-        f"Correct the cause and repeat the failed runs (`stemcal run SPEC --retry`), or add runs: {more.text}",
-        more.edit,
-    )
+                beyond = f"because all runs {'above' if side > 0 else 'below'} this value failed"
+                edit = f"factors: [{{name: {name}, {key}: {end:g}}}]"
+                return Remedy(f"Set `{key}` of {name} to {end:g} {beyond}.", edit)
+    more = advice.more_runs(surface)
+    return replace(more, text=f"{_RETRY} {more.text}")
 
 
 def _lost(evidence: Evidence) -> Iterator[Note]:
@@ -184,14 +174,8 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
         return
     none_left = [at for at in failed if failed[at] == tried[at]]
     text = f"{sum(failed.values())} of {counted(sum(tried.values()), 'run')} failed ({why.most_common(1)[0][0]})"
-    text += f", all of them{evidence.names.at(*none_left)}." if none_left else "."
-    rest = [target.condition for target in evidence.study.joint_targets if target.condition not in none_left]
-    remedy = Remedy("Correct the cause (`stemcal status SPEC --failed`), then `stemcal run SPEC --retry`.")
-    if none_left and rest and evidence.names.placed:
-        key, unit = "diameters", evidence.names.condition.unit_suffix
-        edit = f"invert: {{{key}: [{', '.join(f'{at:g}{unit}' for at in rest)}]}}"
-        remedy = Remedy(f"{remedy.text} Until then fit the other conditions: `{edit}`.", edit)
-    yield Note("failed_runs", "error", text, remedy)
+    text += f", including all runs{evidence.names.at(*none_left)}." if none_left else "."
+    yield Note("failed_runs", "error", text, Remedy(_RETRY))
 
 
 # ---- what the surface reaches, and whether it can be believed
@@ -204,13 +188,14 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
         return
     target, (low, high), names = study.calibration_target.response, advice.reach(surface), evidence.names
     if not low <= target <= high:
-        side = "above" if target > high else "below"
-        reached = f"{side} all values within the factor ranges ({names.quantities((low, high))})"
-        text = f"The measured {names.quantity(target, 'g')} is {reached}."
+        text = (
+            f"The measured {names.response.long} of {names.quantity(target, 'g')} is out of reach: the factor ranges "
+            f"allow {names.quantities((low, high))}."
+        )
         yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 
 
-def signs(evidence: Evidence) -> Iterator[Note]:
+def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     """Yield which sure effects have another sign than the spec expects."""
     against = tuple(
         factor.name
@@ -219,8 +204,8 @@ def signs(evidence: Evidence) -> Iterator[Note]:
     )
     if against:
         names = series(against)
-        text = f"The effect of {names} has the opposite sign to the expected one."
-        remedy = Remedy(f"Check the law and the units of {names} in the model, and `expected_sign` in the spec.")
+        text = f"The sign of the effect of {names} is opposite to `expected_sign`."
+        remedy = Remedy(f"Check the units of {names}, the material law, and `expected_sign` in the spec.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 
@@ -230,18 +215,26 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
     return next((sign for sign in signs if sign is not None), None)
 
 
-def rough(evidence: Evidence) -> Iterator[Note]:
+def rough_response(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface without scatter misses its own runs."""
     surface = evidence.of(SurfaceResult)
     if surface is None or not surface.without_scatter:
         return
     if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
-            f"Repeated runs agree exactly, but the surface deviates from its runs by {abs(cv):.1f} %: the response is "
-            f"not smooth, or not quadratic."
+            f"The response is not smooth or not quadratic: the response surface deviates from the runs by "
+            f"{abs(cv):.1f} %, although the simulation is deterministic."
         )
         levels = evidence.results.parameters if evidence.results.calibrated else None
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))
 
 
-RULES = (chance, units, failed_runs, few_runs, out_of_reach, signs, rough)
+RULES = (
+    undeclared_scatter,
+    probable_unit,
+    failed_runs,
+    few_runs,
+    out_of_reach,
+    sign_against_expectation,
+    rough_response,
+)

@@ -1,0 +1,18 @@
+"""Rules of the verdict on the refinement in another model."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from stemcal.note import Note
+from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.verdict.rules import Evidence
+
+
+def missed_there(evidence: Evidence) -> Iterator[Note]:
+    """Yield that the other model does not reach its target."""
+    found = evidence.of(RefineResult)
+    if found is not None and found.elsewhere:
+        yield from (replace(note, kind="missed_there") for note in found.notes if note.kind == "not_reached")
+
+
+RULES = (missed_there,)
