@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import webbrowser
 from collections.abc import Callable
 from inspect import cleandoc
 from pathlib import Path
@@ -153,6 +154,7 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
 def report(
     spec: Spec,
     out: Out = None,
+    show: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -169,6 +171,8 @@ def report(
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
+    if show and not webbrowser.open(page.resolve().as_uri()):
+        warn(f"No browser was found. Open {page} in a browser.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
