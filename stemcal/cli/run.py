@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import webbrowser
 from collections.abc import Callable
 from inspect import cleandoc
 from pathlib import Path
@@ -14,7 +13,7 @@ from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
-from stemcal.stages.stage import STAGES, Stage
+from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
     from stemcal.stages.result import StageResult
@@ -28,7 +27,6 @@ Until = Annotated[
         metavar="STAGE",
         help="Stop after this stage.",
         show_default="all stages",
-        autocompletion=lambda: [stage.name for stage in STAGES.built_in],
     ),
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat failed runs first.")]
@@ -46,8 +44,8 @@ def run(
 ) -> None:
     """Run all stages of a study and write the report.
 
-    The stages are screen, rsm, invert and validate, plus climb and refine if the spec has those sections. Interrupt
-    the study at any time: the same command resumes it and keeps the finished runs.
+    The stages are screen, rsm, invert and validate; a study with the sections climb and refine has these stages too.
+    You can interrupt a study at any time: the same command resumes the study and keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -68,7 +66,7 @@ def _require_stage(study: Study, name: str | None) -> None:
 
     names = [stage.name for stage in stages_of(study)]
     if name is not None and name not in names:
-        raise UsageError(f"--until {name[:40]}: this study has no such stage; use one of {', '.join(names)}")
+        raise UsageError(f"--until {name[:40]}: this study has no stage of that name; use one of {', '.join(names)}")
 
 
 def _compute_again(work: Session) -> None:
@@ -77,7 +75,7 @@ def _compute_again(work: Session) -> None:
 
     entries = retry(work.study, work.folder, work.executor, work.watch)
     failed = sum(entry.status == "failed" for entry in entries)
-    note(f"{len(entries)} failed runs repeated")
+    note(f"{len(entries)} failed runs were repeated")
     if failed:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
@@ -163,11 +161,10 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
 def report(
     spec: Spec,
     out: Out = None,
-    show: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the finished stages to the report, a single self-contained page.
+    """Write a report of the finished stages as one self-contained page.
 
     You can also write the report while the study is running.
 
@@ -180,8 +177,6 @@ def report(
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
-    if show and not webbrowser.open(page.resolve().as_uri()):
-        warn(f"No browser was found; open {page} yourself.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
@@ -190,10 +185,7 @@ def report(
 
 Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
 Replace = Annotated[
-    str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
-]
-Who = Annotated[
-    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name no operator.", show_default="you")
+    str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
 
 
@@ -202,14 +194,13 @@ def enter(
     sheet: Sheet,
     out: Out = None,
     replace: Replace = "",
-    who: Who = "",
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Enter the results of runs done by hand, then continue the study.
 
-    Correct rows are recorded; the others are listed with their errors. If a run was not possible, write
-    [bold]failed: why[/bold]; with --replace this also removes an earlier result.
+    Correct rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
+    [bold]failed: reason[/bold] in its row. With --replace, such a row removes an earlier result of the run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
@@ -222,7 +213,7 @@ def enter(
         raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
-        found = enter(work.study, work.folder, rows, replace_because=reason, who=who or user_name())
+        found = enter(work.study, work.folder, rows, replace_because=reason, who=user_name())
         if as_json:
             refused = [
                 {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused

@@ -31,12 +31,9 @@ def paper_tables(study: Study, results: Results, holds: bool = True) -> list[Pap
     return [_factors(study, setting.labelled), *tables]
 
 
-def numbered(tables: Sequence[PaperTable], as_published: bool = False) -> list[PaperTable]:
-    """Return tables numbered from 1, or from 5 as in the published study; with its numbers where it has all of them."""
-    if as_published and all(table.number for table in tables):
-        return list(tables)
-    first = tables[0].number if as_published else 1
-    return [replace(table, number=number) for number, table in enumerate(tables, first)]
+def numbered(tables: Sequence[PaperTable]) -> list[PaperTable]:
+    """Return tables numbered from 1."""
+    return [replace(table, number=number) for number, table in enumerate(tables, 1)]
 
 
 def _factors(study: Study, names: Names) -> PaperTable:

@@ -309,6 +309,6 @@ def test_a_study_that_no_machine_can_hold(folder: Path, number: int, _rng: rando
     elif verb == "export deck":
         assert result.exit_code == 0 or "at most 2e+06 are written" in said, said
     else:
-        assert "A run needs about" in said or "than 48 h" in said, said
+        assert "One run needs about" in said or "than 48 h" in said, said
         assert result.exit_code == (0 if verb == "check" else 2)
         assert not list(folder.glob("out/runs/*.json"))
