@@ -72,18 +72,21 @@ def _plugins() -> list[Finding]:
 
 def _folders() -> list[Finding]:
     """Return the state of the folder of compiled kernels, and the fonts for Chinese names."""
-    from stemcal.fem.kernels.compile import own_folder, unusable
+    import tempfile
+    from pathlib import Path
+
+    from stemcal.fem.kernels.compile import CACHE
     from stemcal.report.figures.style import installed_fonts
 
-    folder, reason = own_folder(), unusable(own_folder())
-    hint = f"{reason}, so kernels are cached in the temporary folder; set STEMCAL_CACHE_DIR to a private folder"
+    temporary = CACHE.parent == Path(tempfile.gettempdir())
+    hint = f"{CACHE} is temporary: set STEMCAL_CACHE_DIR to a folder that only you can write"
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
     missing = (
         "none found: Chinese names appear as boxes in PNG and PDF figures; install a font such as fonts-noto-cjk "
         "(Debian, Ubuntu) or google-noto-sans-cjk-fonts (Fedora)"
     )
     return [
-        ("cache", hint if reason else str(folder), None if reason else True),
+        ("cache", hint if temporary else str(CACHE), None if temporary else True),
         ("Chinese fonts", ", ".join(chinese) or missing, bool(chinese) or None),
     ]
 

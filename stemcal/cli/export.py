@@ -50,22 +50,22 @@ app = typer.Typer(
 def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
     """Write the tables of a study for a publication.
 
-    The tables are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
-    parameters and validation. A Word file also contains the figures.
+    The tables are saved in tables/ inside the study folder: the factors, the runs and the results of each stage, and
+    the parameters. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
-    from stemcal.report.export import export_tables, numbered, paper_tables
+    from stemcal.report.export import export_tables, study_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.verdict.rules import verdict_of
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
-    printed = numbered(paper_tables(study, results, holds))
+    found = study_tables(study, results, holds)
     plots = gallery(study, results, read_records(results, folder)) if kind == "docx" else []
     plots = [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
-    _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)
+    _tell([str(path) for path in export_tables(found, kind, folder.path / "tables", plots)], as_json)
 
 
 @app.command()

@@ -56,7 +56,7 @@ def run(
         if retry:
             _compute_again(work)
         work.foresee()
-        show = _go_through(work, not as_json, until)
+        show = _go_through(work, until)
     show(as_json, quiet)
 
 
@@ -80,7 +80,7 @@ def _compute_again(work: Session) -> None:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
 
-def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
+def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
@@ -92,7 +92,7 @@ def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable
     made: list[StageResult] = []
     work.folder.remember_spec(work.study.source)
     try:
-        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell), until=until)
+        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work), until=until)
     except TargetUnreachable as error:
         unreachable = error
     work.watch.busy("drawing the report")
@@ -108,25 +108,17 @@ def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable
     return show
 
 
-def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
-    """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
-    from stemcal.cli.show import show_known
-    from stemcal.report.drawing import draw_early
+def _showing(work: Session) -> Callable[[StageResult], None]:
+    """Return what writes the page after a stage, except the last: the whole page follows."""
+    from stemcal.report.drawing import draw_words
     from stemcal.stages.fresh import finished
-    from stemcal.stages.results import fresh_results
     from stemcal.stages.stage import stages_of
-    from stemcal.stages.verdict.rules import verdict_of
 
-    study, folder, known = work.study, work.folder, list[Any]()
-    last, before = stages_of(study)[-1].name, finished(study, folder)
+    last, before = stages_of(work.study)[-1].name, finished(work.study, work.folder)
 
     def show(result: StageResult) -> None:
-        if tell:
-            with work.watch.aside():
-                show_known(result)
-        if result.name != last and not before:  # the whole page follows the last one
-            results = fresh_results(study, folder)
-            known[:] = draw_early(study, folder, results, verdict_of(study, folder, results), known)
+        if result.name != last and not before:
+            draw_words(work.study, work.folder)
 
     return show
 
@@ -222,6 +214,6 @@ def enter(
         else:
             say(found.summary())
         found.require_all()
-        show = _go_through(work, tell=not as_json)
+        show = _go_through(work)
     if not as_json:
         show(False, quiet)

@@ -63,7 +63,7 @@ def test_export(done: Path, kind: str) -> None:
     result = command("export", "tables", REPLAY, "--out", done, "--format", kind, "--json")
     assert result.exit_code == 0
     paths = [Path(path) for path in json.loads(result.stdout)["result"]["files"]]
-    assert len(paths) == (9 if kind == "csv" else 1)
+    assert len(paths) == (11 if kind == "csv" else 1)
     assert all(path.stat().st_size > 50 for path in paths)
 
 

@@ -23,7 +23,6 @@ from stemcal.files.rows import Column, Table
 from stemcal.folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export import export_tables
-from stemcal.report.tables.columns import PaperTable
 from stemcal.solvers.options import ResultReader
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.readers import read_number
@@ -132,8 +131,8 @@ def test_control_characters_are_spelled_out(tmp_path: Path) -> None:
     assert [text for text in said if UNREADABLE.search(text.replace("\r\n", "\n"))] == []
 
 
-def table_of(text: str) -> PaperTable:
-    return PaperTable(5, "a", text, Table((Column("", text), Column("x")), ((text, "1"), ("y", "2"))), text)
+def table_of(text: str) -> Table:
+    return Table((Column("", text), Column("x")), ((text, "1"), ("y", "2")), text, (text,))
 
 
 def printed(text: str) -> str:
