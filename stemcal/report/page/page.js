@@ -64,7 +64,7 @@ for (const sheet of all(".sheet")) {
   $(".scroll", sheet).after(button("Copy as CSV", event => copy(event, csv(texts())), { className: "quiet" }));
 }
 
-// ---- figures: the value nearest to the pointer
+// ---- figures: the value at the pointer
 
 const tip = make("div", { className: "tip", hidden: true });
 document.body.append(tip);
