@@ -76,11 +76,11 @@ const along = ({ ends, from, to, log }, value) => {
   const scale = log ? Math.log : Number;
   return ends[0] + (ends[1] - ends[0]) * (scale(value) - scale(from)) / (scale(to) - scale(from));
 };
-const told = ({ name, unit }, value) => name ? `${name} ${short(value)}${unit}` : "";
+const at = ({ name, unit }, value) => name ? `${name} ${short(value)}${unit}` : "";
 for (const svg of all("svg[data-read]")) {
   const axes = JSON.parse(svg.dataset.read);
   const points = axes.flatMap(({ x, y, series }) => series.flatMap(([label, values]) => values.map(([a, b]) => (
-    { at: [along(x, a), along(y, b)], text: [label, told(x, a), told(y, b)].filter(Boolean).join(", ") }))));
+    { at: [along(x, a), along(y, b)], text: [label, at(x, a), at(y, b)].filter(Boolean).join(", ") }))));
   svg.addEventListener("pointermove", event => {
     const [x, y] = placeIn(svg, event), far = point => Math.hypot(point.at[0] - x, point.at[1] - y);
     const nearest = points.reduce((best, point) => far(point) < far(best) ? point : best, points[0]);
@@ -365,7 +365,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       const [whole, one] = run ? [span(mean), span(run)] : [];
       choice.checked = i === seen;
       texts[0].textContent = short(y) + unit;
-      texts[1].textContent = !run ? "No interval: the fit is saturated"
+      texts[1].textContent = !run ? "Saturated fit: no interval"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
       texts[2].textContent = `Measured ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: error ${
         (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
@@ -374,7 +374,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       at[i] < low - 1e-6 * half || at[i] > high + 1e-6 * half
         ? [`${label} ${short(at[i])}${unit} is outside its range (${span([low, high])}${unit}).`] : []));
     if (far > radius + 1e-6) {
-      said.push(`The setting is ${short(far, 3)} coded units from the centre; the design extends to ${short(radius, 3)}.`);
+      said.push(`The setting is ${short(far, 3)} coded units from the centre; the runs extend to ${short(radius, 3)}.`);
     }
     part(".outside").textContent = said.length ? `Extrapolated: ${said.join(" ")}` : "";
     panels.forEach(({ typed, slider }, i) => {
