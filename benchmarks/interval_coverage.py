@@ -14,8 +14,8 @@ points and at the true parameters. `laws`: a deterministic solver with power law
 specimens with 1.5 % scatter. `failed`: three of the nine runs failed, so the surfaces have as many coefficients as
 runs. `hypercube`: the same with six and seven runs of a Latin hypercube. `replicates`: a program with 5 % scatter, r
 replicates per design point, exact measurements. `solution`: coverage of the true mean of this program and of one
-further run at the calibrated point. `priors`: a material drawn from normal and lognormal priors, about as wide as the
-intervals from the forces.
+further run at the calibrated point. `priors`: a material drawn from normal priors, about as wide as the intervals from
+the forces.
 
 `surfaces`: a deterministic solver with a smooth response, drawn at random from three families (sums of cosines,
 products of powers, sums of hyperbolic tangents), or with a rough but repeatable response. The row gives the coverage of
@@ -269,10 +269,8 @@ def solution_rows(studies: int) -> None:
 
 
 def _of_priors(n: int, random: np.random.Generator) -> Planted:
-    a, b = Prior(0, "normal", 0.3, 0.35, 0.0, 1.0), Prior(1, "lognormal", 10.0, 2.0, 10.0, 4.0)
-    s = float(np.sqrt(np.log1p((b.sd / b.mean) ** 2)))
-    value = b.mean * np.exp(s * random.standard_normal() - 0.5 * s**2)
-    truth = np.array([a.mean + a.sd * random.standard_normal(), (value - b.centre) / b.half_step])
+    a, b = Prior(0, 0.3, 0.35, 0.0, 1.0), Prior(1, 0.0, 0.5, 0.0, 1.0)
+    truth = np.array([prior.mean + prior.sd * random.standard_normal() for prior in (b, a)])[::-1]
     truth = np.clip(truth, -0.9 * SIDE, 0.9 * SIDE)
     lab = laboratory(n, 2.0 * SAME, 0.0, random, force, truth)
     return Planted(observations(lab, surfaces(0.0, random)), truth, REGION, (a, b))

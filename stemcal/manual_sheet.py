@@ -8,10 +8,10 @@ the earlier one.
 import getpass
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.executors import InlineExecutor
@@ -147,14 +147,6 @@ def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request
 
 
 @dataclass(frozen=True)
-class Correction:
-    """Why results may replace others (empty: they may not), and who enters them."""
-
-    replace: str = ""
-    who: str = ""
-
-
-@dataclass(frozen=True)
 class Entered:
     """The names of the runs that were taken, were known already, were replaced; the rows that were refused."""
 
@@ -187,24 +179,22 @@ class _Result:
 
     filled: Filled
     request: Request
-    key: str
     answer: Answer
 
 
-@dataclass
-class _Sorted:
-    """Results on the way to their records."""
-
-    new: list[_Result] = field(default_factory=list)
-    known: list[_Result] = field(default_factory=list)
-    others: list[_Result] = field(default_factory=list)
-    refused: list[RowRefused] = field(default_factory=list)
-
-
-def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Correction = Correction()) -> Entered:
+def enter(
+    study: Study, folder: StudyFolder, sheet: Sequence[Filled], *, replace_because: str = "", who: str = ""
+) -> Entered:
     """Record the results of a sheet; the folder must be locked.
 
     Correct rows are accepted even if others are rejected.
+
+    Parameters
+    ----------
+    replace_because : str
+        Why results may replace others; empty: they may not.
+    who : str
+        Who did the runs of the rows that do not name anybody.
 
     Raises
     ------
@@ -220,11 +210,22 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], how: Corre
         waiting = gone_on(study, folder) if rows else None
     except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
         waiting = None
-    solver = make_solver(seen)
-    found = _sorted(seen, folder, solver, _known_runs(study, folder, waiting) if rows else [], rows, how)
-    for result in (*found.new, *found.others):
-        _record(result, solver, folder, how)
-    return Entered(_names(found.new), _names(found.known), _names(found.others), tuple(found.refused))
+    solver, refused = make_solver(seen), list[RowRefused]()
+    found: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
+    runs = by_name(_known_runs(study, folder, waiting) if rows else [])
+    for key, (first, *others) in _by_run(seen, solver, runs, rows, refused).items():
+        if other := next((one for one in others if not _agree(one.answer, first.answer)), None):
+            refused += [_told_twice(first.filled, other.filled), _told_twice(other.filled, first.filled)]
+            continue
+        try:
+            sort = _against_record(first, folder.load(key), study, replace_because)
+        except RowRefused as one:
+            refused.append(one)
+            continue
+        found[sort].append(run_name(first.request))
+        if sort != "known":
+            _record(key, first, solver, folder, replace_because, who)
+    return Entered(**{sort: tuple(names) for sort, names in found.items()}, refused=tuple(refused))
 
 
 def require_sheet(study: Study) -> None:
@@ -244,40 +245,26 @@ def user_name() -> str:
         return ""
 
 
-def _names(results: Sequence[_Result]) -> tuple[str, ...]:
-    return tuple(run_name(result.request) for result in results)
-
-
-def _sorted(
-    study: Study, folder: StudyFolder, solver: Solver, runs: Sequence[Request], sheet: Sequence[Filled], how: Correction
-) -> _Sorted:
-    """Check every row by itself, then against the others and against the records."""
-    found, seen, named = _Sorted(), dict[str, _Result](), by_name(runs)
-    twice: set[str] = set()
+def _by_run(
+    study: Study,
+    solver: Solver,
+    runs: Mapping[str, Sequence[Request]],
+    sheet: Sequence[Filled],
+    refused: list[RowRefused],
+) -> dict[str, list[_Result]]:
+    """Return the rows that are right by themselves by the keys of their runs; the others are added to `refused`."""
+    found: dict[str, list[_Result]] = {}
     for filled in sheet:
         try:
-            result = _result(study, solver, named, filled)
-        except RowRefused as refused:
-            found.refused.append(refused)
+            if filled.broken:
+                raise RowRefused(filled, "broken_row", filled.broken)
+            request = meant_run(study, runs, filled)
+            result = _Result(filled, request, result_in(study, filled))
+        except RowRefused as one:
+            refused.append(one)
             continue
-        first = seen.setdefault(result.key, result)
-        if not _agree(result.answer, first.answer):
-            twice.add(result.key)
-            found.refused += [_told_twice(filled, first.filled), _told_twice(first.filled, filled)]
-    for key, result in seen.items():
-        if key not in twice:
-            try:
-                _against_record(found, result, folder.load(key), study, how)
-            except RowRefused as refused:
-                found.refused.append(refused)
+        found.setdefault(record_key(solver, request), []).append(result)
     return found
-
-
-def _result(study: Study, solver: Solver, runs: Mapping[str, Sequence[Request]], filled: Filled) -> _Result:
-    if filled.broken:
-        raise RowRefused(filled, "broken_row", filled.broken)
-    request = meant_run(study, runs, filled)
-    return _Result(filled, request, record_key(solver, request), result_in(study, filled))
 
 
 def _told_twice(row: Filled, other: Filled) -> RowRefused:
@@ -288,32 +275,31 @@ def _told_twice(row: Filled, other: Filled) -> RowRefused:
 
 
 def _against_record(
-    found: _Sorted, result: _Result, record: Mapping[str, Any] | None, study: Study, how: Correction
-) -> None:
-    """Sort a result into new, known and replacing; refuse one that is known otherwise."""
+    result: _Result, record: Mapping[str, Any] | None, study: Study, because: str
+) -> Literal["taken", "known", "replaced"]:
+    """Return whether a result is new, known or replaces another; refuse one that is known otherwise."""
     filled = result.filled
-    before = None if record is None or not stands(record, study.runs) else answer_of(record)
-    if before is None:
-        found.new.append(result)
-    elif _agree(before, result.answer) or (not how.replace and _was_replaced(record, result.answer)):
-        found.known.append(result)
-    elif how.replace or (not before.ok and result.answer.ok):
-        found.others.append(result)
-    else:
-        assert record is not None
-        told = [str(record["details"].get(name, ""))[:16] for name in ("entered", "entered_by")]
-        message = (
-            f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), not "
-            f'{_said(result.answer)}; to replace it, enter the sheet with --replace "why"'
-        )
-        raise RowRefused(filled, "known_otherwise", message)
+    before = None if record is None or not stands(record, study.by_hand.runs) else answer_of(record)
+    if before is None or record is None:
+        return "taken"
+    if _agree(before, result.answer) or (not because and _was_replaced(record, result.answer)):
+        return "known"
+    if because or (not before.ok and result.answer.ok):
+        return "replaced"
+    told = [str(record["details"].get(name, ""))[:16] for name in ("entered", "entered_by")]
+    raise RowRefused(
+        filled,
+        "known_otherwise",
+        f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), not "
+        f'{_said(result.answer)}; to replace it, enter the sheet with --replace "why"',
+    )
 
 
-def _was_replaced(record: Mapping[str, Any] | None, answer: Answer) -> bool:
+def _was_replaced(record: Mapping[str, Any], answer: Answer) -> bool:
     """Whether a result is an earlier one that another has replaced: the sheet is older than the correction."""
     return any(
         _agree(Answer(old["status"], old["response"], details={RESPONSES: old.get(RESPONSES, {})}), answer)
-        for old in (record or {"details": {}})["details"].get("replaced", [])
+        for old in record["details"].get("replaced", [])
         if old["status"] == "ok"
     )
 
@@ -338,18 +324,18 @@ def _said(answer: Answer) -> str:
 # ---- recorded
 
 
-def _record(result: _Result, solver: Solver, folder: StudyFolder, how: Correction) -> None:
+def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str, who: str) -> None:
     """Save a result with who entered it and when; an earlier one stays in the record."""
-    before, filled, time = folder.peek(result.key), result.filled, now()
-    told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or how.who}
+    before, filled, time = folder.peek(key), result.filled, now()
+    told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or who}
     told |= {name: text for name, text in (("done", filled.said.get(WHEN)), ("remark", filled.remark)) if text}
     if before is not None:
         old = {name: before[name] for name in ("status", "response", "reason", "message")}
-        further = before["details"].get(RESPONSES)
-        entry = old | ({RESPONSES: further} if further else {}) | {"until": time, "because": how.replace}
-        entry |= {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
+        details = {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
+        further = {RESPONSES: before["details"][RESPONSES]} if RESPONSES in before["details"] else {}
+        entry = old | further | {"until": time, "because": because} | details
         told["replaced"] = [*before["details"].get("replaced", []), entry]
         values = {"before": before["response"], "now": result.answer.response}
-        folder.log("result_replaced", key=result.key, run=filled.run, reason=how.replace, **values)
+        folder.log("result_replaced", key=key, run=filled.run, reason=because, **values)
     answer = replace(result.answer, details={**result.answer.details, **told})
-    keep(result.key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)
+    keep(key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)

@@ -25,13 +25,12 @@ RADIOSS = ".rad"
 _NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="Deck file: .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
+    Path, typer.Argument(metavar="PATH", help="Deck file, .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
     typer.Option("--for", help="Program for which the deck is written.", show_default="from study or file name"),
 ]
-NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the force expected from the deck.")]
 
 
 def export_deck(
@@ -40,16 +39,15 @@ def export_deck(
     program: Program = None,
     diameter: Diameter = None,
     settings: Settings = None,
-    no_force: NoForce = False,
     out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values if the study is not calibrated. The study's
-    averaging lengths are written as cards of the program. A name ending in .rad also writes OpenRadioss starter and
-    engine files. Units are mm, tonne, s, N and MPa.
+    Factors have their calibrated values, or mid-range values if the study is not calibrated. The averaging lengths of
+    the study are written as cards of the program. If PATH ends in .rad, the starter and engine files of OpenRadioss
+    are written too. The units of the deck are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -63,13 +61,13 @@ def export_deck(
     at = _diameter(study, diameter)
     require_material(study, levels, at)
     if not path.absolute().parent.is_dir():
-        raise UsageError(f"{path}: the folder {path.parent} does not exist")
+        raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
     form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
     deck = Deck.of(study, levels, at, form)
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
         write_atomic(file, text)
-    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
+    forces = None if quiet else _forces(deck, quiet)
     if as_json:
         of_deck, of_study = forces or (None, None)
         files = [str(file) for file in texts]
@@ -127,7 +125,9 @@ def _diameter(study: Study, given: str | None) -> float:
     mesh = study.solver.mesh
     size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
-        raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
+        raise UsageError(
+            f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm; use a larger diameter"
+        )
     return chosen
 
 
@@ -175,7 +175,10 @@ def _told(of_deck: float, of_study: float | None) -> list[str]:
     told = [f"{computed}, {significant(of_study)} N in the study (both computed with the embedded solver)."]
     off = 100.0 * (of_deck / of_study - 1.0)
     if abs(off) > _NEAR_PERCENT:
-        told.append(f"The deck differs by {off:+.0f} %. Correct the parameters in the program: docs/howto/transfer.md.")
+        told.append(
+            f"The force of the deck differs by {off:+.0f} %. Correct the parameters in the program; see "
+            "docs/howto/transfer.md."
+        )
     return told
 
 
@@ -207,8 +210,8 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails independently, the force depends on the element size and on the mesh position. The failure
-    strain is adjusted until the mean force over several positions equals the calibrated force. Run `stemcal run SPEC`
-    first.
+    strain is adjusted until the mean force over several mesh positions equals the calibrated force. The study must be
+    calibrated first with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

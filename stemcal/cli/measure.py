@@ -44,18 +44,11 @@ ForceColumn = Annotated[
 DisplacementColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Displacement column.", show_default="by name")
 ]
-TimeColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Time column, name or number.", show_default="by name")
-]
-Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Blade speed if there is no displacement.")]
 ForceUnit = Annotated[
     str | None, typer.Option(metavar="UNIT", help="Force unit: N, kN …", show_default="heading, else N")
 ]
 DisplacementUnit = Annotated[
     str | None, typer.Option(metavar="UNIT", help="Displacement unit.", show_default="heading, else mm")
-]
-TimeUnit = Annotated[
-    str | None, typer.Option(metavar="UNIT", help="Time unit: s, ms, min.", show_default="heading, else s")
 ]
 
 
@@ -97,10 +90,6 @@ def diameters(
 @app.command()
 def shear(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of force–displacement files, or one file.")],
-    pattern: Annotated[
-        str | None,
-        typer.Option(metavar="GLOB", help="Pattern of the file names, such as *.csv.", show_default="all readable"),
-    ] = None,
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table that gives the diameter of the specimen of each file.")
     ] = None,
@@ -114,11 +103,8 @@ def shear(
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
-    time_column: TimeColumn = None,
-    speed: Speed = None,
     force_unit: ForceUnit = None,
     displacement_unit: DisplacementUnit = None,
-    time_unit: TimeUnit = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
@@ -134,18 +120,18 @@ def shear(
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
     from stemcal.files.rows import Column, Rows, Table
-    from stemcal.measured.channels import CurveOptions
     from stemcal.measured.shear import SpecimenRow, find_files, measure_shear, read_index, section_of, target_rows
+    from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
     from stemcal.report.figures import curves as figures
     from stemcal.report.tables import laboratory as tables
     from stemcal.study.reading.read import with_rows
 
-    columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
-    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, _speed(speed), preload)
+    form = Form(encoding, separator, decimal, sheet)
+    how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
     how.check()
     listed = read_index(index) if index else {}
-    files = [path for path in find_files(folder, pattern) if index is None or path.resolve() != index.resolve()]
+    files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
     rows, targets = Rows(map(SpecimenRow.of, tests.specimens)), target_rows(tests, travel_and_work)
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
@@ -174,11 +160,8 @@ def tests(
     write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
-    time_column: TimeColumn = None,
-    speed: Speed = None,
     force_unit: ForceUnit = None,
     displacement_unit: DisplacementUnit = None,
-    time_unit: TimeUnit = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
@@ -193,14 +176,14 @@ def tests(
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """
     from stemcal.cli.session import read_study
-    from stemcal.measured.channels import CurveOptions
+    from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
     from stemcal.report.tables.laboratory import tests_table
     from stemcal.study.reading.read import with_rows
 
-    columns, units = (force_column, displacement_column, time_column), (force_unit, displacement_unit, time_unit)
-    how = CurveOptions(Form(encoding, separator, decimal, sheet), *columns, *units, _speed(speed), preload)
+    form = Form(encoding, separator, decimal, sheet)
+    how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
     found = measure_tests(read_study(spec), folder, how, exclude or [])
     section = "\n  - ".join(["targets:", *(row for rows in found.targets.values() for row in rows)])
     content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
@@ -228,14 +211,6 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     write_atomic(spec, text)
 
 
-def _speed(text: str | None) -> float | None:
-    """Return a speed in mm/s."""
-    from stemcal.study.reading.messages import checked
-    from stemcal.study.types.field_types import Speed
-
-    return None if text is None else float(checked(Speed, text, "--speed"))
-
-
 def _numbers(text: str | None) -> list[float]:
     """Return numbers separated by commas."""
     try:
@@ -249,7 +224,7 @@ def _leave_files(
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
     from stemcal.files.durable import as_json, write_atomic
-    from stemcal.report.figures.style import save_both
+    from stemcal.report.figures.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]
@@ -258,7 +233,8 @@ def _leave_files(
         if text:
             write_atomic(folder / name, text)
     for name, figure in figures.items():
-        save_both(figure, folder / name)
+        for kind in ("svg", "png"):
+            save(figure, folder / f"{name}.{kind}")
 
 
 def _show(

@@ -38,7 +38,7 @@ def init(
     _write_new(path, spec_text(stem, full))
     say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
-    note("edit it, then")
+    note("edit this file, then run")
     for verb in ("check", "run"):
         note(f"  stemcal {verb} {given}")
 
@@ -77,7 +77,7 @@ def _write_new(path: Path, text: str) -> None:
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
     """List all mistakes in a spec or, if there are none, its runs and cost.
 
-    Nothing is simulated or written. Time and memory exclude runs that are already in the study folder.
+    Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """

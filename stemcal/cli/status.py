@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -16,14 +17,14 @@ from stemcal.words import counted
 if TYPE_CHECKING:
     from stemcal.folder import StudyFolder
     from stemcal.naming import Names
-    from stemcal.overview.status import Inspection, StageStatus, Status
+    from stemcal.overview.status import StageStatus, Status
     from stemcal.study.model import Study
 
-MOST_NAMES = 20
+_MOST_NAMES = 20
 
 Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if any was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if a file was changed.")]
 
 
 def status(
@@ -55,9 +56,11 @@ def status(
         found = inspect(study, folder)
         result, sound = {**result, "verify": to_json(found)}, found.ok
         if not as_json:
-            say(*_verified(found))
-        for entry in found.damaged[:MOST_NAMES]:
-            fail(f"{entry.file} {entry.problem}")
+            intact = found.records - sum(file.startswith("runs/") for file in found.damaged)
+            stale = (f"{name} is stale: {', '.join(changed)} changed since." for name, changed in found.stale.items())
+            say(f"{folder.path}: {intact} of {found.records} records are intact.", *stale)
+        for file, problem in islice(found.damaged.items(), _MOST_NAMES):
+            fail(f"{file} {problem}")
     if as_json:
         say_json(result)
     if not sound:
@@ -118,11 +121,3 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
         title = f"{'Failed runs' if failed else 'Runs'} of study {study.name}"
         say_tables(listed(runs_table(found, names, study.names, title), names))
     return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(found)}
-
-
-def _verified(found: Inspection) -> list[str]:
-    intact = found.records - sum(entry.file.startswith("runs/") for entry in found.damaged)
-    stale = [
-        f"{one.stage}.json is stale: {', '.join(one.changed)} changed since." for one in found.stages if one.changed
-    ]
-    return [f"{found.folder}: {intact} of {found.records} records are intact.", *stale]

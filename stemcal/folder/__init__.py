@@ -264,7 +264,7 @@ def key_of(identity: Mapping[str, Any]) -> str:
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
     """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
     if (version := record.get("record_version")) != RECORD_VERSION:
-        return f"has record version {version!r:.20}, but this stemcal reads version {RECORD_VERSION}"
+        return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
         return f"is not the record of a run: it lacks {', '.join(missing)}"
     status, response = record["status"], record["response"]

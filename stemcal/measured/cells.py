@@ -9,11 +9,8 @@ from typing import NamedTuple
 
 from stemcal.errors import UsageError
 from stemcal.files import reading
-from stemcal.measured.headings import familiarity, shown
+from stemcal.measured.headings import shown
 
-_BEGINNING = 20_000  # bytes by whose words an encoding is judged
-_EASTERN = ("gb18030", "cp949", "cp932", "cp1251", "cp1254", "cp866", "cp1252")
-_WESTERN = ("cp1252", "cp1254", "gb18030", "cp1251")
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
 
@@ -53,13 +50,10 @@ def _cells_of(text: str, separator: str) -> list[str]:
 def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
     """Return a text and its encoding.
 
-    It is that of the byte order mark, or UTF-8, or UTF-16; else, of the encodings of Chinese, Korean, Japanese,
-    Russian, Turkish and Western machines, the one in which most words are known.
+    It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of Western European machines.
 
     >>> decoded("力/N".encode("gbk"), None, Path("a.csv"))
     ('力/N', 'gb18030')
-    >>> decoded("Сила, Н".encode("cp1251"), None, Path("a.csv"))
-    ('Сила, Н', 'cp1251')
     """
     try:
         found = reading.decoded(content, [encoding] if encoding else _guesses(content))
@@ -74,15 +68,12 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
 
 
 def _guesses(content: bytes) -> Iterator[str]:
-    """Yield Unicode, then, unless it is UTF-16, the encodings of one or two bytes a letter, the likeliest first."""
+    """Yield Unicode, then, unless it is UTF-16, GB18030 and the encodings of Western Europe."""
     yield from (unicode := list(reading.unicodes(content)))
-    if unicode != ["utf-8"]:
-        return
-    begin = content[:_BEGINNING]
-    # letters of Western Europe are isolated among ASCII, Chinese and Cyrillic ones come together
-    usual = _EASTERN if re.search(rb"[\x80-\xff]{2}", begin) else _WESTERN
-    yield from sorted(usual, key=lambda encoding: -familiarity(begin.decode(encoding, "ignore")))
-    yield "latin-1"
+    if unicode == ["utf-8"]:
+        # letters of Western Europe are isolated among ASCII, Chinese ones come together
+        yield from ("gb18030", "cp1252") if re.search(rb"[\x80-\xff]{2}", content) else ("cp1252",)
+        yield "latin-1"
 
 
 def is_workbook(content: bytes, source: object) -> bool:

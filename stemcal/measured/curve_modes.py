@@ -10,11 +10,9 @@ and what counts is how w differs from specimen to specimen. However finely a cur
 
     1  travel   u − F/k: the machine of stiffness k gives way too
     2  next to the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
-    3  scatter   S = rᵀr/(n − 1); h is what one standard deviation of the machine's compliance, or of the toe of the
-       curves, changes in the mean of w: these move all specimens alike, those of other diameters too
-    4  (S + n Σ hhᵀ) φ = λ φ: the space of the leading components that hold 99 % of the trace, q = 3 at most
-    5  in it the directions along which neither S nor Σ hhᵀ varies together, each φ of length one
-    6  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² (φᵀSφ/n + Σ(φᵀh)²)
+    3  scatter   S = rᵀr/(n − 1)
+    4  S φ = λ φ, each φ of length one: the leading components that hold 99 % of the trace, q = 3 at most
+    5  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² φᵀSφ/n
 
 Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side: S is the
 covariance matrix of 1 + q responses, estimated from n specimens (`doe.calibration.misfit`).
@@ -31,8 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import PRELOAD
-from stemcal.measured.shear_curves import RISE, contact_begins
+from stemcal.measured.shear_curves import PRELOAD, RISE, contact_begins
 
 Array = NDArray[np.float64]
 Curve = tuple[Array, Array]
@@ -43,15 +40,6 @@ FEWEST = 5
 MOST = 3
 _SHARES = np.arange(1, 26) / 25.0
 _HELD, _TOP, _FALLEN = 0.99, 0.95, 0.9
-
-
-@dataclass(frozen=True)
-class Machine:
-    """What is known of the testing machine: stiffness (N/mm) with its standard deviation, that of the toe (mm)."""
-
-    stiffness: float | None = None
-    stiffness_sd: float = 0.0
-    toe_sd: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,9 +58,6 @@ class CurveModes:
         φ.
     scatter : (modes,)
         Standard deviation of each score over the specimens, N.
-    systematic : (modes,) each
-        By how much the scores of all of them are off where the machine is stiffer, or the curves begin later, by one
-        standard deviation of what is known of it, N.
     specimens : int
         n.
     """
@@ -84,7 +69,6 @@ class CurveModes:
     along_force: tuple[float, ...]
     weights: tuple[tuple[float, ...], ...]
     scatter: tuple[float, ...]
-    systematic: dict[str, tuple[float, ...]]
     specimens: int
 
     @property
@@ -122,36 +106,25 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     return np.append(up / (mean_force * np.sqrt(len(_SHARES))), end / mean_travel)
 
 
-def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = MOST) -> CurveModes:
-    """Return the components of at least `FEWEST` smoothed curves, up to a number."""
-    given = 0.0 if machine.stiffness is None else 1.0 / machine.stiffness
-    curves = [from_preload(*_given_way(curve, given)) for curve in curves]
+def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int = MOST) -> CurveModes:
+    """Return the components of at least `FEWEST` smoothed curves, up to a number; of a machine's stiffness in N/mm."""
+    compliance = 0.0 if stiffness is None else 1.0 / stiffness
+    curves = [from_preload(travel - compliance * (force - force[0]), force) for travel, force in curves]
     forces = np.array([float(force.max()) for _, force in curves])
     mean_force = float(forces.mean())
     mean_travel = float(np.mean([travel[_top(force)] for travel, force in curves]))
-
-    def grid(moved: Sequence[Curve]) -> Array:
-        return np.array([on_grid(*curve, mean_force, mean_travel) for curve in moved])
-
-    w, n = grid(curves), len(curves)
+    w, n = np.array([on_grid(*curve, mean_force, mean_travel) for curve in curves]), len(curves)
     centre, apart = w.mean(axis=0), forces - mean_force
     along_force = apart @ (w - centre) / float(apart @ apart) if apart.any() else np.zeros_like(centre)
     r = w - centre - np.outer(apart, along_force)
-    # one standard deviation of 1/k is sd/k²
-    compliance_sd = machine.stiffness_sd * given**2
-    moved = {}
-    if compliance_sd:
-        moved["stiffness"] = grid([_given_way(curve, compliance_sd) for curve in curves]).mean(axis=0) - centre
-    if machine.toe_sd:
-        moved["toe"] = centre - grid([_without_toe(curve, machine.toe_sd) for curve in curves]).mean(axis=0)
-    h = np.array(list(moved.values())).reshape(-1, len(centre))
     scatter = r.T @ r / (n - 1)
-    values, vectors = np.linalg.eigh(scatter + n * h.T @ h)
+    values, vectors = np.linalg.eigh(scatter)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
     # with the maximum they stay below n − 1
     count = min(most, MOST, max(n - 3, 0), int(np.searchsorted(held, _HELD)) + 1)
-    weights = _apart(vectors[:, :count], scatter, h)
+    # the largest part of each is positive, so that equal curves have equal scores
+    weights = np.array([phi * np.sign(phi[int(np.argmax(np.abs(phi)))]) for phi in vectors[:, :count].T])
     return CurveModes(
         mean_force,
         mean_travel,
@@ -160,22 +133,8 @@ def modes_of(curves: Sequence[Curve], machine: Machine = Machine(), most: int = 
         tuple(along_force.tolist()),
         tuple(tuple(phi.tolist()) for phi in weights),
         tuple((mean_force * np.sqrt(((weights @ scatter) * weights).sum(axis=1))).tolist()),
-        {name: tuple((mean_force * weights @ one).tolist()) for name, one in moved.items()},
         n,
     )
-
-
-def _apart(vectors: Array, scatter: Array, h: Array) -> Array:
-    """Return directions in the space of the vectors along which neither scatter nor h varies together, (modes, G + 1).
-
-    With S = UΛUᵀ in that space, T = UΛ^(−1/2) makes it the unit matrix, which Q of TᵀhᵀhT = QMQᵀ leaves as it is.
-    """
-    values, axes = np.linalg.eigh(vectors.T @ scatter @ vectors)
-    white = vectors @ (axes / np.sqrt(np.maximum(values, 1e-12 * values.max())))[:, ::-1]
-    if len(h):
-        white = white @ np.linalg.eigh(white.T @ h.T @ h @ white)[1][:, ::-1]
-    # the largest part of each is positive, so that equal curves have equal scores
-    return np.array([phi / np.linalg.norm(phi) * np.sign(phi[int(np.argmax(np.abs(phi)))]) for phi in white.T])
 
 
 def smoothed(travel: Array, force: Array) -> Curve:
@@ -215,16 +174,3 @@ def from_preload(travel: Array, force: Array) -> Curve:
 
 def _top(force: Array) -> int:
     return int(np.argmax(force >= _TOP * force.max()))
-
-
-def _given_way(curve: Curve, compliance: float) -> Curve:
-    """Return a curve without the travel that a machine of this compliance (mm/N) has taken since its first point."""
-    travel, force = curve
-    return travel - compliance * (force - force[0]), force
-
-
-def _without_toe(curve: Curve, toe: float) -> Curve:
-    """Return a curve that begins later by a travel, mm."""
-    travel, force = curve
-    begin = min(int(np.searchsorted(np.maximum.accumulate(travel), toe)), _top(force) - 1)
-    return travel[begin:] - toe, force[begin:]

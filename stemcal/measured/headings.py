@@ -77,7 +77,6 @@ TRAVEL = (
     *("перемещение", "ход", "деформация", "удлинение", "прогиб", "путь", "смещение", "переміщення", "хід"),
     *("位移", "行程", "变形", "變形", "変位", "ストローク", "변위", "스트로크", "변형", "이동거리"),
 )
-TIME = ("time", "zeit", "tiempo", "temps", "tempo", "zaman", "süre", "время", "час", "时间", "時間", "시간")
 DIAMETER = (
     *("diameter", "durchmesser", "diametro", "diámetro", "diamètre", "çap", "диаметр", "діаметр"),
     *("直径", "径", "직경", "지름", "reading", "measurement", "d1", "d2", "d3", "d4"),
@@ -126,19 +125,6 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     )
 
 
-_FOREIGN = tuple(plain(word) for word in (*FORCE, *TRAVEL, *TIME, *DIAMETER, *LABEL, *NOT_MEANT) if not word.isascii())
-
-
-def familiarity(text: str) -> int:
-    """Return the number of letters in known words that are not ASCII: a measure of how well a text was decoded.
-
-    >>> familiarity("Сила, Н") > familiarity("Сила, Н".encode("cp1251").decode("cp1252"))
-    True
-    """
-    lowered = plain(text)
-    return sum(len(word) ** 2 for word in _FOREIGN if word in lowered)
-
-
 NEWTONS = {
     "N": 1.0, "kN": 1000.0, "daN": 10.0, "mN": 0.001, "kgf": 9.80665, "kg": 9.80665, "gf": 0.00980665, "g": 0.00980665,
     "lbf": 4.4482216152605, "lb": 4.4482216152605, "牛": 1.0, "牛顿": 1.0, "千牛": 1000.0, "公斤力": 9.80665,
@@ -148,17 +134,14 @@ MILLIMETRES = {
     "mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 0.001, "µm": 0.001, "μm": 0.001, "in": 25.4, "inch": 25.4,
     "毫米": 1.0, "厘米": 10.0, "微米": 0.001, "мм": 1.0, "см": 10.0, "м": 1000.0, "мкм": 0.001,
 }  # fmt: skip
-SECONDS = {
-    "s": 1.0, "sec": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0, "秒": 1.0, "毫秒": 0.001, "分": 60.0, "с": 1.0,
-    "сек": 1.0, "мс": 0.001, "мин": 60.0, "ч": 3600.0, "초": 1.0, "분": 60.0, "sn": 1.0, "dk": 60.0,
-}  # fmt: skip
 # other content of a line of units, next to the columns that are wanted
 _OTHER_UNITS = (
+    *("s", "sec", "ms", "min", "h", "秒", "毫秒", "分", "с", "сек", "мс", "мин", "ч", "초", "분", "sn", "dk"),
     *("%", "Pa", "kPa", "MPa", "GPa", "МПа", "V", "mV", "J", "mJ", "C", "°C", "1", "-"),
     *("mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
 )
-KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *SECONDS, *_OTHER_UNITS))
-_IN_ANY_CASE = frozenset(unit.casefold() for unit in KNOWN)
+_KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *_OTHER_UNITS))
+_IN_ANY_CASE = frozenset(unit.casefold() for unit in _KNOWN)
 _NUMBERS = ("1", "-")  # units on a separate line; at the end of a name, as in `Kraft 1`, a number
 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
@@ -191,10 +174,10 @@ def _unit_in(name: str) -> str:
     if match:
         return match[1] or match[2]
     words = name.split()
-    if len(words) > 1 and words[-1] in KNOWN and words[-1] not in _NUMBERS:
+    if len(words) > 1 and words[-1] in _KNOWN and words[-1] not in _NUMBERS:
         return words[-1]
     joined = re.search(rf"[{_EASTERN}]([A-Za-z%]{{1,3}})$", name)
-    return joined[1] if joined and joined[1] in KNOWN else ""
+    return joined[1] if joined and joined[1] in _KNOWN else ""
 
 
 def _narrow(text: str) -> str:

@@ -10,17 +10,16 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.files.typed import Spread, inline
-from stemcal.measured.channels import CurveOptions
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
-from stemcal.measured.shear_curves import ShearCurve, read_curves
+from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
-from stemcal.measured.tables import find_column, matching, read_table, scale_of
+from stemcal.measured.tables import columns_of, matching, read_table, scale_of
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.words import did_you_mean, series
 
-SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
+_SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names in a note
 
 
@@ -92,8 +91,6 @@ class ShearTests:
         found += [Note("excluded", "info", f"{s.name} is excluded (--exclude).") for s in self.specimens if s.excluded]
         files: dict[Note, list[str]] = {}
         for specimen in self.specimens:
-            for note in specimen.curve.of_file:
-                files.setdefault(note, []).append(specimen.name.partition("#")[0])
             for note in specimen.curve.notes:
                 files.setdefault(note, []).append(specimen.name)
         return [*found, *(note_on(names, note) for note, names in files.items()), *self.notes]
@@ -146,8 +143,7 @@ def measure_shear(
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
     notes = (
         *_not_there(listed, files, specimens),
-        *_equal("name", [(path.name, path.with_suffix("")) for path in files]),
-        *_equal("curve", [(s.name, s.curve.force.tobytes()) for s in counted]),
+        *_equal_curves(counted),
         *_preload(grades, how.preload),
     )
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
@@ -163,39 +159,33 @@ def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Se
     return [Note("not_there", "warning", text)] if missing else []
 
 
-def _equal(what: str, things: Sequence[tuple[str, object]]) -> Iterator[Note]:
-    """Yield a note on files or specimens with equal things: the name but for its suffix, or the whole curve."""
-    alike: dict[object, list[str]] = {}
-    for name, thing in things:
-        alike.setdefault(thing, []).append(name)
+def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[Note]:
+    """Yield a note on specimens with equal curves."""
+    alike: dict[bytes, list[str]] = {}
+    for specimen in specimens:
+        alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
     for names in alike.values():
         if len(names) > 1:
-            text = f"{series(names[:_MOST])} have the same {what} and may be the same specimen."
-            yield Note(f"equal_{what}s", "warning", text, Remedy("Omit one with --exclude."))
+            text = f"{series(names[:_MOST])} have the same curve and may be the same specimen."
+            yield Note("equal_curves", "warning", text, Remedy("Omit one with --exclude."))
 
 
-def find_files(folder: Path, pattern: str | None = None) -> list[Path]:
+def find_files(folder: Path) -> list[Path]:
     """Return the machine's files in a folder and those below it, sorted by name, 7mm before 10mm; a file itself."""
     if folder.is_file():
         return [folder]
     if not folder.is_dir():
         raise UsageError(f"{folder} does not exist; give a folder of force–displacement files, or one file")
-    try:
-        found = list(folder.rglob(pattern if pattern is not None else "*"))
-    except (ValueError, NotImplementedError):
-        raise UsageError(f"--pattern {shown(pattern or '')}: give a pattern of file names, such as '*.csv'") from None
-    files = sorted((path for path in found if _is_specimens(path, pattern)), key=_by_number)
+    files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
     if not files:
-        wanted = pattern or ", ".join("*" + suffix for suffix in SUFFIXES)
-        raise UsageError(f"{folder}: no files match {wanted}; add files or, for measure shear, use --pattern")
+        raise UsageError(f"{folder}: no files end in {series(_SUFFIXES)}; add files of the testing machine")
     return files
 
 
-def _is_specimens(path: Path, pattern: str | None) -> bool:
+def _is_specimens(path: Path) -> bool:
     """Return whether a file is one of a machine, not an index or a temporary file of Excel and others."""
-    wanted = pattern is not None or path.suffix.lower() in SUFFIXES
     aside = path.stem.lower() in ("index", "specimens") or path.name.startswith(("~$", ".", "._"))
-    return wanted and not aside and path.is_file()
+    return path.suffix.lower() in _SUFFIXES and not aside and path.is_file()
 
 
 def _by_number(path: Path) -> list[tuple[bool, float, str]]:
@@ -207,9 +197,13 @@ def _by_number(path: Path) -> list[tuple[bool, float, str]]:
 def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     """Return diameter and grade of each file from a table with the columns file, diameter and perhaps grade."""
     table = read_table(path)
-    name = find_column(table, FILE, "the names of files", "call it file")
-    diameter = find_column(table, DIAMETER, "the diameters", "call it diameter", known=MILLIMETRES)
-    scale, grade = scale_of(table, diameter, MILLIMETRES, "mm"), matching(table, GRADE)
+    names, diameters, grade = matching(table, FILE), matching(table, DIAMETER, MILLIMETRES), matching(table, GRADE)
+    if not names or not diameters:
+        raise UsageError(
+            f"{path}: the index has no columns `file` and `diameter` (it has {columns_of(table)}); rename the columns"
+        )
+    name, diameter = names[0], diameters[0]
+    scale = scale_of(table, diameter, MILLIMETRES, "mm")
     found = {}
     for row, cells in enumerate(table.rows):
         value, place = table.number(row, diameter), f"{path}: {shown(cells[name])}"
@@ -245,7 +239,7 @@ def _specimen(
     """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
-    named = _named_grade(path) if curve.over is None else _grade_near(curve.over)
+    named = _named_grade(path) if curve.over is None else None
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
@@ -265,15 +259,6 @@ def _named_grade(path: Path) -> float | None:
     (10.0, 7.5, None)
     """
     return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
-
-
-def _grade_near(diameter: float) -> float:
-    """Return the grade of a diameter: itself in halves of a millimetre, else the nearest whole one.
-
-    >>> _grade_near(7.5), _grade_near(12.1)
-    (7.5, 12.0)
-    """
-    return diameter if (2.0 * diameter).is_integer() else float(round(diameter))
 
 
 def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> _GradeForces:

@@ -1,7 +1,13 @@
-"""One force–displacement file of one specimen: read, sign set right, preload trimmed, maximum found."""
+"""One force–displacement file: which columns are force and displacement, and the curve of each specimen.
 
+Several specimens may be side by side (力, 位移, 力, 位移, …) or share one displacement column. Columns whose headings
+do not show what they contain are never guessed, and a choice among columns is reported.
+"""
+
+import math
 import re
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -9,19 +15,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import Channels, CurveOptions, channels_of
-from stemcal.measured.headings import MILLIMETRES, NEWTONS, SECONDS, is_missing, millimetres_in, shown
-from stemcal.measured.tables import TextTable, read_tables, scale_of
-from stemcal.note import Note
+from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, is_missing, millimetres_in, plain, shown
+from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
+from stemcal.note import Note, Remedy
 from stemcal.words import counted
 
 Array = NDArray[np.float64]
+PRELOAD = 5.0  # N
 RISE = 0.2  # share of the maximum that settling never reaches
+_NAME_THEM = "give both columns by name or number with --force-column and --displacement-column"
+
+
+@dataclass(frozen=True)
+class CurveOptions:
+    """How the files of a machine are read; what is None is detected.
+
+    Parameters
+    ----------
+    force_column, displacement_column : str, optional
+        Name or number of a column; several, for specimens side by side, between commas.
+    preload : float
+        Force in N below which the blade only settles; the curve begins where it is last reached before the rise.
+    """
+
+    form: Form = field(default_factory=Form)
+    force_column: str | None = None
+    displacement_column: str | None = None
+    force_unit: str | None = None
+    displacement_unit: str | None = None
+    preload: float = PRELOAD
+
+    def check(self) -> None:
+        """Raise `UsageError` if the preload is not a possible force."""
+        if not 0.0 <= self.preload < math.inf:
+            raise UsageError(f"--preload {self.preload:g}: give a force of at least 0 N")
 
 
 @dataclass(frozen=True)
 class ShearCurve:
-    """A specimen's force (N) over the blade's travel (mm) from where the preload was passed."""
+    """A specimen's force (N) over the blade's travel (mm) from where the preload was passed.
+
+    `label` is the sheet and the number of one among several specimens in a file. `diameter` is stated above the
+    data, `over` above the columns of the specimen, mm.
+    """
 
     __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists
 
@@ -32,9 +68,8 @@ class ShearCurve:
     diameter: float | None
     synthetic: bool
     notes: tuple[Note, ...] = ()
-    label: str = ""  # of one among several specimens in a file
-    over: float | None = None  # the diameter over its columns, mm
-    of_file: tuple[Note, ...] = ()  # notes on the file as a whole, with its first curve
+    label: str = ""
+    over: float | None = None
 
     @property
     def max_force(self) -> float:
@@ -48,7 +83,7 @@ class ShearCurve:
 
     @property
     def work_to_max(self) -> float:
-        """What the blade has done by the maximum, ∫F du, mJ."""
+        """Work of the blade up to the maximum, ∫F du, mJ."""
         end = int(np.argmax(self.force)) + 1
         force, travel = self.force[:end], self.travel[:end]
         return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(travel)))
@@ -57,96 +92,165 @@ class ShearCurve:
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
     """Return the curves of all specimens in a file, side by side or on separate sheets."""
     how.check()
-    tables, skipped = _tables_of_curves(path, how)
-    curves = [curve for table in tables for curve in _curves_of(table, how, several=len(tables) > 1)]
-    return [replace(curves[0], of_file=(*curves[0].of_file, *skipped)), *curves[1:]]
-
-
-def _tables_of_curves(path: Path, how: CurveOptions) -> tuple[list[TextTable], list[Note]]:
-    """Return the sheets with curves, and a note on each other one; of a text its only table."""
     tables = read_tables(path, how.form)
-    if len(tables) == 1:
-        return tables, []
-    found, first = [], None
+    curves: list[ShearCurve] = []
     skipped: list[Note] = []
+    failure = None
     for table in tables:
         try:
-            channels_of(table, how)
-            found.append(table)
+            pairs, notes = _pairs(table, how)
         except UsageError as error:
-            first = first or error
+            failure = failure or error
             text = f"Sheet {shown(table.sheet)} contains no curve and was skipped."
             skipped.append(Note("sheet_skipped", "info", text))
-    if not found and first is not None:
-        raise first
-    return found, skipped
+            continue
+        curves += _curves_of(table, pairs, how, notes, several=len(tables) > 1)
+    if failure is not None and not curves:
+        raise failure
+    return [replace(curves[0], notes=(*skipped, *curves[0].notes)), *curves[1:]]
 
 
-def _curves_of(table: TextTable, how: CurveOptions, several: bool) -> list[ShearCurve]:
-    """Return the curves of one table; `several`: whether others are in the same file."""
-    channels, notes = channels_of(table, how)
-    if len(channels) > 1:
-        notes.insert(0, Note("side_by_side", "info", f"The file contains {len(channels)} specimens side by side."))
-    diameters = _stated_diameters(table, len(channels))
-    sheet = table.sheet if several else ""
-    curves = [
-        _curve(table, one, how, diameter, " ".join(filter(None, (sheet, one.label))))
-        for one, diameter in zip(channels, diameters, strict=True)
-    ]
-    return [replace(curves[0], of_file=tuple(notes)), *curves[1:]]
+# ---- which columns are force and displacement
 
 
-def _curve(table: TextTable, channels: Channels, how: CurveOptions, diameter: float | None, label: str) -> ShearCurve:
-    """Return the curve of one specimen."""
-    for column in (channels.across, channels.up):
+def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
+    """Return the columns of displacement and force of every specimen, and notes on the choice.
+
+    Raises
+    ------
+    UsageError
+        If columns have no headings, or the headings do not show which columns form a pair.
+    """
+    if not table.headed and (how.force_column is None or how.displacement_column is None):
+        raise UsageError(f"{table.source}: the columns have no headings ({columns_of(table)}); {_NAME_THEM}")
+    notes: list[Note] = []
+    forces = _columns(table, "force", how.force_column, FORCE, NEWTONS)
+    travels = _columns(table, "displacement", how.displacement_column, TRAVEL, MILLIMETRES)
+    apart = (
+        (how.force_column is None and not _are_alike(table, forces)),
+        (how.displacement_column is None and not _are_alike(table, travels)),
+    )
+    if apart[0] and len(travels) == 1:
+        forces = _first(table, "force", forces, notes)
+    if apart[1] and len(forces) == 1:
+        travels = _first(table, "displacement", travels, notes)
+    if len(travels) == 1 < len(forces):
+        text = f"{len(forces)} specimens share the displacement column {shown(table.columns[travels[0]])}."
+        remedy = Remedy("If these are channels of one specimen, select one channel with --force-column.")
+        if how.force_column is None:
+            notes.append(Note("shared_displacement", "caution", text, remedy))
+        travels = travels * len(forces)
+    if len(travels) != len(forces) or (len(forces) > 1 and any(apart)):
+        raise UsageError(
+            f"{table.source}: {counted(len(forces), 'force column')} and {len(travels)} of displacement among "
+            f"{columns_of(table)}; {_NAME_THEM}, the same number of each, as in --force-column 2,4 "
+            "--displacement-column 1,3"
+        )
+    pairs = list(zip(travels, forces, strict=True))
+    if any(travel == force for travel, force in pairs):
+        raise UsageError(f"{table.source}: the same column was given for force and displacement; {_NAME_THEM}")
+    return pairs, notes
+
+
+def _columns(
+    table: TextTable, what: str, given: str | None, words: Sequence[str], units: dict[str, float]
+) -> list[int]:
+    """Return the given columns, or those with a matching heading."""
+    found = matching(table, words, units) if given is None else given_columns(table, given, what)
+    if not found:
+        raise UsageError(
+            f"{table.source}: no {what} column found among {columns_of(table)}; name the column with --{what}-column, "
+            "or the encoding of the file with --encoding"
+        )
+    return found
+
+
+def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:
+    """Return the first of several columns, and note the choice."""
+    others = ", ".join(shown(table.columns[column]) for column in columns[1:4])
+    text = f"The {what} is read from {shown(table.columns[columns[0]])}, not from {others}."
+    notes.append(Note("column_chosen", "caution", text, Remedy(f"Use --{what}-column to read another column.")))
+    return [columns[0]]
+
+
+def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
+    """Return whether names differ in numbers or single letters at most, and units not at all."""
+    parts = (re.split(r"[\W\d_]+", plain(table.columns[i])) for i in columns)
+    roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
+    return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
+
+
+def _diameters_over(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[float | None]:
+    """Return the diameter (mm) above the columns of every specimen, or in the heading of its force."""
+    found, begin = [], 0
+    for pair in pairs:
+        above = [label for label in table.labels[begin : max(pair) + 1] if label]
+        over = millimetres_in(above[-1]) if above else None
+        found.append(millimetres_in(table.columns[pair[1]]) if over is None and len(pairs) > 1 else over)
+        begin = max(pair) + 1
+    return found
+
+
+_STATED = re.compile(
+    r"(?:diameter|durchmesser|диаметр|çap|直径|직경)\D{0,20}?(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE
+)
+
+
+def _stated_diameter(table: TextTable) -> float | None:
+    """Return the diameter in mm that a line above the data states."""
+    found = next(filter(None, map(_STATED.search, table.preamble)), None)
+    return None if found is None else float(found[1].replace(",", ".")) * (10.0 if found[2] == "cm" else 1.0)
+
+
+# ---- the curve of one specimen
+
+
+def _curves_of(
+    table: TextTable, pairs: Sequence[tuple[int, int]], how: CurveOptions, notes: Sequence[Note], several: bool
+) -> list[ShearCurve]:
+    """Return the curves of one table; `several`: whether other tables are in the same file."""
+    numbers = [str(number) if len(pairs) > 1 else "" for number in range(1, len(pairs) + 1)]
+    sheet, stated = table.sheet if several else "", _stated_diameter(table) if len(pairs) == 1 else None
+    curves: list[ShearCurve] = []
+    for pair, number, over in zip(pairs, numbers, _diameters_over(table, pairs), strict=True):
+        curve = _curve(table, *pair, how, [] if curves else list(notes))
+        label = " ".join(filter(None, (sheet, number)))
+        over = millimetres_in(sheet) if over is None else over
+        curves.append(replace(curve, diameter=stated, label=label, over=over))
+    return curves
+
+
+def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: list[Note]) -> ShearCurve:
+    """Return the curve of one specimen from its columns of displacement and force."""
+    for column in (across, up):
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
             raise UsageError(
                 f"{table.source}: {shown(table.columns[column])} contains {shown(held)} instead of numbers"
             )
-    rows, notes = usable(table, channels.across, channels.up)
+    rows, omitted = _usable(table, across, up)
     if len(rows.rows) < 5:
         raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a curve needs at least 5")
-    force = scale_of(table, channels.up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(channels.up))
-    travel = _travel(rows, channels, how, notes)
+    force = scale_of(table, up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(up))
+    travel = scale_of(table, across, MILLIMETRES, "mm", how.displacement_unit) * np.array(rows.numbers(across))
+    notes += omitted
     if -force.min() > force.max():
         force = -force
-        notes.append(
-            Note("pressing_is_positive", "info", "The sign of the force was reversed, so that compression is positive.")
-        )
+        text = "The sign of the force was reversed, so that compression is positive."
+        notes.append(Note("pressing_is_positive", "info", text))
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
         text = "The force is largest at the last point, so the test may have ended before the maximum."
         notes.append(Note("largest_at_end", "warning", text))
-    return ShearCurve(
-        source=table.source,
-        travel=np.abs(travel[begin:] - travel[begin]),
-        force=force[begin:],
-        trimmed=begin,
-        diameter=diameter,
-        synthetic=table.synthetic,
-        notes=tuple(notes),
-        label=label,
-        over=channels.diameter if channels.diameter is not None else millimetres_in(label),
-    )
+    travel = np.abs(travel[begin:] - travel[begin])
+    return ShearCurve(table.source, travel, force[begin:], begin, None, table.synthetic, tuple(notes))
 
 
-def _travel(table: TextTable, channels: Channels, how: CurveOptions, notes: list[Note]) -> Array:
-    """Return the displacement, mm; from time where that is all there is."""
-    column = channels.across
-    values = np.array(table.numbers(column))
-    if not channels.timed or how.speed is None:
-        return scale_of(table, column, MILLIMETRES, "mm", how.displacement_unit) * values
-    text = f"Displacement was computed as {shown(table.columns[column])} (time) times {how.speed:g} mm/s."
-    notes.append(Note("displacement_from_time", "info", text))
-    return how.speed * scale_of(table, column, SECONDS, "s", how.time_unit) * values
-
-
-def usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
-    """Return the table without rows that say nothing in the columns, and what was left out.
+def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
+    """Return the table without rows that have no value in the columns, and notes on what was left out.
 
     Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
-    the numbers stays, to be complained about.
+    the numbers stays, to be refused.
     """
     cells = [[row[column] for column in columns] for row in table.rows]
     last = max((i for i, row in enumerate(cells) if all(table.as_number(cell) is not None for cell in row)), default=-1)
@@ -175,27 +279,3 @@ def contact_begins(force: Array, preload: float) -> int:
     rise = int(np.argmax(force > max(preload, RISE * force[peak])))
     below = np.flatnonzero(force[:rise] <= preload)
     return int(below[-1]) if len(below) else 0
-
-
-_STATED = re.compile(r"(?:diameter|durchmesser|диаметр|çap|直径|직경)", re.IGNORECASE)
-_MEASURE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE)
-_AFTER = 20  # characters between the word and the number
-
-
-def _stated_diameters(table: TextTable, count: int) -> list[float | None]:
-    """Return the diameters in mm of `count` specimens that a line above the data states, None where it does not.
-
-    Of several specimens a line states either each, in their order, or one for all.
-    """
-    for line in table.preamble:
-        found = _STATED.search(line)
-        if found is None:
-            continue
-        numbers = list(_MEASURE.finditer(line[found.end() : found.end() + _AFTER * (1 + count)]))
-        if not numbers or numbers[0].start() > _AFTER:
-            continue
-        values = [float(m[1].replace(",", ".")) * (10.0 if m[2] == "cm" else 1.0) for m in numbers]
-        if len(values) == count:
-            return list(values)
-        return [values[0] if count == 1 or len(values) == 1 else None] * count
-    return [None] * count

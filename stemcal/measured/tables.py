@@ -272,14 +272,6 @@ def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
 # ---- which column is meant
 
 
-def find_column(table: TextTable, words: Sequence[str], what: str, remedy: str, known: Collection[str] = ()) -> int:
-    """Return the first of the columns that `matching` gives; raise `UsageError` if there is none."""
-    found = matching(table, words, known)
-    if not found:
-        raise UsageError(f"{table.source}: no column for {what} among {columns_of(table)}; {remedy}")
-    return found[0]
-
-
 def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
     """Return the columns whose names hold one of the words: of several those with a unit that is `known`.
 

@@ -12,9 +12,9 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, inline
 from stemcal.laboratory.perform import curve_responses, secant
-from stemcal.measured.channels import CurveOptions
 from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
+from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.note import Note
 from stemcal.solvers.options import BREAK_DROP

@@ -19,7 +19,7 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
 from stemcal.stages.fresh import CODE, changed_tables, changes_since
 from stemcal.stages.result import read_result
-from stemcal.stages.stage import STAGES, Stage, stage_called, stages_known, stages_of
+from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -237,60 +237,34 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 
 
 @dataclass(frozen=True)
-class _Damage:
-    """A file and what is wrong with it."""
-
-    file: str
-    problem: str
-
-
-@dataclass(frozen=True)
-class _StageState:
-    """A stage's file: what is wrong with it, what has changed since, its changed CSV tables."""
-
-    stage: str
-    problem: str
-    changed: tuple[str, ...]
-    changed_tables: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Inspection:
-    """Whether a study folder is sound: `ok` if nothing is damaged."""
+    """Whether a study folder is sound: what is wrong with damaged files, what has changed since stages were made."""
 
-    schema_version: int
-    stage: str
-    study: str
-    folder: str
     ok: bool
     records: int
-    damaged: tuple[_Damage, ...]
-    stages: tuple[_StageState, ...]
+    damaged: dict[str, str]
+    stale: dict[str, tuple[str, ...]]
 
 
 def inspect(study: Study, folder: StudyFolder) -> Inspection:
     """Check every record against its seal and its name, every stage against its spec; change nothing."""
     solver, keys = make_solver(study), folder.keys()
-    problems = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
-    stages = [_state(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
-    problems |= {f"{state.stage}.json": state.problem for state in stages}
-    changed = "is missing or was changed; `stemcal run SPEC` writes the file again"
-    problems |= dict.fromkeys((name for state in stages for name in state.changed_tables), changed)
-    damaged = tuple(_Damage(file, problem) for file, problem in problems.items() if problem)
-    return Inspection(1, "verify", study.name, str(folder.path), not damaged, len(keys), damaged, tuple(stages))
-
-
-def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> _StageState:
-    name = f"{stage.name}.json"
-    try:
-        content = folder.examine_stage(stage.name)
-        if (version := content.get("schema_version")) != FILE_VERSION:
-            return _StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
-        changed = changes_since(study, solver, folder, stage.name)
-        tables: tuple[str, ...] = ()
-        if CODE not in changed:  # of other code it may have another shape
-            tables = tuple(changed_tables(stage.result().from_json(content), folder))
-    except UsageError as error:
-        without_place = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
-        return _StageState(stage.name, without_place, ())
-    return _StageState(stage.name, "", tuple(changed), tables)
+    damaged = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
+    stale: dict[str, tuple[str, ...]] = {}
+    for stage in (stage for stage in stages_known(study) if folder.has_stage(stage.name)):
+        name = f"{stage.name}.json"
+        try:
+            content = folder.examine_stage(stage.name)
+            if (version := content.get("schema_version")) != FILE_VERSION:
+                damaged[name] = f"has schema version {version!r:.20}, not {FILE_VERSION}"
+                continue
+            changed = changes_since(study, solver, folder, stage.name)
+            stale |= {name: tuple(changed)} if changed else {}
+            if CODE not in changed:  # of other code it may have another shape
+                tables = changed_tables(stage.result().from_json(content), folder)
+                changed_file = "is missing or was changed; `stemcal run SPEC` writes the file again"
+                damaged |= dict.fromkeys(tables, changed_file)
+        except UsageError as error:
+            damaged[name] = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
+    damaged = {file: problem for file, problem in damaged.items() if problem}
+    return Inspection(not damaged, len(keys), damaged, stale)

@@ -81,18 +81,16 @@ class Embedded(Solver):
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
             film = Film(test.discretisation.integration.outputs) if request.pictured else None
             result = cutting.shear(test, inspect=film)
-            beside = perform_all(self._beside(request))
+            responses, warnings = perform_all(self._beside(request))
             scores = curve_scores(modes, result.history.travel, result.history.force_filtered, result.break_travel)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
-        result = replace(result, warnings=(*result.warnings, *beside.warnings))
+        result = replace(result, warnings=(*result.warnings, *warnings))
         scalars = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
         curve = kept_curve(result.history.travel, result.history.force_filtered)
         details = {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
-        if further := {**beside.responses, **scores}:
+        if further := {**responses, **scores}:
             details |= {RESPONSES: further}
-        if beside.details:
-            details |= {"laboratory": beside.details}
         if film is not None:
             details |= pictured(result, film)
         if (distrust := distrusted(result)) is not None:

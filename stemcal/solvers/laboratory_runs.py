@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 from stemcal import cutting
 from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
 from stemcal.errors import SimulationFailed
 from stemcal.fem.stepper import Inspect
-from stemcal.files.typed import to_json
 from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.note import Note
-from stemcal.solvers.measures import kept_curve
 from stemcal.study.model import TESTS, LaboratorySection, PieceSection, Study
 from stemcal.study.model.laboratory_kind import BEFORE_MAXIMUM
 
@@ -88,15 +86,6 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
     return plain
 
 
-@dataclass(frozen=True)
-class _Performed:
-    """What the tests of a run gave: responses by the study's names, warnings, and what the record keeps of each."""
-
-    responses: dict[str, float]
-    warnings: tuple[Note, ...]
-    details: dict[str, Any]
-
-
 def perform(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Perform a test, see `laboratory.perform`; of one that cannot be trusted a failure is made."""
     result = laboratory.perform(test, inspect) if isinstance(test, LaboratoryTest) else laboratory.cut(test, inspect)
@@ -116,8 +105,8 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
     return None
 
 
-def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> _Performed:
-    """Perform tests one after the other.
+def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dict[str, float], list[Note]]:
+    """Perform tests one after the other; return their responses by the study's names, and their warnings.
 
     Raises
     ------
@@ -126,7 +115,6 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> _Performe
     """
     responses: dict[str, float] = {}
     warnings: list[Note] = []
-    details: dict[str, Any] = {}
     for section, test in tests:
         try:
             result = perform(test)
@@ -138,8 +126,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> _Performe
                 raise SimulationFailed("no_response", message)
             responses[section.called(name)] = result.responses[name]
         warnings += doubts(result, section.measured)
-        details[section.name] = kept(result)
-    return _Performed(responses, tuple(dict.fromkeys(warnings)), details)
+    return responses, list(dict.fromkeys(warnings))
 
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
@@ -148,18 +135,3 @@ def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
     return [
         warning for warning in result.warnings if needs_maximum or warning.kind not in ("maximum_not_passed", "buckles")
     ]
-
-
-def kept(result: LaboratoryResult) -> Mapping[str, Any]:
-    """Return what a record keeps of a test."""
-    return {
-        "responses": result.responses,
-        "slope_r2": result.slope_r2,
-        "elements": result.elements,
-        "steps": result.steps,
-        "energy_drift_percent": result.energy_drift_percent,
-        "hourglass_ratio_percent": result.hourglass_ratio_percent,
-        "inertia_percent": result.inertia_percent,
-        "warnings": to_json(result.warnings),
-        "curve": kept_curve(result.history.travel, result.history.force_filtered, 100),
-    }

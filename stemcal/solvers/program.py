@@ -204,12 +204,10 @@ def run_in(
     options: ProgramOptions,
     read: Callable[[Ended], Answer],
     seconds: float | None = None,
-    check: Callable[[Ended], None] | None = None,
 ) -> Answer:
     """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
 
-    It may take `seconds`, all of the time limit by default. `check` raises if it ended badly; without it that
-    is an exit code other than 0.
+    It may take `seconds`, all of the time limit by default.
     """
     try:
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
@@ -222,7 +220,6 @@ def run_in(
             raise SimulationFailed(
                 "timeout", f"the program was terminated after {options.time_limit:g} s (solver.time_limit)"
             )
-        (check or code_is_zero)(ended)
         answer = read(ended)
     except SimulationFailed as failure:
         details["output"] = ended.output[-_KEPT_OUTPUT:]
@@ -271,7 +268,8 @@ class Command(Program[CommandSolver]):
         read = partial(self._read, folder, request)
         return run_command(folder, self.options.command, self.options, place, values, read)
 
-    def _read(self, folder: Path, request: Request, _ended: Ended) -> Answer:
+    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
+        code_is_zero(ended)
         naming = self.study.naming
         found = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
         first = found.pop(naming.response.name if naming.response.name in found else FIRST)

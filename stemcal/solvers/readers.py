@@ -127,27 +127,23 @@ def _number(value: Any, where: str) -> float:
 
 def _csv(text: str, result: ResultReader) -> _Series:
     lines = text.splitlines()
-    separator = max(",;\t", key=lines[0].count)
+    reader = csv.DictReader(lines, delimiter=max(",;\t", key=lines[0].count))
     try:
-        header, *rows = csv.reader(lines, delimiter=separator)
+        reader.fieldnames = [name.strip() for name in reader.fieldnames or ()]
+        rows = list(reader)
     except (csv.Error, ValueError) as error:
         raise SimulationFailed("bad_result", f"{result.file} is not a CSV table: {error}") from None
-    names = [name.strip() for name in header]
-    y = _column(names, rows, result.column or "", result.file)
-    return _Series(y, None if result.along is None else _column(names, rows, result.along, result.file))
-
-
-def _column(names: list[str], rows: list[list[str]], name: str, file: str) -> list[float]:
-    if name not in names:
-        raise SimulationFailed("no_result", f"{file} has no column {name!r}, only {', '.join(names)[:200]}")
-    index = names.index(name)
-    values = []
-    for line, row in enumerate(rows, start=2):
-        if row and len(row) <= index:
-            raise SimulationFailed("bad_result", f"{file}:{line} ends before column {name!r}")
-        if row:
-            values.append(_number(row[index], f"{file}:{line}"))
-    return values
+    for name in (result.column, result.along):
+        if name is not None and name not in reader.fieldnames:
+            there = ", ".join(reader.fieldnames)[:200]
+            raise SimulationFailed("no_result", f"{result.file} has no column {name!r}, only {there}")
+    y, x = (
+        None
+        if name is None
+        else [_number(row[name], f"{result.file}, row {number}") for number, row in enumerate(rows, 1)]
+        for name in (result.column, result.along)
+    )
+    return _Series(y or [], x)
 
 
 def _regex(text: str, file: str, pattern: str) -> _Series:

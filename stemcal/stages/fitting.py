@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from math import hypot
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from stemcal.study.model import Study, Target
 class Measured:
     """A measured mean at one condition: of the ``force``, or of a further response such as ``travel`` or ``work``.
 
-    `specimens` and `systematic` are those of an `Observation`.
+    `specimens` are those of an `Observation`.
     """
 
     condition: float
@@ -39,13 +38,6 @@ class Measured:
     n: int | None = None
     naming: Naming = CUTTING
     specimens: str = ""
-    systematic: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def spread(self) -> float | None:
-        """The standard deviation of n specimens by themselves that would leave the mean as uncertain."""
-        alike = hypot(*self.systematic.values())
-        return None if self.sd is None else hypot(self.sd, (self.n or 1) ** 0.5 * alike)
 
     @property
     def named(self) -> Named:
@@ -64,8 +56,8 @@ def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTI
     for name in responses:
         mean, sd = target.mean_of(name)
         if mean:
-            more = (target.specimens_of(name), target.systematic_of(name))
-            found.append(Measured(target.condition, name, mean, sd, target.count_of(name), naming, *more))
+            specimens = target.specimens_of(name)
+            found.append(Measured(target.condition, name, mean, sd, target.count_of(name), naming, specimens))
     return found
 
 
@@ -74,7 +66,7 @@ def fit_over(
 ) -> Fit:
     """Fit measured means, each with its surface, and priors within a region."""
     observations = [
-        Observation(s, mean.value, mean.sd, mean.n, mean.response, mean.specimens, mean.systematic)
+        Observation(s, mean.value, mean.sd, mean.n, mean.response, mean.specimens)
         for mean, s in zip(measured, surfaces, strict=True)
     ]
     return fit(observations, region, priors)
@@ -84,7 +76,7 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
     """Return the priors of the factors of a surface."""
     scales = zip(coding.names, coding.centre, coding.half_step, strict=True)
     return tuple(
-        Prior(j, known.kind, known.mean, known.sd, centre, half_step)
+        Prior(j, known.mean, known.sd, centre, half_step)
         for j, (name, centre, half_step) in enumerate(scales)
         if (known := study.factor(name).prior) is not None
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stemcal.folder import StudyFolder
-from stemcal.manual_sheet import Correction, Entered, awaited_runs, enter, gone_on
+from stemcal.manual_sheet import Entered, awaited_runs, enter, gone_on
 from stemcal.solvers.sheet.reading import filled, sheet_text
 from stemcal.study.model import Study
 
@@ -65,8 +65,8 @@ def awaited(study: Study, folder: StudyFolder) -> Cells:
     return cells_of(sheet_text(study, [(run, {}) for run in runs])) if runs else []
 
 
-def entered(study: Study, folder: StudyFolder, sheet: str | bytes, how: Correction = Correction()) -> Entered:
+def entered(study: Study, folder: StudyFolder, sheet: str | bytes, because: str = "", who: str = "") -> Entered:
     """Enter a sheet."""
     content = sheet.encode() if isinstance(sheet, str) else sheet
     with folder:
-        return enter(study, folder, filled(content, "sheet.csv", study), how)
+        return enter(study, folder, filled(content, "sheet.csv", study), replace_because=because, who=who)

@@ -12,7 +12,6 @@ from sheets import Cells, awaited, entered, filled_in, paper_by_hand, text_of
 from stemcal.errors import Waiting
 from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
-from stemcal.manual_sheet import Correction
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 
@@ -73,7 +72,7 @@ def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Pa
     refused = entered(study, folder, changed(sheet, "screen 3", "150")).refused
     assert [one.kind for one in refused] == ["known_otherwise"]
     assert changes_since(study, None, folder, "screen") == []
-    found = entered(study, folder, changed(sheet, "screen 3", "150"), Correction("wrong column", "Li"))
+    found = entered(study, folder, changed(sheet, "screen 3", "150"), "wrong column", "Li")
     assert found.replaced == ("screen 3",)
     assert changes_since(study, None, folder, "screen") == ["results"]
     record = next(r for key in folder.keys() if (r := folder.peek(key)) and r["response"] == 150.0)  # noqa: SIM118

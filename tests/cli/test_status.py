@@ -193,7 +193,7 @@ def test_verify_names_what_is_wrong(failed: Known) -> None:
     path.write_bytes(path.read_bytes().replace(b'"stage": "screen"', b'"stage": "scream"'))
     found = failed.json("status", "--verify")["verify"]
     assert found["ok"] is False and found["records"] == 12
-    assert found["damaged"] == [{"file": f"runs/{first}.json", "problem": "does not match its SHA-256 checksum"}]
+    assert found["damaged"] == {f"runs/{first}.json": "does not match its SHA-256 checksum"}
     result = failed("status", "--verify")
     assert result.exit_code == 1
     assert f"runs/{first}.json does not match" in result.stderr
@@ -222,11 +222,8 @@ def test_verify_sees_a_stage_of_another_solver(failed: Known) -> None:
     failed.solver(version=2)
     found = failed.json("status", "--verify")["verify"]
     assert found["ok"] is True
-    assert found["stages"] == [{"stage": "screen", "problem": "", "changed": ["stemcal"], "changed_tables": []}]
+    assert found["stale"] == {"screen.json": ["stemcal"]}
     (failed.out / "screen.json").write_bytes(b"{")
-    assert failed.json("status", "--verify")["verify"]["damaged"] == [
-        {
-            "file": "screen.json",
-            "problem": "is damaged: the file contains no JSON object; run `stemcal screen SPEC` again",
-        }
-    ]
+    assert failed.json("status", "--verify")["verify"]["damaged"] == {
+        "screen.json": "is damaged: the file contains no JSON object; run `stemcal screen SPEC` again"
+    }

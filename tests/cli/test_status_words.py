@@ -9,7 +9,7 @@ from stemcal.files.rows import Table
 from stemcal.folder import Holder
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
-from stemcal.report.page import Part, Picture
+from stemcal.report.page import _Part, _Picture
 from stemcal.report.page.headline import failures
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
@@ -51,6 +51,6 @@ def test_failed_runs_are_counted_with_their_reasons() -> None:
 
 def test_what_is_folded() -> None:
     tables = (Table((), (), "Analysis of variance"),)
-    folded = Part(details=tables, plates=(Picture("", ""),), notes=("a", "b", "c")).folded
+    folded = _Part(details=tables, plates=(_Picture("", ""),), notes=("a", "b", "c")).folded
     assert folded == "analysis of variance, 1 figure and 3 notes"
-    assert Part().folded == ""
+    assert _Part().folded == ""

@@ -200,7 +200,7 @@ def test_stage_files(folder: StudyFolder) -> None:
 
 def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
     folder.write_stage("screen", {"schema_version": 1, "stage": "screen"})
-    with pytest.raises(UsageError, match=r"screen.json has schema version 1, but .* version 2; run .* again"):
+    with pytest.raises(UsageError, match=r"screen.json has schema version 1; .* requires 2; run .* again"):
         folder.read_stage("screen")
 
 

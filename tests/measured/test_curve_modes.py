@@ -6,7 +6,7 @@ The planted curve is F(u) = F* (1 − (1 − u/u*)^m) up to u* = its travel, the
 import numpy as np
 import pytest
 
-from stemcal.measured.curve_modes import Curve, Machine, from_preload, modes_of, smoothed
+from stemcal.measured.curve_modes import Curve, from_preload, modes_of, smoothed
 
 RANDOM = np.random.default_rng(5)
 SHAPES = [(180.0 + 10.0 * a, 0.7 + 0.05 * b, 2.0 + 0.3 * c) for a, b, c in RANDOM.standard_normal((12, 3))]
@@ -28,8 +28,8 @@ def trimmed(curve: Curve) -> Curve:
 CURVES = [smoothed(*trimmed(planted(*shape))) for shape in SHAPES]
 
 
-def scores_of(curves: list[Curve], machine: Machine = Machine()) -> np.ndarray:
-    modes = modes_of(curves, machine)
+def scores_of(curves: list[Curve], stiffness: float | None = None) -> np.ndarray:
+    modes = modes_of(curves, stiffness)
     return np.array([modes.scores(*curve) for curve in curves])
 
 
@@ -43,7 +43,6 @@ def test_scores_lie_about_the_mean_force_and_vary_with_nothing_else() -> None:
     together = np.corrcoef(np.column_stack([forces, scores]).T)
     np.testing.assert_allclose(together, np.eye(1 + scores.shape[1]), atol=1e-9)
     np.testing.assert_allclose(modes.scatter, scores.std(axis=0, ddof=1), rtol=1e-9)
-    assert modes.systematic == {}
 
 
 def test_two_ways_to_differ_beside_the_maximum_are_two_modes() -> None:
@@ -114,36 +113,16 @@ def test_a_curve_begins_where_it_passes_the_preload() -> None:
 
 def test_the_known_give_of_the_machine_is_taken_out() -> None:
     soft = [(travel + (force - force[0]) / 1500.0, force) for travel, force in CURVES]
-    known = modes_of(soft, Machine(stiffness=1500.0))
+    known = modes_of(soft, 1500.0)
     np.testing.assert_allclose(known.weights, modes_of(CURVES).weights, atol=1e-5)
     np.testing.assert_allclose(known.scatter, modes_of(CURVES).scatter, rtol=1e-4)
     assert modes_of(soft).travel > known.travel + 0.1
 
 
-def test_what_is_not_known_of_the_machine_is_no_scatter_of_the_specimens() -> None:
-    """A toe of a known SD moves the mean of the scores by what is told of it, however many specimens there are."""
-    toe = 0.05
-    for curves in (CURVES, CURVES * 8):
-        modes = modes_of(curves, Machine(toe_sd=toe))
-        late = [modes.scores(u + toe * np.clip(f / 5.0 - 1.0, 0.0, 1.0), f) for u, f in CURVES]
-        off, told = np.mean(late, axis=0) - modes.force, np.array(modes.systematic["toe"])
-        np.testing.assert_allclose(off, told, atol=0.12 * np.abs(told).max())
-
-
-def test_specimens_and_machine_vary_along_the_same_scores() -> None:
-    """In the scores neither the scatter of the specimens nor the shift by the machine varies together.
-
-    A machine that is one standard deviation stiffer, 300/1500² mm/N, has given way by less than is taken off.
-    """
-    given = [(u + (f - f[0]) / 1500.0, f) for u, f in CURVES]
-    modes = modes_of(given, Machine(1500.0, 300.0))
-    stiffer = [modes.scores(u - (f - f[0]) * 300.0 / 1500.0**2, f) for u, f in CURVES]
-    off, told = np.mean(stiffer, axis=0) - modes.force, np.array(modes.systematic["stiffness"])
-    np.testing.assert_allclose(off, told, atol=1e-3 * np.abs(told).max())
-    modes = modes_of(CURVES, Machine(1500.0, 300.0))
-    scores = np.array([modes.scores(u - (f - f[0]) / 1500.0, f) for u, f in CURVES])
+def test_scores_do_not_vary_together() -> None:
+    modes = modes_of(CURVES)
+    scores = np.array([modes.scores(*curve) for curve in CURVES])
     np.testing.assert_allclose(np.corrcoef(scores.T), np.eye(len(modes.weights)), atol=0.02)
-    assert np.count_nonzero(np.abs(modes.systematic["stiffness"]) > 1e-6 * modes.force) == 1
 
 
 def test_few_specimens_have_few_modes() -> None:

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import CurveOptions
 from stemcal.measured.diameters import measure_diameters, proposed_grades
 from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
-from stemcal.measured.shear_curves import contact_begins, read_curves
+from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
@@ -93,7 +92,7 @@ def test_a_preload_that_weak_stems_feel_is_remarked_on(tmp_path: Path) -> None:
     """5 N of 16 N are 31 %, a hundredth is 0.16 N; of 60 N it is 8 %."""
     curve_file(tmp_path / "5mm-1.csv", [0.0, 4.0, 9.0, 16.0, 3.0])
     curve_file(tmp_path / "8mm-1.csv", [0.0, 4.0, 30.0, 60.0, 5.0])
-    weak, strong = (measure_shear(find_files(tmp_path, pattern)) for pattern in ("*.csv", "8mm*"))
+    weak, strong = (measure_shear(files) for files in (find_files(tmp_path), find_files(tmp_path / "8mm-1.csv")))
     (note,) = weak.all_notes()
     assert note.kind == "preload_of_weak_stems" and strong.all_notes() == []
     assert "5 N is 31 % of the maximum force at 5 mm (16 N)" in note.text and "--preload 0.2," in str(note)

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import CurveOptions
 from stemcal.measured.headings import FORCE, NEWTONS
-from stemcal.measured.shear_curves import read_curves
+from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.tables import matching, read_table
 
 CURVE = [(0.0, 0.0), (0.1, 1.2), (0.2, 4.8), (0.3, 12.5), (0.4, 60.0), (0.5, 1234.5), (0.6, 900.0), (0.7, 300.25)]

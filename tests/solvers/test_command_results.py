@@ -49,7 +49,7 @@ def test_csv_column(tmp_path: Path) -> None:
     ("text", "column", "reason"),
     [
         ("t;F\n0;1,5\n", "F", "bad_result"),
-        ("t,F\n0\n", "F", "bad_result"),
+        ("t,F\n0\n", "F", "nan"),
         ("t,F\n0,1\n", "G", "no_result"),
         ("t,F\n", "F", "no_result"),
         ('t,F\n0,"1\n', "G", "no_result"),

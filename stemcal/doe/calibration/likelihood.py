@@ -1,9 +1,8 @@
 """One fit: the parameters at which surfaces predict what was measured, and how far these may be off.
 
-Every measured mean is an observation, ȳ = ŷ(x) + errors: of its specimens, of its surface, of the testing machine,
-which moves several means together. A prior is one more observation, of variance 1: z = (v − μ)/σ of the value v, or
-of a lognormal one z = (ln v − m)/s with s² = ln(1 + (sd/mean)²), m = ln(mean) − s²/2. The covariance V of the errors
-is not known; `scatter` draws it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
+Every measured mean is an observation, ȳ = ŷ(x) + errors: of its specimens and of its surface. A prior is one
+more observation, of variance 1: z = (v − μ)/σ of the value v. The covariance V of the errors is not known;
+`observations` draws it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
 
     L(x) = mean of |V|^(−1/2) exp(−rᵀV⁻¹r/2)
 
@@ -26,11 +25,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.observations import Errors, Observation, errors_of, loadings
+from stemcal.doe.calibration.observations import Errors, Observation, errors_of
 from stemcal.doe.calibration.region import Objective, Region, optimise
 from stemcal.doe.regression.coding import term_columns, term_gradient
 from stemcal.doe.regression.least_squares import Array
@@ -43,10 +41,9 @@ _NOTHING = 1e-9  # of the largest certainty of a direction: below it nothing is 
 
 @dataclass(frozen=True)
 class Prior:
-    """The prior of the factor at place `j`, whose value is centre + half_step·xⱼ; `mean` and `sd` in its unit."""
+    """The normal prior of factor `j`, whose value is centre + half_step·xⱼ; `mean` and `sd` are in its unit."""
 
     j: int
-    kind: Literal["normal", "lognormal"]
     mean: float
     sd: float
     centre: float
@@ -54,29 +51,12 @@ class Prior:
 
     def z(self, points: Array) -> Array:
         """Return z at (m, k) coded points."""
-        if self.kind == "normal":
-            return np.asarray((self._value(points) - self.mean) / self.sd)
-        s = self._log_sd
-        return np.asarray((np.log(self._value(points) / self.mean) + 0.5 * s**2) / s)
-
-    def slope(self, points: Array) -> Array:
-        """Return ∂z/∂xⱼ at (m, k) coded points."""
-        scale = self.sd if self.kind == "normal" else self._log_sd * self._value(points)
-        return np.asarray(self.half_step / scale * np.ones(len(points)))
-
-    def log_density(self, points: Array) -> Array:
-        """Return the log density at (m, k) coded points, up to a constant."""
-        jacobian = np.log(self._value(points)) if self.kind == "lognormal" else 0.0
-        return np.asarray(-0.5 * self.z(points) ** 2 - jacobian)
+        return np.asarray((self.centre + self.half_step * points[:, self.j] - self.mean) / self.sd)
 
     @property
-    def _log_sd(self) -> float:
-        return float(np.sqrt(np.log1p((self.sd / self.mean) ** 2)))
-
-    def _value(self, points: Array) -> Array:
-        """Return the value; of a lognormal prior one above 0 also where a region is continued below it."""
-        value = self.centre + self.half_step * points[:, self.j]
-        return np.asarray(np.maximum(value, 1e-12 * self.mean) if self.kind == "lognormal" else value)
+    def slope(self) -> float:
+        """∂z/∂xⱼ."""
+        return self.half_step / self.sd
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +113,7 @@ class Fit:
             return np.asarray(of_data)
         rows = np.zeros((len(self.priors), self.region.k))
         for row, prior in zip(rows, self.priors, strict=True):
-            row[prior.j] = prior.slope(x[None])[0]
+            row[prior.j] = prior.slope
         return np.vstack([of_data, rows])
 
     # ---- the misfit
@@ -208,7 +188,7 @@ class Fit:
         found = -0.5 * ((squares - at_best) / loose + at_best + np.linalg.slogdet(draws)[1])
         top = found.max(axis=1)
         found = top + np.log(np.exp(found - top[:, None]).mean(axis=1))
-        return np.asarray(found + sum(prior.log_density(points) for prior in self.priors))
+        return np.asarray(found + sum(-0.5 * prior.z(points) ** 2 for prior in self.priors))
 
     # ---- what is known
 
@@ -245,18 +225,6 @@ class Fit:
         data = fit(self.observations, self.region)
         rise = self.tangents.misfits - data.tangents.misfits
         return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
-
-    def told_of(self, name: str) -> tuple[float, float] | None:
-        """Return mean and standard deviation of a shared error after the fit; before it they are 0 and 1.
-
-        The residuals r determine uᵀWr ± √(1 − uᵀQu) of it, Q = W − WJ(JᵀWJ)⁻¹JᵀW. None where there is no such error.
-        """
-        u = loadings(self.observations).get(name)
-        if u is None:
-            return None
-        whole = np.append(u, np.zeros(len(self.priors)))
-        told = float(whole @ self.precision @ self.tangents.gaps)
-        return told, max(1.0 - float(whole @ self.tangents.unfitted @ whole), 0.0) ** 0.5
 
     def only(self, kept: Sequence[int]) -> Fit:
         """Return the fit to some of the observations, by the same draws."""
@@ -328,13 +296,6 @@ class Tangents:
         b = self.basis.T @ self.slopes.T @ self.precision @ self.gaps
         beyond = float(b @ np.linalg.solve(self.basis.T @ self.information @ self.basis, b))
         return np.asarray(np.maximum(self._each[2] + beyond, 0.0))
-
-    @cached_property
-    def unfitted(self) -> Array:
-        """Q = W − WJ(JᵀWJ)⁻¹JᵀW: what the fit leaves of the residuals."""
-        w = self.precision @ self.slopes @ self.basis
-        inverse = np.linalg.inv(self.basis.T @ self.information @ self.basis)
-        return np.asarray(self.precision - w @ inverse @ w.T)
 
     def allowed(self, direction: Array, level: float = 0.95) -> float:
         """Return c: the rise of D at the ends of what the mixture of the draws allows along a direction."""

@@ -19,8 +19,8 @@ Surfaces
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -202,8 +202,7 @@ class Observation:
     """A measured mean with the surface that predicts it; `kind` is what was measured.
 
     Without `n` the standard deviation `sd` counts as known. Observations of the same `specimens`, by their name, have
-    one covariance matrix, in which they are uncorrelated. `systematic` has, by its name, by how much one standard
-    deviation of what moves all specimens alike moves the mean, of other conditions too.
+    one covariance matrix, in which they are uncorrelated.
     """
 
     surface: Surface
@@ -212,7 +211,6 @@ class Observation:
     n: int | None = None
     kind: str = FIRST
     specimens: str = ""
-    systematic: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,8 +266,6 @@ def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
         mine = np.flatnonzero([o.specimens == group for o in observations])
         factors = len(observations[0].surface.names) / len(groups)
         laboratory[:, mine[:, None], mine] = _of_specimens([observations[i] for i in mine.tolist()], factors, uniform)
-    for u in loadings(observations).values():
-        laboratory += np.outer(u, u)
     surfaces = []
     for kind in dict.fromkeys(kinds.tolist()):
         mine = np.flatnonzero(kinds == kind)
@@ -277,12 +273,6 @@ def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
         chance = told.by_chance(uniform)
         surfaces.append((mine, told, *told.missed(chance, uniform), chance))
     return Errors(laboratory, tuple(surfaces), scatter)
-
-
-def loadings(observations: Sequence[Observation]) -> dict[str, Array]:
-    """Return by how much one standard deviation of each shared error moves every observation, (m,)."""
-    names = dict.fromkeys(name for o in observations for name in o.systematic)
-    return {name: np.array([o.systematic.get(name, 0.0) for o in observations]) for name in names}
 
 
 def _of_specimens(observations: Sequence[Observation], factors: float, uniform: Uniforms) -> Array:

@@ -14,7 +14,7 @@ from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
 from stemcal.solvers.deck.writer import DECK
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.program import run_command
+from stemcal.solvers.program import code_is_zero, run_command
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 
@@ -37,6 +37,7 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 
 def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
     """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
+    code_is_zero(ended)
     _require_normal_termination(folder, ended.output)
     return peak(contact_force(read_text(folder, FORCES)), failed=failed_elements(folder, ended.output))
 

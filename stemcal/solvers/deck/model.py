@@ -214,7 +214,7 @@ class Deck:
         if not given:
             return
         if not self.form.lengths:
-            yield f"no card represents {' and '.join(given)}, so the force depends on this mesh"
+            yield f"the deck has no card for {' and '.join(given)}, so the force depends on the mesh"
         else:
             most = _RESOLVED * self.edge_spread
             yield (
@@ -227,7 +227,7 @@ class Deck:
                     f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
-            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; not tested with LS-DYNA"
+            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; this card was not tested with LS-DYNA"
         if self.density_factor > 1.0:
             yield (
                 f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass, because "
@@ -254,10 +254,10 @@ class Deck:
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
-            of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "all strain (VP = 0)"
+            of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "total strain (VP = 0)"
             yield (
                 f"the card uses the rate of {of} without smoothing, while the study smooths the rate over {time:.3g} "
-                "s; with little mass, vibration increases the rate"
+                "s; vibration of light elements increases the strain rate"
             )
 
 

@@ -17,9 +17,8 @@ from stemcal.solvers.deck.openradioss_output import (
     contact_force,
     deleted_elements,
     deletes_elements,
-    engine_ran,
+    require_normal_termination,
     starter_accepted,
-    table_made,
     text_left,
     values_not_read,
 )
@@ -102,18 +101,17 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
     """Run starter, engine and ``th_to_csv`` on the deck in `folder`, in one time limit; return the answer."""
     given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
     there = installation(options, spec_folder)
-    starter_ran, read = partial(_starter_ran, folder, deck), partial(_read, folder, peak)
     options = options.model_copy(update={"environment": there.environment})
-    steps: dict[str, tuple[list[str], Callable[[Ended], None], Callable[[Ended], Answer]]] = {
-        "starter": ([there.starter, "-i", given, "-np", "1"], starter_ran, lambda _: Answer("ok")),
-        "engine": ([there.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder), lambda _: Answer("ok")),
-        "th_to_csv": ([there.th_to_csv, HISTORY], partial(table_made, folder), read),
+    steps: dict[str, tuple[list[str], Callable[[Ended], Answer]]] = {
+        "starter": ([there.starter, "-i", given, "-np", "1"], partial(_starter_ran, folder, deck)),
+        "engine": ([there.engine, "-i", ENGINE_INPUT], partial(_engine_ran, folder)),
+        "th_to_csv": ([there.th_to_csv, HISTORY], partial(_table_made, folder, peak)),
     }
     seconds: dict[str, float] = {}
     try:
-        for name, (command, check, read_it) in steps.items():
+        for name, (command, read) in steps.items():
             left = max(options.time_limit - sum(seconds.values()), _LEAST_SECONDS)
-            answer = run_in(folder, command, options, read_it, left, check)
+            answer = run_in(folder, command, options, read, left)
             seconds[name] = answer.details.get("program_seconds", 0.0)
             answer = replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
             if not answer.ok:
@@ -134,21 +132,31 @@ def _program_version(there: _Installation) -> str:
     return ", ".join(dict.fromkeys(found))
 
 
-def _read(folder: Path, peak: Callable[..., Answer], _ended: Ended) -> Answer:
-    """Return the peak force by what the programs have left."""
+def _engine_ran(folder: Path, ended: Ended) -> Answer:
+    """Raise unless the engine came to its normal end."""
+    require_normal_termination(folder, ended)
+    return Answer("ok")
+
+
+def _table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
+    """Return the peak force by what the programs have left; raise if there is no table of the time histories."""
+    if ended.code != 0 or not (folder / TABLE).is_file():
+        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
+        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
     contact = contact_force(read_text(folder, TABLE))
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)
 
 
-def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> None:
+def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
     """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
     if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
         raise SimulationFailed(
             "not_as_written", f"the starter did not read all values of the deck: {', '.join(unread)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
+    return Answer("ok")
 
 
 def leave_engine_input(folder: Path, text: str | None) -> None:

@@ -11,7 +11,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.processes import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.writer import ENGINE_LISTING, HISTORY, STARTER_LISTING, TABLE, TITLES
+from stemcal.solvers.deck.writer import ENGINE_LISTING, STARTER_LISTING, TABLE, TITLES
 from stemcal.solvers.program import code_is_zero
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 
@@ -131,7 +131,7 @@ def starter_accepted(folder: Path, ended: Ended) -> str:
     return listing
 
 
-def engine_ran(folder: Path, ended: Ended) -> None:
+def require_normal_termination(folder: Path, ended: Ended) -> None:
     """Raise `SimulationFailed` unless the engine came to its normal end."""
     said = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
@@ -147,13 +147,6 @@ def engine_ran(folder: Path, ended: Ended) -> None:
         )
     code_is_zero(ended)
     raise SimulationFailed("no_termination", "the engine did not report normal termination")
-
-
-def table_made(folder: Path, ended: Ended) -> None:
-    """Raise `SimulationFailed` unless there is a table of the time histories."""
-    if ended.code != 0 or not (folder / TABLE).is_file():
-        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
-        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
 
 
 def text_left(folder: Path, name: str) -> str:

@@ -3,7 +3,7 @@
 At a condition (a diameter) each response (force, travel and work to the maximum force) has its own surface.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -22,13 +22,12 @@ from stemcal.doe.calibration.confidence_intervals import (
     unseen_directions,
 )
 from stemcal.doe.calibration.level_set import solve_target
-from stemcal.doe.calibration.likelihood import LEVEL, Fit
+from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.comparison import null_model
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
-from stemcal.note import Note
 from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
@@ -45,9 +44,7 @@ from stemcal.stages.invert.result import (
 )
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
-from stemcal.study.model import MachineSection, Study
-
-_UNTOLD = 1e-4  # of the prior variance of the machine: a smaller reduction is no information
+from stemcal.study.model import Study
 
 
 @a_stage(InvertResult)
@@ -99,24 +96,8 @@ def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),
         priors=prior_rows(study, coding),
-        notes=(
-            *(words.flat_direction(_changes_along(coding, row), units) for row in flat),
-            *machine_contradicted(study.machine, whole),
-        ),
+        notes=tuple(words.flat_direction(_changes_along(coding, row), units) for row in flat),
     )
-
-
-def machine_contradicted(machine: MachineSection, known: Fit) -> Iterator[Note]:
-    """Yield where the curves contradict what is stated of the machine: its compliance or the toe."""
-    from scipy.special import chdtrc
-
-    stiffness = f"{machine.stiffness or 0.0:.4g} ± {machine.stiffness_sd:.3g} N/mm"
-    for of, stated in (("stiffness", stiffness), ("toe", f"0 ± {machine.toe_sd:.3g} mm")):
-        if told := known.told_of(of):
-            z, spread = told
-            off = abs(z) / max(1.0 - spread**2, _UNTOLD) ** 0.5  # by the curves alone
-            if chdtrc(1.0, off**2) < LEVEL:
-                yield words.machine_contradicted(of, stated, off)
 
 
 def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> JointFitted:
@@ -176,7 +157,7 @@ def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
     """Return the priors of the factors of a surface, in their units."""
     known = [(name, study.factor(name)) for name in coding.names]
     return Rows(
-        PriorRow(name, factor.prior.kind, factor.prior.mean, factor.prior.sd, factor.unit, factor.prior.source)
+        PriorRow(name, factor.prior.mean, factor.prior.sd, factor.unit, factor.prior.source)
         for name, factor in known
         if factor.prior is not None
     )

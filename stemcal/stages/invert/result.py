@@ -58,7 +58,6 @@ class PriorRow:
     """What was known of a factor beforehand, in its unit, and from where."""
 
     factor: str
-    kind: Literal["normal", "lognormal"]
     mean: float
     sd: float
     unit: str

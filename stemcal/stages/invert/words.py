@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.naming import Names
-from stemcal.note import Note, Remedy
+from stemcal.note import Note
 from stemcal.numbers import change, fixed, interval, short, significant, tenths, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.words import series
@@ -180,13 +180,3 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
         "unchanged. Of all points with nearly the best fit, the point nearest to the centre is reported."
     )
     return Note("flat_direction", "warning", text)
-
-
-def machine_contradicted(of: str, stated: str, standard_deviations: float) -> Note:
-    """Return that the curves contradict the stated stiffness or toe of the testing machine."""
-    text = (
-        f"The measured curves contradict the {of} of the testing machine ({stated} in the `machine` section) by "
-        f"{standard_deviations:.1f} standard deviations."
-    )
-    remedy = Remedy("Check the `machine` section and the start of the measured curves.")
-    return Note("machine_contradicted", "warning", text, remedy)

@@ -85,7 +85,7 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
         "t": t_quantile(0.95, fit.df) if known else None,
         "runs": [[*x, y] for x, y in zip(fit.design.tolist(), fit.response.tolist(), strict=True)],
         "measured": mean.value,
-        "sd": mean.spread or 0.0,
+        "sd": mean.sd or 0.0,
         "error": _half_width(mean),
         "simulate": command if simulated and mean.response == FIRST else "",
     }
@@ -93,7 +93,7 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
 
 def _half_width(mean: Measured) -> float:
     """t·s/√n of the measured mean; with the normal quantile where n is not given, 0 of a mean without a scatter."""
-    if mean.spread is None:
+    if mean.sd is None:
         return 0.0
     n = mean.n or 1
-    return float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.spread / n**0.5)
+    return float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.sd / n**0.5)

@@ -43,7 +43,7 @@ class FurtherRow:
     def of(cls, mean: Measured, simulated: float) -> FurtherRow:
         """Compare a mean with what was simulated; those a study declares itself are judged as the first is."""
         named, error = mean.named, error_percent(mean.value, simulated)
-        return cls(named.name, named.unit, mean.value, mean.spread, simulated, error, mean.n, mean.leads)
+        return cls(named.name, named.unit, mean.value, mean.sd, simulated, error, mean.n, mean.leads)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,9 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
-from stemcal.measured.channels import CurveOptions
-from stemcal.measured.curve_modes import FEWEST, MOST, Curve, Machine, modes_of, smoothed
-from stemcal.measured.shear_curves import read_curves
+from stemcal.measured.curve_modes import FEWEST, MOST, Curve, modes_of, smoothed
+from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
@@ -48,7 +47,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "give force–travel files in the folder of the spec")]
+        return read, [Finding(path, str(error), "name force–travel files in the folder of the spec")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
@@ -58,7 +57,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
             )
     if not wrong and len(read) < FEWEST:
         message = f"curves of only {counted(len(read), 'specimen')} do not determine the scatter"
-        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give only force and sd"))
+        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or write only force and sd"))
     return read, wrong[:_MOST_NAMES]
 
 
@@ -75,7 +74,7 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
             raise UsageError(f"no file matches {pattern[:100]}; {_lying(folder, pattern)}")
         found |= dict.fromkeys(inside)
     if len(found) > _MOST_FILES:
-        raise UsageError(f"{len(found)} files are too many")
+        raise UsageError(f"{len(found)} files match, but at most {_MOST_FILES} are allowed")
     return list(found)
 
 
@@ -85,7 +84,7 @@ def _lying(folder: Path, pattern: str) -> str:
     for step in Path(pattern).parts[:-1]:
         place = next((one for one in place.glob("*") if one.name == step and one.is_dir()), place)
     names = sorted(path.name for path in place.glob("*"))
-    return f"{place} holds {', '.join(names[:_MOST_NAMES]) or 'nothing'}{', …' if names[_MOST_NAMES:] else ''}"
+    return f"{place} contains {', '.join(names[:_MOST_NAMES]) or 'nothing'}{', …' if names[_MOST_NAMES:] else ''}"
 
 
 _MOST_ROWS = 1000
@@ -108,7 +107,7 @@ class Rows:
         """Read all rows."""
         example = _example(self.naming)
         if not isinstance(given, list):
-            self._find(("targets",), "should be a list of measured means", f"write a row for each: - {{{example}}}")
+            self._find(("targets",), "is not a list of measured means", f"write a row for each: - {{{example}}}")
             return
         if not given or len(given) > _MOST_ROWS:
             wrong = f"is too long ({len(given)})" if given else "is empty"
@@ -118,7 +117,7 @@ class Rows:
             if isinstance(row, dict):
                 self._read_row(index, row)
             else:
-                self._find(("targets", index), "should be a mapping", f"write {{{example}}}")
+                self._find(("targets", index), "is not a mapping", f"write {{{example}}}")
         if not self.means and not self.findings:
             self._find(("targets",), f"no row has the {self.naming.response.noun}", f"add a row - {{{example}}}")
 
@@ -133,7 +132,7 @@ class Rows:
         else:
             entry = _Row(row, ("targets", index), _OF_TESTS, True, self.findings)
             if not entry.means and not entry.wrong:
-                self._find(("targets", index), "gives no response", "add slope: …, for example")
+                self._find(("targets", index), "the row has no response", "add a response, such as slope: …")
             if entry.condition is not None:
                 means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
                 self.of_tests.setdefault(str(test), []).append(means)
@@ -175,14 +174,14 @@ class Rows:
     def _find(self, path: NodePath, message: str, remedy: str) -> None:
         self.findings.append(Finding(path, message, remedy))
 
-    def targets(self, calibrate_at: float | None, machine: Machine) -> Targets | None:
+    def targets(self, calibrate_at: float | None, stiffness: float | None) -> Targets | None:
         """Return the targets, with the modes of their curves; None where nothing can be made of the rows."""
         if not self.means or calibrate_at is None:
             return None
         targets = Targets(calibrate_at=calibrate_at, means=tuple(self.means))
         complete = {"condition", "response"}
         if self.curves and all(complete <= target.__dict__.keys() for target in self.means):
-            return _scored(targets, self.curves, machine)
+            return _scored(targets, self.curves, stiffness)
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
@@ -249,12 +248,12 @@ class _Row:
             for name in sd:
                 if name not in names:
                     known = any(name == one.name for one in naming.responses)
-                    missing = f"this is the standard deviation of {str(name)[:60]}, which has no value"
+                    missing = f"{str(name)[:60]} has a standard deviation but no value"
                     self._find(("sd", name), missing, f"add {name}: …" if known else did_you_mean(str(name), names))
             return sd
         if len(names) > 1:
             shown = f"{sd:g}" if isinstance(sd, float) else str(sd)[:60]
-            message = f"{shown} may be of {' or of '.join(names)}"
+            message = f"{shown} can be the standard deviation of {' or of '.join(names)}"
             self._find(("sd",), message, f"write sd: {{{names[0]}: {shown}, {names[1]}: …}}")
             return {}
         if not names and not self.row.get("curves"):
@@ -306,9 +305,10 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is outside the computable range", "check number and unit")
     if above is not None and not value > above:
-        raise complain(f"{named.text(value)} must be above 0", "correct the value: errors are percentages of it")
+        remedy = "correct the value; errors are percentages of the measured value"
+        raise complain(f"{named.text(value)} must be above 0", remedy)
     if value < at_least:
-        raise complain(f"{named.text(value)} is not a standard deviation", "write a value of 0 or more")
+        raise complain(f"a standard deviation of {named.text(value)} is not possible", "write a value of 0 or more")
     return value
 
 
@@ -317,12 +317,12 @@ def _example(naming: Naming) -> str:
     return f"{at}{naming.response.name}: …, sd: …, n: …"
 
 
-def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], machine: Machine) -> Targets:
+def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], stiffness: float | None) -> Targets:
     """Return targets with the modes of their curves, at other conditions no more than where is calibrated."""
     places = {target.row: place for place, target in enumerate(targets.means)}
     at = [row for row in curves if isclose(targets.means[places[row]].condition, targets.calibrate_at)]
     most, found = MOST, {}
     for row in [*at, *(row for row in curves if row not in at)]:
-        found[places[row]] = modes_of(curves[row], machine, most)
+        found[places[row]] = modes_of(curves[row], stiffness, most)
         most = len(found[places[row]].weights) if row in at else most
     return targets.with_modes(found)
