@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from stemcal.cli.console import note, say_json, say_tables, waiting, warn
+from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, folder_of, opened, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.typed import to_json
-from stemcal.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
-_NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
     Path, typer.Argument(metavar="PATH", help="Deck file, .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
@@ -67,14 +65,10 @@ def export_deck(
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
         write_atomic(file, text)
-    forces = None if quiet else _forces(deck, quiet)
     if as_json:
-        of_deck, of_study = forces or (None, None)
-        files = [str(file) for file in texts]
-        told = {"files": files, "levels": levels, "force": of_deck, "force_of_study": of_study}
-        say_json({**told, "otherwise": deck.notes})
+        say_json({"files": [str(file) for file in texts], "levels": levels, "otherwise": deck.notes})
     if not quiet:
-        for sentence in (*deck.notes, *(_told(*forces) if forces else ())):
+        for sentence in deck.notes:
             warn(sentence)
         for file in texts:
             note(f"wrote {file}")
@@ -145,41 +139,6 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
         path.with_name(f"{name}_0000{RADIOSS}"): starter_around(keyword_deck.name, deck.nonlocal_length),
         path.with_name(f"{name}_0001{RADIOSS}"): engine_text(deck, name),
     }
-
-
-def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
-    """Return the force expected from the deck, and that of the study if its solver is the embedded one; N.
-
-    None, with a warning, if they need too much memory or time.
-    """
-    from stemcal.executors import machine_memory
-    from stemcal.overview.foresight import demand_of_one, excess
-    from stemcal.solvers.deck.model import as_embedded
-    from stemcal.solvers.embedded import simulate
-
-    of_deck, own = as_embedded(deck), deck.study.kind.force_history
-    for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := excess(demand_of_one(study, [deck.diameter]), 1, machine_memory()):
-            warn(f"The force expected from the deck was not computed. {' '.join(map(str, too_much))}")
-            return None
-    with waiting("force expected from the deck", quiet):
-        force = simulate(of_deck, {}, deck.diameter).peak_force
-        return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
-
-
-def _told(of_deck: float, of_study: float | None) -> list[str]:
-    """Return the force of a deck and of its study (N), and what to do if they differ."""
-    computed = f"Expected force: {significant(of_deck)} N with this deck"
-    if of_study is None:
-        return [f"{computed} (computed with the embedded solver)."]
-    told = [f"{computed}, {significant(of_study)} N in the study (both computed with the embedded solver)."]
-    off = 100.0 * (of_deck / of_study - 1.0)
-    if abs(off) > _NEAR_PERCENT:
-        told.append(
-            f"The force of the deck differs by {off:+.0f} %. Correct the parameters in the program; see "
-            "docs/howto/transfer.md."
-        )
-    return told
 
 
 # ---- the material for a model with its own elements

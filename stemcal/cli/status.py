@@ -76,7 +76,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
 
     found, names = count(study, folder), Names(study.naming)
     if not as_json:
-        heads = {"rows": "Runs", "done": "Done", "running": "Running", "failed": "Failed", "left": "Left"}
+        heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
         # None: a stage before it decides first
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
@@ -92,7 +92,7 @@ def state(found: Status, names: Names) -> list[str]:
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
         stages.append(f"Waiting for results: fill in {found.sheet}, then `stemcal run SPEC`.")
-    working = "no process is working on this study" if found.working is None else str(found.working)
+    working = found.working or "no process is working on this study"
     return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
 
 

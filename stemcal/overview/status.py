@@ -9,7 +9,7 @@ from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.folder import Holder, StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.folder.stage_files import SCHEMA_VERSION as FILE_VERSION
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
@@ -71,14 +71,13 @@ class StageStatus:
     reasons: dict[str, int]
     left: int | None
     damaged: int
-    running: int
     file: str
     changed: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Status:
-    """The progress and the verdict of a study; `working` is the process that is using its folder, or None.
+    """The progress and the verdict of a study; `working` names the process that is using its folder, or is None.
 
     `sheet` is the sheet of the runs whose results are awaited, if runs are done by hand.
     """
@@ -87,7 +86,7 @@ class Status:
     stage: str
     study: str
     folder: str
-    working: Holder | None
+    working: str | None
     stages: tuple[StageStatus, ...]
     verdict: Verdict
     sheet: str | None = absent()
@@ -150,23 +149,25 @@ def _others(
 
 
 def status(study: Study, folder: StudyFolder) -> Status:
-    """Return for every stage how many of its rows are done, failed and why, running, and left."""
+    """Return for every stage how many of its rows are done, failed and why, and left."""
     solver = make_solver(study)
     wanted = asked(study, solver, folder)
-    entries, working = _entries(wanted, study, folder, solver), folder.holder()
+    entries = _entries(wanted, study, folder, solver)
     decided = {part.stage: part.settled for part in wanted}
     left = {stage.name for stage in stages_known(study) if folder.has_stage(stage.name)}
     seen = {*decided, *(entry.stage for entry in entries), *left}
     named = [stage.name for stage in stages_known(study) if stage.name in seen]
     stages = [
-        _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True), working)
+        _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True))
         for name in named
     ]
     verdict = verdict_of(study, folder)
     place = folder.path / SHEET
     awaited = study.by_hand.kind.answers == "asks_people" and place.exists() and any(part.left != 0 for part in stages)
     sheet = str(place) if awaited else None
-    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
+    return Status(
+        SCHEMA_VERSION, "status", study.name, str(folder.path), folder.holder(), tuple(stages), verdict, sheet
+    )
 
 
 def _stage(
@@ -176,11 +177,9 @@ def _stage(
     name: str,
     entries: Sequence[Entry],
     settled: bool,
-    working: Holder | None,
 ) -> StageStatus:
     found = Counter(entry.status for entry in entries)
     reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
-    open_runs = {entry.key for entry in entries if entry.again}
     file, changed = _file(study, solver, folder, name)
     return StageStatus(
         stage=name,
@@ -191,7 +190,6 @@ def _stage(
         reasons=dict(reasons.most_common()),
         left=found["left"] + found["damaged"] if settled else None,
         damaged=found["damaged"],
-        running=0 if working is None or working.stage != name else min(len(open_runs), working.workers or 1),
         file=file,
         changed=tuple(changed),
     )
@@ -228,7 +226,6 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
             own = make_solver(stage_called(stage).seen(study))
-            folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 

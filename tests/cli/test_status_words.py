@@ -6,7 +6,6 @@ from typing import Any
 from stemcal.cli.show import failed_runs
 from stemcal.cli.status import state as lines
 from stemcal.files.rows import Table
-from stemcal.folder import Holder
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.page import _Part, _Picture
@@ -19,8 +18,8 @@ FAILED = Outcome(response=None, status="failed", reason="inverted", message="ele
 RIGHT = Outcome(response=100.0, status="ok")
 
 
-def state(working: Holder | None = None, **facts: Any) -> list[str]:
-    empty = StageStatus("screen", 12, 12, 0, 0, {}, 0, 0, 0, "fresh", ())
+def state(working: str | None = None, **facts: Any) -> list[str]:
+    empty = StageStatus("screen", 12, 12, 0, 0, {}, 0, 0, "fresh", ())
     stage = StageStatus(**{**vars(empty), **facts})
     return lines(Status(2, "status", "known", "out", working, (stage,), Verdict.of([], None)), NAMES)
 

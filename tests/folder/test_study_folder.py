@@ -243,10 +243,8 @@ def test_who_looks_does_not_disturb(tmp_path: Path) -> None:
     """`holder` takes the lock for a moment; whoever wants to work waits that long."""
     looker = StudyFolder(tmp_path / "study")
     assert looker.holder() is None and not looker.path.exists()
-    with StudyFolder(looker.path) as folder:
-        folder.sign(stage="screen", workers=2)
-        held = looker.holder()
-        assert held is not None and (held.pid, held.stage, held.workers) == (os.getpid(), "screen", 2)
+    with StudyFolder(looker.path):
+        assert f"process {os.getpid()} on " in (looker.holder() or "")
     assert looker.holder() is None
     for _ in range(20):
         stop = threading.Event()

@@ -39,9 +39,9 @@ def _cache_folder() -> Path:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether this user can write to a folder and nobody else; it is made if it is not there.
+    """Return whether only this user can write to a folder; a missing folder is created.
 
-    Windows keeps the user's cache in his profile, which is his.
+    On Windows, the cache folder is part of the private profile of the user.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -26,7 +26,6 @@ from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study
-from stemcal.study.types.field_types import Length
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
@@ -277,36 +276,3 @@ def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Dis
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
     )
-
-
-# ---- the same as a study of the embedded solver
-
-
-def as_embedded(deck: Deck) -> Study:
-    """Return the study with which the embedded solver computes the deck's own model: its mesh, edge, law and lengths.
-
-    Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
-    """
-    study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
-    # a nose and a program's nonlocal length represent the study's own lengths; without them there are none
-    lengths = {} if deck.form.lengths else {"internal_length": Length(0.0)}
-    edge = {} if deck.form.lengths else {"edge_spread": Length(0.0)}
-    return study.model_copy(
-        update={
-            "factors": (),
-            "material": study.material.model_copy(update=values | lengths),
-            "blade": study.blade.model_copy(update=edge),
-            "solver": _solver(deck, "cowper_symonds" if deck.material["c"] > 0.0 else "none"),
-        }
-    )
-
-
-def _solver(deck: Deck, rate_law: str) -> EmbeddedSolver:
-    """Return the embedded solver with the deck's mesh and time step."""
-    given, same = deck.solver, {"rate_law": rate_law}
-    if isinstance(given, EmbeddedSolver):
-        return given.model_copy(update={**same, "replicates": None})
-    names = "element_size", "elements_through_wall", "mass_scaling", "time_step_safety", "outputs", "filter_window"
-    taken = {name: getattr(given, name) for name in names}
-    local = {"edge_over": "elements", "coarsening": 1.0, "coarsening_around": 1.0, "hourglass": HOURGLASS}
-    return EmbeddedSolver().model_copy(update={**same, **taken, **local, "time_step": None})

@@ -71,20 +71,11 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
             files = []
         inside = [path for path in files if path.resolve().is_relative_to(folder.resolve())]
         if not inside:
-            raise UsageError(f"no file matches {pattern[:100]}; {_lying(folder, pattern)}")
+            raise UsageError(f"no file matches {pattern[:100]}")
         found |= dict.fromkeys(inside)
     if len(found) > _MOST_FILES:
         raise UsageError(f"{len(found)} files match, but at most {_MOST_FILES} are allowed")
     return list(found)
-
-
-def _lying(folder: Path, pattern: str) -> str:
-    """List the content of the last existing folder of a pattern, the spec's own or one below it."""
-    place = folder
-    for step in Path(pattern).parts[:-1]:
-        place = next((one for one in place.glob("*") if one.name == step and one.is_dir()), place)
-    names = sorted(path.name for path in place.glob("*"))
-    return f"{place} contains {', '.join(names[:_MOST_NAMES]) or 'nothing'}{', …' if names[_MOST_NAMES:] else ''}"
 
 
 _MOST_ROWS = 1000

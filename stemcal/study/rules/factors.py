@@ -95,23 +95,13 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if diameter is not None and diameter > _WIDEST:
         yield f"diameter: {diameter:g} mm is not a plausible stem diameter; use at most {_WIDEST:g} mm"
         return
-    steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
-    if steep:
-        yield from (f"{name} = {levels[name]:g} is not an exponent; use at most {MOST_EXPONENT:g}" for name in steep)
-        return
-    for factor in study.factors:
-        if factor.name in study.exponents:
-            continue
-        parameter, value = EMBEDDED[factor.name], levels[factor.name]
-        if wrong := parameter.outside(units.from_internal(factor.internal(value), parameter.unit)):
-            shown = in_unit(value, factor.unit)
-            yield f"{factor.name} = {shown} {wrong}; {parameter.label} in plants is {parameter.usual}"
     given = study.parameters(levels, diameter)
-    for name in study.material.growing():
-        parameter, value = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
-        if wrong := parameter.outside(value):
-            shown = in_unit(value, parameter.unit)
-            yield f"{name} = {shown} at this diameter {wrong}; {parameter.usual} is usual in plants"
+    around = {factor.name: factor.internal(levels[factor.name]) for factor in study.factors if factor.name in AROUND}
+    for name, value in (given | around).items():
+        parameter = EMBEDDED[name]
+        shown = units.from_internal(value, parameter.unit)
+        if name in (*study.names, *study.material.growing()) and (wrong := parameter.outside(shown)):
+            yield f"{name} = {in_unit(shown, parameter.unit)} {wrong}; {parameter.label} in plants is {parameter.usual}"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "tangent_modulus must be below elastic_modulus; reduce tangent_modulus"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:

@@ -33,7 +33,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 }
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
-_MACHINE, _MOWER = 50.0, 1000.0  # mm/s
 # Elements: fewer through the wall are questioned; of a wall thinner than a fifth of the diameter the second number.
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
@@ -44,7 +43,7 @@ FALL = "with elements two thirds as long, they are up to 10 % smaller"
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _tests, _speed, _mesh), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _tests, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
@@ -68,14 +67,6 @@ def _tests(study: Study) -> Iterator[Finding]:
             length = getattr(test, key)
             mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length
             yield from doubt(("tests", index, key), mm, low, high, "mm")
-
-
-def _speed(study: Study) -> Iterator[Finding]:
-    """Question a speed that a testing machine reaches in a minute, not in a second; a mower's is far above."""
-    speed = study.loading.speed
-    if _MACHINE < speed < _MOWER:
-        message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check the unit: testing machines usually show mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:

@@ -94,30 +94,22 @@ class Quantity:
 def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
     if info.context is None:
         return given
-    if not isinstance(given, str) or not given.strip():
-        raise complain("is not the name of a file", "write a path relative to the spec")
-    folder: Path = info.context["spec"]
-    if "\0" in given or len(given) > 1000:
+    if not isinstance(given, str) or not given.strip() or "\0" in given or len(given) > 1000:
         raise complain("is not a usable file name", "write a path relative to the spec")
-    windows = PureWindowsPath(given)
-    if Path(given).is_absolute() or windows.drive or windows.root:
-        raise complain(f"{given!r} is an absolute path", "write a path relative to the spec")
-    return _inside(folder, given)
-
-
-def _inside(folder: Path, given: str) -> Path:
+    folder: Path = info.context["spec"]
     outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into that folder")
-    if ".." in PureWindowsPath(given).parts:
+    windows = PureWindowsPath(given)
+    if Path(given).is_absolute() or windows.drive or windows.root or ".." in windows.parts:
         raise outside
     try:
         path = (folder / given).resolve()
         found = path.is_file()
     except (OSError, RuntimeError, ValueError):
-        raise complain(f"file {given!r} cannot be opened", "check its name") from None
+        raise complain(f"the file {given!r} cannot be opened", "check the name of the file") from None
     if not path.is_relative_to(folder.resolve()):
         raise outside
     if not found:
-        raise complain(f"file {given!r} does not exist ({path})", "check the name, which is relative to the spec")
+        raise complain(f"the file {given!r} does not exist ({path})", "write the path relative to the spec")
     return path
 
 

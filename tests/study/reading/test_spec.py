@@ -260,13 +260,6 @@ def test_of_two_forces_that_contradict_each_other_both_are_questioned() -> None:
     assert not study_of(text.replace("force: 120 N", "force: 80 N")).warnings
 
 
-@pytest.mark.parametrize("speed", ["300 mm/min", "5 mm/s", "300 mm/s", "20 m/s"])
-def test_a_speed_of_no_testing_machine_is_questioned(speed: str) -> None:
-    warnings = study_of(f"{MINIMAL}loading: {{speed: {speed}, duration: 0.5 s}}\n").warnings
-    questioned = [line for line in warnings if "check the unit: testing machines usually show mm/min" in line]
-    assert len(questioned) == (speed == "300 mm/s")
-
-
 @pytest.mark.parametrize(
     "name",
     ["a/b", "a\\b", "../x", "..", ".", "C:", "x" * 65, "con", "NUL.txt", "a\nb", "a\0b", " a", "a.", "", "\u2028"],
