@@ -34,7 +34,6 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note
-from stemcal.numbers import signed_probability
 from stemcal.words import counted
 
 ROUGH_PERCENT = 3.0
@@ -217,7 +216,7 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
     every, kept = term_names(runs.names), runs.kept
     terms = [every[i] for i in kept]
     split = lack_of_fit(runs.design, fit)
-    diagnostics = run_diagnostics(runs.design, fit, runs.rows, split)
+    diagnostics = run_diagnostics(fit, runs.rows)
     missed, precision = press(fit), adequate_precision(fit)
     mean_square, df = fit.mean_square, fit.df
     coefficients = coefficients_of(fit, terms, mean_square, df)
@@ -302,7 +301,11 @@ def _surface_notes(
     if precision is not None and precision < ADEQUATE:
         text = f"Adequate precision {precision:.2f} is below {ADEQUATE:g}: the surface is mostly noise."
         yield Note("mostly_noise", "warning", text)
-    yield from _influence_notes(split, diagnostics, written)
+    for run in diagnostics:
+        if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
+            called = f"run {run.run} ({written.quantity(run.response, 'g')})"
+            text = f"One run strongly influences the surface: {called}, Cook's distance {run.cooks_distance:.2f}."
+            yield Note("influential_run", "caution", text)
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
@@ -312,21 +315,3 @@ def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
     elif split.df == 0:
         text = f"{untested}: the design has as many distinct points as the surface has terms."
         yield Note("no_point_to_spare", "caution", text)
-
-
-def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], written: Names) -> Iterator[Note]:
-    def called(run: RunDiagnostics) -> str:
-        return f"run {run.run} ({written.quantity(run.response, 'g')})"
-
-    for run in diagnostics:
-        if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
-            text = f"One run strongly influences the surface: {called(run)}, Cook's distance {run.cooks_distance:.2f}."
-            yield Note("influential_run", "caution", text)
-    for run in diagnostics:
-        p, without = split.p, run.lack_of_fit_p_without
-        if p is not None and without is not None and (p < 0.05) != (without < 0.05):
-            text = (
-                f"The test for lack of fit depends on {called(run)}: p {signed_probability(p)} with this run, p "
-                f"{signed_probability(without)} without it."
-            )
-            yield Note("verdict_on_one_run", "warning", text)
