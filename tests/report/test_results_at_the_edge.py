@@ -52,4 +52,4 @@ def test_equal_forces_leave_nothing_to_explain(tmp_path: Path, monkeypatch: pyte
     forces = tuple(target.model_copy(update={"response": 100.0}) for target in study.targets.means)
     level = study.model_copy(update={"targets": study.targets.model_copy(update={"means": forces})})
     page = reported(level, LevelSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
-    assert "Every run gave the same response" in page
+    assert "All runs have the same response" in page

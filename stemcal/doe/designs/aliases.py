@@ -32,13 +32,13 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
     weights = alias_matrix(coded)
     largest = float(np.abs(weights).max(initial=0.0))
     if k < 2:
-        return Note("no_interactions", "caution", "One factor has no interactions.")
+        return Note("no_interactions", "caution", "A single factor has no interactions.")
     if largest < 1e-9:
-        clear = f"In these {n} runs the main effects are clear of two-factor interactions."
+        clear = f"In the {n} runs of the design, no main effect is aliased with a two-factor interaction."
         return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
         return _fully_aliased(n, _full_aliases(weights, names))
-    text = f"Main effects are partly aliased with two-factor interactions (up to {largest:.2g}) in these {n} runs."
+    text = f"In the {n} runs of the design, main effects are partly aliased with interactions (up to {largest:.2g})."
     return Note("partly_aliased", "caution", text)
 
 
@@ -47,7 +47,7 @@ def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
     listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
     if (more := len(hidden) - _SHOWN_FACTORS) > 0:
         listed.append(f"{more} more")
-    text = f"In these {n} runs main effects are fully aliased with two-factor interactions: {'; '.join(listed)}."
+    text = f"In the {n} runs of the design, main effects are fully aliased with interactions: {'; '.join(listed)}."
     return Note("fully_aliased", "caution", text)
 
 
